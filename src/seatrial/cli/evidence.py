@@ -1,4 +1,4 @@
-"""Commands about what a fitted model is worth: bands of a manoeuvre (of simulate), and its card."""
+"""Commands about what a fitted model is worth: its bands, those of a manoeuvre (of simulate), and its card."""
 
 from __future__ import annotations
 
@@ -25,6 +25,21 @@ def card(
     from ..workflow.evidence.card import card as run
 
     show(run(model, out=out, trials=trials or (), restart=restart, sink=Terminal()), json)
+
+
+def calibrate(
+    model: o.FittedModel, parts: o.LeftOutParts = 5, horizon: o.BandHorizon = None, dask: o.Dask = None,
+    json: o.Json = False,
+) -> None:  # fmt: skip
+    """Fit without some trials in turn; write bands that hold."""
+    from ..workflow.evidence.calibrate import calibrate as run
+    from ..workflow.request import Stopped
+
+    try:
+        outcome = run(model, parts=parts, horizon=horizon, dask=dask, sink=Terminal())
+    except KeyboardInterrupt:
+        raise Stopped("interrupted; run the same command again to go on") from None
+    show(outcome, json)
 
 
 def show_bands(banded: Banded, json: bool) -> None:

@@ -70,7 +70,8 @@ def identify(
 def predict(
     model: o.ShipName, trials: o.Trials, out: o.PredictionFolder, restart: o.Restart = None,
     smooth_start: o.SmoothStart = None, current: o.Current = None, fit_first: o.FitFirst = None,
-    history: o.History = None, instruments: o.Instruments = None, json: o.Json = False,
+    history: o.History = None, instruments: o.Instruments = None, bands: o.Bands = None, draws: o.Draws = None,
+    extrapolate: o.Extrapolate = False, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Predict trials from their controls and initial states."""
     from ..workflow.request import positive
@@ -78,7 +79,8 @@ def predict(
 
     positive(restart=restart, smooth_start=smooth_start, history=history)
     outcome = run(model, trials, out, restart=restart, smooth_start=smooth_start, current=current,
-                  fit_first=fit_first, history=history, instruments=instruments, sink=Terminal())  # fmt: skip
+                  fit_first=fit_first, history=history, instruments=instruments, bands=bands, draws=draws,
+                  extrapolate=extrapolate, sink=Terminal())  # fmt: skip
     end(outcome, json)
 
 
@@ -86,7 +88,8 @@ def validate(
     model: o.ShipName, trials: o.Trials, out: o.Report = None, restart: o.Restart = None,
     smooth_start: o.SmoothStart = None, scale: o.Scale = None, current: o.Current = None,
     fit_first: o.FitFirst = None, history: o.History = None, instruments: o.Instruments = None,
-    purpose: o.FitFor = None, limit: o.Limit = None, json: o.Json = False,
+    purpose: o.FitFor = None, limit: o.Limit = None, bands: o.Bands = None, draws: o.Draws = None,
+    extrapolate: o.Extrapolate = False, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Validate a model on trials beside two baselines."""
     from ..workflow.comparing import STATUS
@@ -96,7 +99,7 @@ def validate(
     positive(restart=restart, smooth_start=smooth_start, history=history)
     outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, current=current,
                   fit_first=fit_first, history=history, instruments=instruments, purpose=purpose, limits=limit,
-                  sink=Terminal())  # fmt: skip
+                  bands=bands, draws=draws, extrapolate=extrapolate, sink=Terminal())  # fmt: skip
     end(outcome, json)
     if outcome.result.fitness is not None:
         raise typer.Exit(STATUS[outcome.result.fitness.verdict])

@@ -160,6 +160,11 @@ Unseen = Annotated[
 ]  # fmt: skip
 Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
 
+LeftOutParts = Annotated[int, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
+BandHorizon = Annotated[
+    float | None, Option("--horizon", help="Set the longest time ahead that bands reach [s].")
+]  # fmt: skip
+
 # Design and judgement.
 Purpose = Annotated[str | None, Option("--for", help="Recommend families for a purpose such as berthing.")]
 FreeParameters = Annotated[list[str], Option("--free", help="Name parameters to be identified, such as 'hull.*'.")]

@@ -65,6 +65,7 @@ exp = _either(ca.exp, _exp)
 log = _either(ca.log, math.log)
 tanh = _either(ca.tanh, math.tanh)
 magnitude = _either(ca.fabs, abs)
+floor = _either(ca.floor, math.floor)
 
 
 def sign(x: Scalar) -> Scalar:

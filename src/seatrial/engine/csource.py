@@ -25,7 +25,7 @@ LANES = 16
 
 BINARY = {"OP_ADD": "+", "OP_SUB": "-", "OP_MUL": "*", "OP_DIV": "/"}
 CALLS = ("sin", "cos", "exp", "log", "tanh", "asin", "acos", "atan", "atan2", "pow")
-CALL = {f"OP_{name.upper()}": name for name in CALLS} | {"OP_FABS": "fabs", "OP_SQRT": "sqrt", "OP_CONSTPOW": "pow"}
+CALL = {f"OP_{name.upper()}": name for name in CALLS} | {"OP_FABS": "fabs", "OP_FLOOR": "floor", "OP_SQRT": "sqrt", "OP_CONSTPOW": "pow"}
 FORM = {
     "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0}*{0}", "OP_TWICE": "{0}+{0}", "OP_INV": "1.0/{0}",
     "OP_LT": "({0}<{1}?1.0:0.0)", "OP_LE": "({0}<={1}?1.0:0.0)", "OP_EQ": "({0}=={1}?1.0:0.0)",

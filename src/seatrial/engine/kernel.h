@@ -4,6 +4,7 @@ V double tanh(double); V double asin(double); V double acos(double); V double at
 V double atan2(double,double); V double pow(double,double);
 #define sqrt __builtin_sqrt
 #define fabs __builtin_fabs
+#define floor __builtin_floor
 #define INF __builtin_inf()
 #define NAN_ __builtin_nan("")
 #define LB 16

@@ -19,7 +19,8 @@ PYTHON = Language({
     "OP_FMAX": "{0} if {0} > {1} else {1}",
 }, "nan", "inf")  # fmt: skip
 _TEMPLATE = "plant.py.txt"
-_MATH = ("sin", "cos", "exp", "log", "tanh", "asin", "acos", "atan", "atan2", "pow", "fabs", "sqrt", "inf", "nan")
+_MATH = ("sin", "cos", "exp", "log", "tanh", "asin", "acos", "atan", "atan2", "pow", "fabs", "floor", "sqrt", "inf",
+         "nan")
 _TAKEN = {*_MATH, *keyword.kwlist, "p", "dt", "rates", "step", "actuate", "ordered_step", "zip", "tuple",
           "map", "float"}  # fmt: skip
 

@@ -16,6 +16,7 @@ from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY, pooled
 from ..validate.fitness import Fitness
 from ..validate.foresight import Foresight
+from .judging.fans import BandsHeld
 from .page import ReportError, number
 
 PUBLISHED = "published"
@@ -63,6 +64,7 @@ class Evidence:
         changes: what was done to the trials before they were compared, one line each.
         fitness: verdicts on the errors for a purpose; None where none was asked for.
         drawn: draws of the posterior of the fit; None where it was not sampled.
+        bands: bands of the predictions, and how often they held; None where none were asked for.
     """
 
     title: str
@@ -77,6 +79,7 @@ class Evidence:
     changes: tuple[str, ...] = ()
     fitness: Fitness | None = None
     drawn: Sampled | None = None
+    bands: BandsHeld | None = None
 
     def __post_init__(self) -> None:
         seen: set[tuple[str, str]] = set()

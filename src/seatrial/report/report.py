@@ -20,7 +20,7 @@ from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
 from . import diagnosis, figures, marginals
 from .evidence import PUBLISHED, TIE, Evidence, caveats
-from .judging import fitness
+from .judging import fans, fitness
 from .page import (
     Page,
     ReportError,
@@ -64,6 +64,7 @@ def sections(report: Evidence) -> tuple[Section, ...]:
         fitness.section(report.fitness) if report.fitness else Section("", ""),
         Section("Standardised error by trial", _trial_table(report)),
         Section("Growth of the error", _horizons(report, styles)),
+        fans.section(report.bands) if report.bands else Section("", ""),
         Section("Forecasts", _forecasts(report)),
         Section("Trials", _trials(report, styles)),
         Section("Error by state", _channels(report)),
@@ -394,6 +395,7 @@ class Report(Evidence):
             "caveats": caveats(self), "provenance": self.provenance,
             **({"fitness": fitness.numbers(self.fitness)} if self.fitness else {}),
             **({"posterior": self.drawn.numbers()} if self.drawn else {}),
+            **({"bands": fans.numbers(self.bands)} if self.bands else {}),
         })  # fmt: skip
 
 

@@ -92,6 +92,11 @@ class Posterior:
     power: Power | None = None
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Paths of the parameters."""
+        return tuple(one.path for one in self.free)
+
+    @property
     def covered(self) -> dict[str, tuple[float, float]]:
         """Range of each channel in the trials of the fit, SI units; null is infinite (deep water)."""
         found = self.grounds.get("covered", {})

@@ -23,7 +23,7 @@ from ..ships.felt import feels
 from ..ships.files import load
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
 from ..validate.metrics import scale_words
-from . import SILENT, Document, Outcome, RequestError, Sink
+from . import SILENT, Document, Outcome, RequestError, Sink, Table
 from .comparing import (
     Around,
     carrier_of,
@@ -40,9 +40,12 @@ from .reports import comparisons as table_of
 from .request import PAGES, make_folder, separate
 
 if TYPE_CHECKING:
+    from ..bands.prediction import Fan
     from ..choosing.purposes import Purpose
+    from ..report.judging.fans import BandsHeld
     from ..validate.coverage import Coverage
     from ..validate.spread import Spread
+    from .evidence.fans import Banding
 
 _SEVERITIES = {"error": "error", "warning": "warning", "info": "note"}
 # A time step above so many median steps of the trial gets a warning.
@@ -135,7 +138,8 @@ def validate(
     model: str, paths: Sequence[Path], *, out: Path | None = None, restart: float | None = None,
     smooth_start: float | None = None, scale: str | None = None, current: str | None = None,
     fit_first: float | None = None, history: float | None = None, instruments: str | None = None,
-    purpose: str | None = None, limits: str | None = None, sink: Sink = SILENT,
+    purpose: str | None = None, limits: str | None = None, bands: float | None = None, draws: int | None = None,
+    extrapolate: bool = False, sink: Sink = SILENT,
 ) -> Outcome[Report]:  # fmt: skip
     """Compare a model and its baselines with trials, and judge it for a purpose where one is named.
 
@@ -146,6 +150,8 @@ def validate(
         restart, smooth_start, scale, current, fit_first, history, instruments, limits: as the options of
             `seatrial validate`.
         purpose: as its option --for; the verdict is `Report.fitness`.
+        bands: level of bands of the predictions [%], whose coverage is `Report.bands`; None for none.
+        draws, extrapolate: of the bands.
 
     Returns:
         The report; a prediction that blew up is in `errors`.
@@ -156,6 +162,7 @@ def validate(
     if out is not None and out.suffix.lower() not in PAGES:
         raise RequestError(f"{out}: a report ends in .html; its numbers go beside it as .json")
     wanted = _purpose(purpose, limits, fit_first)
+    banding = _banding(model, bands, draws, extrapolate, fit_first or smooth_start or history)
     ship, trials = _read(model, paths, sink)
     made = provenance(ship)
     seen = tuple(made.get("trained_on", ()))
@@ -168,13 +175,14 @@ def validate(
         ship, asked.trials, restart, sigma, smooth_start=smooth_start, begun=asked.begun,
         carrier=carrier_of(ship, history, fit_first),
     )  # fmt: skip
+    held = None if banding is None else _held(banding, asked.trials, restart, sink)
     spread = spread_of(model, ship, trials, sink)
     fit = None if wanted is None else fitness(wanted, ship, asked.trials, seen, smooth_start)
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=seen, fitness=fit,
         findings=(*(str(s) for s in spread if s.verdict != "inside"),
                   *(str(f) for f in check_folder(trials) if f.severity != "info")),
-        assumptions=assumptions(ship), fit_first=fit_first, changes=asked.changes,
+        assumptions=assumptions(ship), fit_first=fit_first, changes=asked.changes, bands=held,
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
                     "errors divided by": scaled, "restart": "none" if restart is None else f"{restart:g} s",
                     **({} if smooth_start is None else {"starts": f"from the readings of {smooth_start:g} s"}),
@@ -186,7 +194,8 @@ def validate(
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
     document = {**report.numbers(), **begun, **spread_numbers(spread)}
     leads = worse_words(report)
-    shown = (*leads, table_of(report), f"errors divided by: {scaled}", *(fitness_table(fit) if fit else ()))
+    shown = (*leads, table_of(report), f"errors divided by: {scaled}", *(fitness_table(fit) if fit else ()),
+             *_held_table(held))
     return Outcome(report, document, shown, failed, leads)
 
 
@@ -208,9 +217,12 @@ def _purpose(purpose: str | None, limits: str | None, fit_first: float | None) -
 def predict(
     model: str, paths: Sequence[Path], out: Path, *, restart: float | None = None, smooth_start: float | None = None,
     current: str | None = None, fit_first: float | None = None, history: float | None = None,
-    instruments: str | None = None, sink: Sink = SILENT,
+    instruments: str | None = None, bands: float | None = None, draws: int | None = None, extrapolate: bool = False,
+    sink: Sink = SILENT,
 ) -> Outcome[tuple[Trial, ...]]:  # fmt: skip
     """Predict trials on their own rows, and write the predictions as trial files to `out`; other arguments as above.
+
+    Bands go to the folder `bands` below it, a file of lower and upper edges a trial.
 
     Returns:
         The predictions; a trial that cannot be predicted is in `errors`.
@@ -218,8 +230,10 @@ def predict(
     Raises:
         RequestError, ShipError, DataError: what is asked for cannot be done; `out` would overwrite the trials.
     """
+    banding = _banding(model, bands, draws, extrapolate, fit_first or smooth_start or history)
     ship, trials = _read(model, paths, sink, out)
     predictions: list[Trial] = []
+    fans: list[Fan] = []
     failed: list[str] = []
     asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
     carrier = carrier_of(ship, history, fit_first)
@@ -230,17 +244,58 @@ def predict(
             one = carrier.replay(trial, restart=restart, smooth_start=smooth_start) if carrier is not None else \
                 replay(ship, trial, restart=restart, smooth_start=smooth_start, begin=begin)
             predictions.append(one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state"))
+            fans += [] if banding is None else [banding.fan(trial, one, restart, sink.note)]
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
     make_folder(out)
     for prediction in predictions:
         write_trial(prediction, out / f"{prediction.name}.csv")
-    written = tuple(str(out / f"{one.name}.csv") for one in predictions)
+    from .evidence.fans import write_fan
+
+    written = (*(str(out / f"{one.name}.csv") for one in predictions), *(str(write_fan(one, out)) for one in fans))
     spread = spread_of(model, ship, trials, sink)
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
     document = {"model": ship.name, "restart": restart, **({} if history is None else {"history": history}),
                 "written": list(written), **begun, **spread_numbers(spread)}
     return Outcome(tuple(predictions), document, written, tuple(failed))
+
+
+def _banding(
+    model: str, bands: float | None, draws: int | None, extrapolate: bool, begun: float | None
+) -> Banding | None:  # fmt: skip
+    """What bands are made with; None where none are asked for.
+
+    Raises:
+        RequestError, StudyError: as of `Banding.of`.
+    """
+    if bands is None and draws is None and not extrapolate:
+        return None
+    from .evidence.fans import Banding
+
+    return Banding.of(model, bands, draws=draws, extrapolate=extrapolate, begun=begun)
+
+
+def _held(banding: Banding, trials: Sequence[Trial], restart: float | None, sink: Sink) -> BandsHeld | None:
+    """Bands of the trials that can be predicted, and how often they held."""
+    from .evidence.fans import judged as judged_bands
+
+    made: list[tuple[Fan, Trial]] = []
+    for trial in trials:
+        try:
+            predicted = replay(banding.held.ship, trial, restart=restart)
+        except SimulationError:  # among the comparisons already
+            continue
+        made.append((banding.fan(trial, predicted, restart, sink.note), trial))
+    return judged_bands(made, banding, restart) if made else None
+
+
+def _held_table(held: BandsHeld | None) -> tuple[Table | str, ...]:
+    """The table of coverage; nothing where no bands were asked for."""
+    if held is None:
+        return ()
+    from .evidence.fans import held_table
+
+    return held_table(held)
 
 
 def _read(model: str, paths: Sequence[Path], sink: Sink, out: Path | None = None) -> tuple[Ship, Sequence[Trial]]:

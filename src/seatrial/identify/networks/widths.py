@@ -112,6 +112,11 @@ class Widths(Trajectory):
         varied = [f for f in problem.free if self._varied(f.path)]
         return max((priors[f.path] / f.sigma for f in varied if f.path in priors), default=0.0)
 
+    def settled(self, problem: Problem, fit: Fit) -> tuple[Trajectory, Problem]:
+        """Estimator and problem of the width that a finished fit of `problem` has chosen."""
+        width = self.chosen(problem, {one.path: one.sigma for one in fit.free})
+        return self._plain(problem, width), self._scaled(problem, width)
+
     def _check(self, problem: Problem) -> None:
         """Refuse what leaves nothing to choose, or no way to."""
         count = len(recordings(problem.trials))

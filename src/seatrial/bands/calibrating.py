@@ -1,0 +1,125 @@
+"""From fits that left trials out to a calibration: horizons, errors, what the model lacks, spreads, scores."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..data import Array, Trial
+from ..identify.networks.widths import recordings
+from ..identify.noise import noise
+from ..identify.record import step_of
+from ..models import STATES
+from ..study.grounds import trial_digest
+from ..study.stored import Posterior
+from .calibration import Calibration, Left, best_share, posterior_digest
+from .conformal import needed, too_few
+from .disturbance import Disturbance
+from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
+from .left_out import LeftOut
+from .sailing import draws_of, sailed
+
+LEVEL = 0.95
+"""At which a calibration is made; it serves every level that its trials can show."""
+
+# Draws of a spread; horizons, the first one over L/U and the ratio of two.
+_DRAWS, _FIRST, _RATIO = 100, 0.7, 1.4
+# The first horizon is a multiple of so many rows where it is longer, so that steps of the integrator may join rows.
+_TOGETHER = 10
+
+
+@dataclass(frozen=True)
+class Part:
+    """Left-out trials of one fit, with what they are judged by."""
+
+    out: LeftOut
+    cut: Windows
+    found: Variances
+
+
+def horizons_of(trials: Sequence[Trial], time: float, longest: float | None) -> Array:
+    """Horizons at which errors are taken [s]: multiples of the first, about evenly spaced in the logarithm.
+
+    Args:
+        time: L/U of the ship [s].
+        longest: None takes what as many recordings reach as `LEVEL` needs.
+
+    Raises:
+        RequestError: too few recordings for `LEVEL`.
+    """
+    spans = sorted((max(trial.duration for trial in group) for group in recordings(trials)), reverse=True)
+    if len(spans) < needed(LEVEL):
+        raise too_few(len(spans), LEVEL)
+    most = longest or spans[needed(LEVEL) - 1]
+    dt = step_of(trials)
+    unit = _TOGETHER * dt if min(_FIRST * time, most / 8.0) > _TOGETHER * dt else dt
+    first = max(round(min(_FIRST * time, most / 8.0) / unit), 1) * unit
+    count = max(int(np.log(most / first) / np.log(_RATIO)) + 1, 2)
+    many = np.unique(np.round(np.geomspace(1.0, max(most / first, 2.0), count))).astype(np.float64)
+    return first * many[many * first <= most * (1.0 + 1e-9)]
+
+
+def calibrated(held: Posterior, parts: Iterable[LeftOut], *, longest: float | None = None) -> Calibration:
+    """Calibrate the predictions of a fit.
+
+    Args:
+        held: posterior of the fit to all trials.
+        parts: fits that left trials out, and these trials; see `left_out`.
+        longest: horizon [s]; see `horizons_of`.
+
+    Raises:
+        RequestError: too few recordings.
+        DataError: a trial lacks a channel.
+    """
+    every = list(parts)
+    trials = [trial for part in every for trial in part.trials]
+    h = horizons_of(trials, held.ship.L_pp / max(held.ship.speed, 1e-3), longest)
+    level, dt = noise(trials), step_of(trials)
+    sigma = np.array([level.get(name, 0.0) for name in STATES])
+    made: list[Part] = []
+    for out in every:
+        cut = windows_of(out.ship, out.trials, h, dt)
+        made.append(Part(out, cut, variances(out, cut, sigma)))
+    spreads = [_spread(one, _learned([other for other in made if other is not one]), sigma) for one in made]
+    whole = [one.cut for one in made]
+    of = {trial.name: group[0].name for group in recordings(trials) for trial in group}
+    names = tuple(name for cut in whole for name in cut.trials)
+    left = Left(names, tuple(of[name] for name in names), tuple(kind for cut in whole for kind in cut.kinds), h,
+                np.concatenate([cut.error for cut in whole]), np.concatenate(spreads))  # fmt: skip
+    return Calibration(
+        held.digest, posterior_digest(held), {trial.name: trial_digest(trial) for trial in trials}, "measured", sigma,
+        _learned(made), best_share(left, LEVEL), left,
+    )  # fmt: skip
+
+
+def _learned(parts: Sequence[Part]) -> Disturbance:
+    """What the model lacks, by the left-out trials of some fits."""
+    cuts = [one.cut for one in parts]
+    names = tuple(name for cut in cuts for name in cut.trials)
+    found = Variances(np.concatenate([one.found.known for one in parts]),
+                      np.concatenate([one.found.unit for one in parts], axis=1))  # fmt: skip
+    return learned(parts[0].out.ship, np.concatenate([cut.error for cut in cuts]), found, by_trial(names))
+
+
+def _spread(part: Part, disturbance: Disturbance, sigma: Array) -> Array:
+    """Standard deviation of the draws in each window, readings included, shape (windows, horizons, 6)."""
+    out = part.out
+    uncertain = replace(quiet(out.ship, _DRAWS), names=out.names, draws=draws_of(out, _DRAWS, 1), start=sigma,
+                        disturbance=disturbance)  # fmt: skip
+    return spread(sailed(out.ship, part.cut.lanes, uncertain, 2), sigma)[:, part.cut.rows]
+
+
+def spread(runs: Array, sigma: Array) -> Array:
+    """Standard deviation over the draws that stay finite, and of a reading, shape (lanes, rows, 6).
+
+    Args:
+        runs: shape (draws, lanes, rows, 6).
+        sigma: of the readings, shape (6,).
+    """
+    with np.errstate(all="ignore"):
+        good = np.isfinite(runs)
+        count = np.maximum(good.sum(axis=0), 1)
+        mean = np.where(good, runs, 0.0).sum(axis=0) / count
+        return np.sqrt((np.where(good, runs - mean, 0.0) ** 2).sum(axis=0) / count + sigma**2)

@@ -1,0 +1,114 @@
+"""Fits that leave trials out: the errors on those are the errors to expect, which residuals of a fit are not.
+
+Recordings are dealt into parts, each kind of manoeuvre in turn; every part is predicted by a fit to the others.  A fit
+begins where the whole one ended, so that a part takes a few iterations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.executors import Pool
+from ..core.files import packed, write_whole
+from ..data import Array, Trial
+from ..identify import Fit, Problem, StudyError
+from ..identify.digest import digest
+from ..identify.networks.widths import recordings
+from ..identify.resume import kept_arrays
+from ..ships import Ship
+from ..study.grounds import kind_of
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A fit and the trials that it has not seen.
+
+    Attributes:
+        ship: fitted to the others.
+        names, mean, covariance: its free parameters with their posterior, shapes (free,), (free, free).
+        trials: those left out.
+    """
+
+    ship: Ship
+    names: tuple[str, ...]
+    mean: Array
+    covariance: Array
+    trials: tuple[Trial, ...]
+
+
+def parted(trials: Sequence[Trial], parts: int) -> list[list[Trial]]:
+    """The trials in parts, whole recordings dealt by turns, each kind of manoeuvre after the other.
+
+    Raises:
+        StudyError: fewer recordings than parts.
+    """
+    groups = sorted(recordings(trials), key=lambda group: (kind_of(group[0]), group[0].name))
+    if len(groups) < parts:
+        raise StudyError(f"--parts is {parts}; there are {len(groups)} recordings to leave out")
+    return [[trial for group in groups[part::parts] for trial in group] for part in range(parts)]
+
+
+def begun(estimator: Any, problem: Problem, fit: Fit) -> tuple[Any, Problem]:
+    """Estimator and problem of a fit to fewer trials: what was chosen stays chosen, and it begins at the whole fit."""
+    if hasattr(estimator, "settled"):
+        estimator, problem = estimator.settled(problem, fit)
+    own = dict(zip((one.path for one in fit.free), fit.values.tolist(), strict=True))
+    plain = {name: value for name, value in (("later", ()), ("starts", 1)) if hasattr(estimator, name)}
+    started = replace(problem, free=problem.vector.started(own), validation=(), linted=True)
+    return (replace(estimator, **plain) if plain else estimator), started
+
+
+def left_out(
+    estimator: Any, problem: Problem, fit: Fit, *, parts: int, folder: Path | None = None, pool: Pool | None = None,
+    each: Callable[[int], object] = lambda done: None,
+) -> Iterator[LeftOut]:  # fmt: skip
+    """Fits to all trials but one part, for every part in turn.
+
+    Args:
+        fit: the whole one, of `problem` by `estimator`.
+        folder: where parts that are done are kept, so that a killed run goes on; None keeps nothing.
+        pool: computes the parts; None does so here.
+        each: called with the number of parts that are done.
+
+    Raises:
+        StudyError: fewer recordings than parts.
+        FitError: a fit fails.
+    """
+    who, all_of_it = begun(estimator, problem, fit)
+    out = parted(problem.trials, parts)
+    inner = [replace(all_of_it, trials=tuple(t for t in problem.trials if not any(t is one for one in some)))
+             for some in out]  # fmt: skip
+    files = [None if folder is None else folder / f"part-{k + 1}-of-{parts}.npz" for k in range(parts)]
+    kept = [_kept(file, who, one) for file, one in zip(files, inner, strict=True)]
+    todo = [k for k in range(parts) if kept[k] is None]
+    fresh = (pool.ordered if pool else _here)(_fitted, [(who, inner[k]) for k in todo])
+    for k, some in enumerate(out):
+        mean, covariance = kept[k] or next(fresh)
+        file = files[k]
+        if kept[k] is None and file is not None:
+            write_whole(file, packed(digest=digest(inner[k], who), mean=mean, covariance=covariance))
+        each(k + 1)
+        names = inner[k].vector.paths
+        ship = inner[k].ship.having(dict(zip(names, mean.tolist(), strict=True)))
+        yield LeftOut(ship, tuple(names), mean, covariance, tuple(some))
+
+
+def _here(work: Callable[..., Any], pieces: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+    return (work(*piece) for piece in pieces)
+
+
+def _fitted(estimator: Any, problem: Problem) -> tuple[Array, Array]:
+    fit = estimator.fit(problem)
+    if len(fit.values) != len(problem.free):
+        raise StudyError(f"{estimator}: fits {len(fit.values)} of {len(problem.free)} parameters; it leaves none out")
+    return fit.values, fit.covariance
+
+
+def _kept(path: Path | None, estimator: Any, problem: Problem) -> tuple[Array, Array] | None:
+    held = kept_arrays(path, digest(problem, estimator), ("mean", "covariance"))
+    return None if held is None else (np.asarray(held["mean"]), np.asarray(held["covariance"]))

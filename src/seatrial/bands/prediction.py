@@ -1,0 +1,218 @@
+"""Bands of free-running predictions of a trial, and of manoeuvres in closed loop: draws, and edges that hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from statistics import NormalDist
+
+import numpy as np
+
+from ..data import Array, Trial
+from ..engine.rollout import simulator
+from ..environment import Weather
+from ..manoeuvres import Policy
+from ..models import STATES
+from ..ships import Ship
+from ..simulate.lanes import prepare
+from ..simulate.replay import prepared
+from ..study.grounds import kind_of
+from ..study.stored import Posterior
+from .calibrating import spread
+from .calibration import Calibration
+from .disturbance import LANEWISE, Disturbance, disturbed, shared
+from .sailing import Lanes, Uncertain, check_traced, draws_of, sailed
+
+# Rows of each run at which draws are kept.
+_ROWS = 200
+
+
+@dataclass(frozen=True)
+class Fan:
+    """A prediction with bands.
+
+    Attributes:
+        predicted: by the fitted numbers.
+        since: time since the start or the last restart [s], shape (rows,).
+        half: half widths of x, y, psi, u, v_m, r, shape (rows, 6); NaN beyond the horizon at which bands hold.
+        level: of 0 to 1.
+        kind: of manoeuvre.
+        notes: what a reader must know, one line each.
+    """
+
+    predicted: Trial
+    since: Array
+    half: Array
+    level: float
+    kind: str
+    notes: tuple[str, ...]
+
+    @property
+    def edges(self) -> Mapping[str, tuple[Array, Array]]:
+        """Lower and upper edge of each state, SI units, headings as unwrapped as the prediction's."""
+        return {name: (self.predicted[name] - self.half[:, k], self.predicted[name] + self.half[:, k])
+                for k, name in enumerate(STATES)}  # fmt: skip
+
+
+def fan(
+    held: Posterior, found: Calibration, trial: Trial, predicted: Trial, level: float, *, restart: float | None = None,
+    draws: int = 1000, seed: int = 1,
+) -> Fan:  # fmt: skip
+    """Bands around a prediction that starts, and restarts, in measured states.
+
+    Args:
+        held: posterior of the model.
+        found: its calibration.
+        trial: with controls and wind.
+        predicted: by `replay` with the same `restart`.
+        level: of 0 to 1.
+        restart: seconds between restarts.
+
+    Raises:
+        RequestError: too few recordings for the level.
+        DataError: as of `replay`.
+        ShipError: a model that cannot be disturbed.
+    """
+    kind, ready = kind_of(trial), prepared(held.ship, trial, restart=restart)
+    own = Lanes(ready.begun, np.repeat(ready.lanes, ready.each, axis=1), ready.dt / ready.each,
+                ready.each * max(-(-(ready.steps - 1) // _ROWS), 1))  # fmt: skip
+    runs = sailed(held.ship, whole(own), uncertain(held, found, draws, seed), seed)
+    width, at = spread(runs, found.noise), whole(own).t
+    since, half = np.zeros(len(ready.t)), np.full((len(ready.t), len(STATES)), np.nan)
+    for lane, (a, b) in enumerate(pairwise((*ready.starts, len(ready.t)))):
+        since[a:b] = ready.t[a:b] - ready.t[a]
+        own_width = np.column_stack([np.interp(since[a:b], at, column) for column in width[lane].T])
+        half[a:b] = found.half(since[a:b], own_width, kind, level)
+    return Fan(predicted, since, half, level, kind, _notes(found, kind, level, float(since.max(initial=0.0))))
+
+
+def whole(lanes: Lanes) -> Lanes:
+    """The lanes with their last inputs held until the last row is full."""
+    short = -(lanes.series.shape[1] - 1) % lanes.every
+    return replace(lanes, series=np.concatenate([lanes.series, np.repeat(lanes.series[:, -1:], short, axis=1)], axis=1))
+
+
+def _notes(found: Calibration, kind: str, level: float, longest: float) -> tuple[str, ...]:
+    lines: list[str] = []
+    reach, own = found.reach(level), found.reach(level, kind)
+    kinds = found.factors(level).kinds[:-1]
+    if longest > reach * (1.0 + 1e-6):
+        lines.append(f"bands of {100 * level:g} % hold up to {reach:.4g} s from a start; none beyond (--restart "
+                     f"{reach:.4g}, or seatrial calibrate MODEL --horizon {longest:.4g})")  # fmt: skip
+    if kind not in kinds:
+        lines.append(f"no left-out trial is of this kind ({kind}); they are {', '.join(kinds)}: the widest is taken")
+    elif min(longest, reach) > own * (1.0 + 1e-6):
+        lines.append(f"left-out trials of this kind ({kind}) go up to {own:.4g} s: other kinds stand for it beyond")
+    return tuple(lines)
+
+
+def uncertain(held: Posterior, found: Calibration, draws: int, seed: int) -> Uncertain:
+    """What differs between draws of a calibrated ship."""
+    return Uncertain(held.names, draws_of(held, draws, seed), found.noise, found.disturbance)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """A manoeuvre in closed loop, once by the fitted numbers and once by every draw.
+
+    Attributes:
+        t: [s], shape (rows,).
+        stored: names of the columns: states, memory of actuators and policy, orders.
+        fitted: shape (rows, columns).
+        drawn: shape (draws, rows, columns); NaN or inf after one blows up.
+        half: half widths of the states that hold at the level, shape (rows, 6); NaN beyond the calibrated horizon.
+    """
+
+    t: Array
+    stored: tuple[str, ...]
+    fitted: Array
+    drawn: Array
+    half: Array
+    level: float
+
+    @property
+    def tracks(self) -> Array:
+        """States of the draws, each away from the fitted run by so much that their spread is that of the bands.
+
+        Where the calibration does not reach, the factor of its last horizon is kept.  Shape (draws, rows, 6).
+        """
+        middle, states = self.fitted[:, : len(STATES)], self.drawn[:, :, : len(STATES)]
+        width = spread(states[:, None], np.zeros(len(STATES)))[0]
+        with np.errstate(all="ignore"):
+            factor = self.half / (NormalDist().inv_cdf(0.5 * (1.0 + self.level)) * width)
+        factor = np.where(width > 0, factor, 1.0)
+        last = int(np.flatnonzero(np.isfinite(factor).all(axis=1)).max(initial=0))
+        factor[last + 1 :] = factor[last]
+        return middle + factor * (states - middle)
+
+
+def manoeuvre(
+    held: Posterior, found: Calibration, policy: Policy, level: float, *, speed: float, duration: float, dt: float,
+    weather: Weather, kind: str | None = None, draws: int = 1000, every: int | None = None, seed: int = 1,
+) -> Runs:  # fmt: skip
+    """Sail a manoeuvre with every draw, in one call of the kernel.
+
+    Args:
+        level: of the bands, 0 to 1.
+        speed: initial speed ahead through the water [m/s].
+        duration, dt: length and time step of each run [s].
+        kind: of manoeuvre as `study.grounds.kind_of` names it; None takes that of the policy.
+        every: steps between stored rows; None keeps some 200 rows.
+
+    Raises:
+        RequestError: too few recordings for the level.
+        ShipError: a model that cannot be disturbed.
+    """
+    check_traced(held.ship)
+    steps = round(duration / dt) + 1
+    every = every or max(-(-(steps - 1) // _ROWS), 1)
+    around = weather.series(dt, steps)[None]
+    start = np.array([[0.0, 0.0, 0.0, speed, 0.0, 0.0]])
+    loop = _Loop(held.ship, policy, dt, around, start, every, every * -(-(steps - 1) // every) + 1)
+    calm = Disturbance(tuple(replace(one, sigma=0.0) for one in found.disturbance.processes))
+    own = replace(uncertain(held, found, draws, seed), start=np.zeros(len(STATES)))
+    names = own.names
+    middle = np.array([[float(value) for value in held.mean]])
+    fitted = loop.run(names, middle, calm, seed)[0]
+    drawn = loop.run(names, own.draws, own.disturbance, seed)
+    t = dt * every * np.arange(fitted.shape[0])
+    width = spread(drawn[:, None, :, : len(STATES)], np.zeros(len(STATES)))[0]
+    half = found.half(t, width, kind or policy.kind, level)
+    return Runs(t, loop.stored, fitted, drawn, half, level)
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """A closed loop under given conditions."""
+
+    ship: Ship
+    policy: Policy
+    dt: float
+    around: Array
+    start: Array
+    every: int
+    steps: int
+
+    @property
+    def stored(self) -> tuple[str, ...]:
+        lanes = prepare(self.ship, self.policy, self.dt, {}, self.start, self.around, 1)
+        return lanes.simulator.system.stored
+
+    def run(self, names: tuple[str, ...], draws: Array, disturbance: Disturbance, seed: int) -> Array:
+        """Stored rows, shape (draws, rows, columns of the loop)."""
+        rng, count = np.random.default_rng(seed), len(draws)
+        vary = {f"ship.{name}": column for name, column in zip(names, draws.T, strict=True)}
+        lanes = prepare(self.ship, self.policy, self.dt, vary, self.start, self.around, count)
+        system = lanes.simulator.system
+        code = simulator(disturbed(system, disturbance.layout), (*lanes.simulator.lanewise, *LANEWISE))
+        with np.errstate(all="ignore"):
+            run = code.stored(
+                lanes.state, lanes.series, shared(lanes.shared, disturbance),
+                memory0=np.hstack([lanes.memory, disturbance.begun(count, rng)]),
+                lanewise=np.hstack([draws, disturbance.currents(count, rng)]), dt=self.dt, every=self.every,
+                steps=self.steps,
+            )  # fmt: skip
+        kept = len(system.states) + len(system.memory)
+        columns = [*range(kept), *range(run.shape[2] - len(system.logged), run.shape[2])]
+        return run[:, :, columns]

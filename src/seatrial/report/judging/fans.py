@@ -1,0 +1,90 @@
+"""Bands of predictions on a page: how often they held, and each trial as a fan."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ...bands.held import GROUPS, Held, unwrapped_to
+from ...bands.prediction import Fan
+from ...data import Trial
+from .. import figures
+from ..page import Section, bullets, figure, gallery, number, soft, table
+
+_DEGREES = math.degrees(1.0)
+_UNITS = {"x": ("m", 1.0), "y": ("m", 1.0), "psi": ("°", _DEGREES), "u": ("m/s", 1.0), "v_m": ("m/s", 1.0),
+          "r": ("°/s", _DEGREES)}  # fmt: skip
+_PLACE = (("x", "north x [m]", 1.0), ("y", "east y [m]", 1.0))
+# Beyond so many trials only the first ones are drawn.
+_DRAWN = 12
+
+
+@dataclass(frozen=True)
+class BandsHeld:
+    """Bands of the predictions of some trials, and how often they held.
+
+    Attributes:
+        level: of 0 to 1.
+        rows: by kind and horizon.
+        fans: each with its trial as measured.
+        recordings: behind the calibration.
+    """
+
+    level: float
+    rows: tuple[Held, ...]
+    fans: tuple[tuple[Fan, Trial], ...]
+    recordings: int
+
+
+def section(found: BandsHeld) -> Section:
+    """Table of coverage and widths, and fans."""
+    head = ["kind", "ahead [s]", "windows", *(f"{name} held" for name in GROUPS),
+            *(f"{name} ± [{unit}]" for name, (unit, _) in _UNITS.items())]  # fmt: skip
+    cells = ([one.kind, number(one.horizon), str(one.windows),
+              *(f"{100 * one.inside[name]:.0f} %" for name in GROUPS),
+              *(number(factor * one.width[name], 2) for name, (_, factor) in _UNITS.items())] for one in found.rows)
+    remark = (
+        f"Bands of {100 * found.level:g} %, calibrated on {found.recordings} recordings that fits left out. Held: "
+        "share of the measurements within their bands, at these times after a start; ±: mean half width."
+    )
+    notes = [f"{made.predicted.name}: {line}" for made, _ in found.fans for line in made.notes]
+    drawn = gallery(*(figure(fan(made, trial), f"{trial.name}: measured, predicted and its band")
+                      for made, trial in found.fans[:_DRAWN]))  # fmt: skip
+    return Section("Bands", table(head, cells) + soft(remark) + bullets(dict.fromkeys(notes)) + drawn)
+
+
+def fan(made: Fan, measured: Trial) -> str:
+    """Position, heading and speeds of a trial over time with the band of the prediction."""
+    channels = (*_PLACE, *figures.MOTION)
+    drawn, axes = figures.canvas(len(channels), (5.2, 1.35 * len(channels)))
+    t, breaks = made.predicted.t, made.since == 0.0
+    every = max(1, len(t) // 800)
+    for ax, (name, label, factor) in zip(axes, channels, strict=True):
+        low, high = (np.where(breaks, np.nan, factor * edge) for edge in made.edges[name])
+        middle = np.where(breaks, np.nan, factor * made.predicted[name])
+        values = unwrapped_to(made, measured) if name == "psi" else measured[name]
+        ax.fill_between(t[::every], low[::every], high[::every], color=figures.SKY, alpha=0.6, lw=0, label="band")
+        ax.plot(t[::every], middle[::every], color=figures.BLUE, lw=1.0, label="predicted")
+        ax.plot(measured.t[::every], factor * values[::every], color=figures.INK, lw=1.1, label="measured")
+        ax.set_ylabel(label)
+    axes[-1].set_xlabel("time t [s]")
+    drawn.align_ylabels(axes)
+    figures.legend_below(drawn, axes[-1])
+    return figures.svg(drawn, f"band {made.predicted.name}")
+
+
+def numbers(found: BandsHeld) -> Mapping[str, Any]:
+    """The same for JSON, SI units."""
+    return {"level": found.level, "recordings": found.recordings, "held": [asdict(one) for one in found.rows],
+            "notes": {made.predicted.name: list(made.notes) for made, _ in found.fans if made.notes}}  # fmt: skip
+
+
+def words(rows: Sequence[Held], level: float) -> str:
+    """One line on how often bands held."""
+    last = [one for one in rows if one.kind == rows[-1].kind]
+    found = ", ".join(f"{100 * min(one.inside.values()):.0f} % at {one.horizon:.3g} s" for one in last)
+    return f"bands of {100 * level:g} % held at least in {found} ({rows[-1].kind})"

@@ -1,0 +1,134 @@
+"""Calibration of a fitted model: fits that leave trials out, and the file that its bands are taken from."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Mapping
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...bands.calibrating import LEVEL, calibrated
+from ...bands.calibration import Calibration, beside, save
+from ...bands.left_out import left_out
+from ...core import executors
+from ...core.files import held_alone
+from ...data import Array
+from ...models import STATES
+from ...study.grounds import trial_digest
+from ...study.store import load_fit_summary
+from ...study.stored import HOW, load_fit, posterior
+from ...study.study import Study, read_study
+from .. import SILENT, Outcome, RequestError, Sink, Table, figure
+from ..request import positive
+from .fans import DEGREES
+
+PARTS = 5
+_FOLDER = "left-out"
+# A day in the name of a recording: 06-Aug-2020, 2020-08-06, 20200806.
+_DAY = re.compile(r"(?<!\d)(?:\d{2}[-_.][A-Za-z]{3}[-_.]\d{4}|\d{4}[-_.]?\d{2}[-_.]?\d{2})(?!\d)")
+
+
+def calibrate(
+    model: str, *, parts: int = PARTS, horizon: float | None = None, dask: str | None = None, sink: Sink = SILENT,
+) -> Outcome[Calibration]:  # fmt: skip
+    """Fit again without some of the trials, for every part of them, and keep how well these are predicted.
+
+    A killed run goes on where it was: parts that are done are kept in a folder beside the model until the end.
+
+    Args:
+        model: model.toml of a run of a study.
+        parts: into how many parts the recordings are dealt.
+        horizon: longest one [s]; None takes what as many recordings reach as 95 % needs.
+        dask: as of `identify`; the parts are computed there.
+
+    Raises:
+        RequestError: no fitted model, too few parts or trials, or trials that are not those of the fit.
+        StudyError, DataError: study or trials cannot be read.
+        FitError: a fit without a part fails.
+        BusyError: another process calibrates this model.
+    """
+    positive(horizon=horizon)
+    if parts < 2:
+        raise RequestError(f"--parts is {parts}; two or more leave trials out")
+    held = posterior(model)
+    where = Path(model).parent
+    study, fit = _study(load_fit_summary(where), model), load_fit(where)
+    folder = where / _FOLDER
+
+    def told(done: int) -> None:
+        sink.note(f"{done} of {parts} parts of the recordings left out and fitted without")
+
+    with held_alone(folder), executors.dask(dask, sink.note) if dask else nullcontext(None) as pool:
+        out = left_out(study.estimator, study.problem, fit, parts=parts, folder=folder, pool=pool, each=told)
+        found = calibrated(held, out, longest=horizon)
+        path = save(found, beside(model))
+    shutil.rmtree(folder, ignore_errors=True)
+    sink.note(f"wrote {path}")
+    return Outcome(found, _document(found, path), _shown(found))
+
+
+def _study(summary: Mapping[str, Any], model: str) -> Study:
+    """The study of a fit, held to the digests of its trials.
+
+    Raises:
+        RequestError: it has changed, or its trials have.
+    """
+    file = str(summary.get("study_file") or "")
+    if not file or not Path(file).is_file():
+        raise RequestError(f"{model}: the study of its fit ({file or 'not named'}) is not at hand; {HOW}")
+    if Path(file).read_text(encoding="utf-8") != summary.get("study_text"):
+        raise RequestError(f"{file}: has changed since the fit of {model}; {HOW}")
+    study = read_study(file)
+    told = {one["name"]: one["digest"] for one in summary.get("grounds", {}).get("trials", ()) if one["role"] == "fit"}
+    now = {trial.name: trial_digest(trial) for trial in study.problem.trials}
+    if other := sorted(name for name in {*told, *now} if told.get(name) != now.get(name)):
+        raise RequestError(f"{file}: trials are not as they were when {model} was fitted: {', '.join(other[:5])}; "
+                           "fit again")  # fmt: skip
+    return study
+
+
+def _document(found: Calibration, path: Path) -> dict[str, Any]:
+    made = found.factors(LEVEL)
+    return {
+        "written": str(path), "fit": found.fit, "trials": len(found.trials), "recordings": len(set(found.left.groups)),
+        "windows": len(found.left.trials), "kinds": sorted(set(found.left.kinds)), "level": LEVEL,
+        "reach": found.reach(LEVEL), "of_one_day": list(_of_one_day(found)), "share": found.share,
+        "horizons": found.left.horizons.tolist(),
+        "disturbance": {"current": found.disturbance.current, "accelerations": [
+            vars(one) for one in found.disturbance.processes if one.sigma > 0]},
+        "half_width": {kind or "any other": {name: (made.factor[k, :, c] * _usual(found)[:, c]).tolist()
+                                             for c, name in enumerate(STATES)} for k, kind in enumerate(made.kinds)},
+    }  # fmt: skip
+
+
+def _usual(found: Calibration) -> Array:
+    """The spread of a usual window at each horizon, shape (horizons, 6)."""
+    left = found.left
+    return np.nanmedian(left.spread, axis=0) ** found.share * left.usual ** (1.0 - found.share)
+
+
+def _of_one_day(found: Calibration) -> tuple[str, ...]:
+    """Kinds whose recordings are all of one day, as far as their names tell it: one line each."""
+    days: dict[str, set[str]] = {}
+    for kind, group in zip(found.left.kinds, found.left.groups, strict=True):
+        day = _DAY.search(group)
+        days.setdefault(kind, set()).add(day[0] if day else "")
+    return tuple(f"{kind}: every recording is of {day}; what differs from day to day is not in its bands"
+                 for kind, some in sorted(days.items()) if len(some) == 1 and (day := next(iter(some))))
+
+
+def _shown(found: Calibration) -> tuple[Table | str, ...]:
+    made, usual = found.factors(LEVEL), _usual(found)
+    rows = [(kind or "any other", figure(float(h), 3), str(made.recordings[k, j]),
+             *(figure(DEGREES.get(name, 1.0) * float(made.factor[k, j, c] * usual[j, c]), 2)
+               for c, name in enumerate(STATES)))
+            for k, kind in enumerate(made.kinds) for j, h in enumerate(found.left.horizons)
+            if j in (0, len(found.left.horizons) // 2, len(found.left.horizons) - 1)]  # fmt: skip
+    head = ("left out", "ahead [s]", "recordings", "x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
+    return (Table(head, tuple(rows), tuple(range(1, 9))),
+            f"half widths of usual bands of {100 * LEVEL:g} %, by kind of manoeuvre",
+            f"bands hold up to {found.reach(LEVEL):.4g} s from a start", *_of_one_day(found))  # fmt: skip
