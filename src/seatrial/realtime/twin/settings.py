@@ -1,0 +1,115 @@
+"""What a twin assumes: sensors with their noise, process noise, and which parameters drift."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from ...core.parameters import read, specs, unknown, values
+from ...identify import StudyError
+from ...identify.filters.augmented import BIAS, SLOW
+from ...identify.filters.measurement import Antenna, Heading, Log, Rate, Sensor, Track
+from ...identify.nuisance import CURRENT
+from ...ships import Ship
+
+POSITION, HEADING, TURN, SPEED, VELOCITY = "position", "compass", "rate gyro", "log", "velocity"
+"""Sensors of a twin by name."""
+
+NOISE: Mapping[str, float] = {"x": 1.0, "psi": 0.002, "r": 0.0003, "u_w": 0.05, "v_north": 0.05}
+"""Noise of the usual instruments of a merchant ship by their first channel, where a log does not show it; assumed."""
+
+_DAY = 86400.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a twin; everything in SI units and radians.
+
+    Attributes:
+        sensors: by name.
+        process: random walk of each state, as the standard deviation that it gathers in one second.
+        start: standard deviation of each further state at first.
+        memory: time constant of each state that returns to zero [s].
+        free: paths of the parameters that may drift.
+        settle: time in which the twin raises no alarm [s].
+        window: time over which faults are sought [s].
+        spacing: time between the onsets that are tried [s].
+        false_alarms: false alarms a day that are accepted.
+        step: longest Runge-Kutta step [s].
+    """
+
+    sensors: Mapping[str, Sensor]
+    process: Mapping[str, float]
+    start: Mapping[str, float]
+    memory: Mapping[str, float]
+    free: tuple[str, ...] = ()
+    settle: float = 300.0
+    window: float = 90.0
+    spacing: float = 5.0
+    false_alarms: float = 0.2
+    step: float = 1.0
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
+
+    @property
+    def more(self) -> tuple[str, ...]:
+        """Names of the states beyond those of the ship's model."""
+        return tuple(self.start)
+
+
+def usual(
+    ship: Ship, channels: Sequence[str], *, noise: Mapping[str, float] | None = None, free: Sequence[str] = (),
+    gyro_bias: bool = True, antenna: tuple[float, float] = (0.0, 0.0),
+) -> Settings:  # fmt: skip
+    """Settings for a ship, in proportion to its length and speed.
+
+    Args:
+        channels: channels of the log; those of a sensor must all be there.
+        noise: standard deviation by channel; `NOISE` fills in.
+        free: parameters that may drift: each walks by a fifth of its value in a day.
+        gyro_bias: estimate the error of the rate gyro, where there is one and a compass beside it.
+        antenna: place of the satellite antenna, forward and to starboard of midship [m].
+
+    Raises:
+        StudyError: the log shows neither heading nor position, or a parameter is not known.
+    """
+    known = {**NOISE, **(noise or {})}
+    there = {
+        POSITION: Antenna(known["x"], *antenna), HEADING: Heading(known["psi"]), TURN: Rate(known["r"]),
+        SPEED: Log(known["u_w"], channels=("u_w",)), VELOCITY: Track(known["v_north"], *antenna),
+    }  # fmt: skip
+    sensors: dict[str, Sensor] = {name: s for name, s in there.items() if all(c in channels for c in s.channels)}
+    if HEADING not in sensors or (POSITION not in sensors and VELOCITY not in sensors):
+        raise StudyError(f"{ship.name}: a twin needs heading and position; the log has {', '.join(channels)}")
+    U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
+    spans = {name: (spec.low, spec.high) for name, spec in specs(ship.model).items()}
+    for path in free:
+        if path not in spans:
+            raise StudyError(f"{ship.name}: {unknown(path, spans, 'parameter')}")
+        if float(read(ship.model, path)) == 0.0:
+            raise StudyError(f"--free {path}: it is 0, of which no share can drift; give the ship file a value")
+    size = {path: abs(float(values(ship.model)[path])) for path in free}
+    white = 0.002 * U / math.sqrt(T)
+    slow = {"slow.u": 0.003 * U / T, "slow.v_m": 0.01 * U / T, "slow.r": 0.01 / T**2}
+    tau = 20.0 * T
+    # a log through the water tells the current from forces; without one, what is called current holds both
+    start = {name: 0.1 * U for name in CURRENT} | slow
+    process = {"u": white, "v_m": white, "r": white / ship.L_pp} | dict.fromkeys(CURRENT, 0.01 * U / math.sqrt(tau))
+    process |= {name: sd * math.sqrt(2.0 / tau) for name, sd in slow.items()}
+    if gyro_bias and TURN in sensors:
+        start[f"{BIAS}r"] = 5.0 * known["r"]
+        process[f"{BIAS}r"] = 0.1 * known["r"] / math.sqrt(3600.0)
+    start |= {path: 0.1 * value for path, value in size.items()}
+    process |= {path: 0.2 * value / math.sqrt(_DAY) for path, value in size.items()}
+    return Settings(
+        sensors, process, start, dict.fromkeys(SLOW, tau), tuple(free), settle=max(120.0, 10.0 * T),
+        step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in free},
+    )  # fmt: skip
+
+
+def scaled(settings: Settings, factor: float) -> Settings:
+    """The same with process noise of the motion and of slow forces times a factor."""
+    names = ("u", "v_m", "r", *SLOW)
+    process = {name: value * (factor if name in names else 1.0) for name, value in settings.process.items()}
+    start = {name: value * (factor if name in SLOW else 1.0) for name, value in settings.start.items()}
+    return replace(settings, process=process, start=start)
