@@ -17,6 +17,8 @@ NOISE = {"x": 0.5, "y": 0.5, "psi": 0.0015, "r": 0.0002, "u_w": 0.03, "v_north":
 KINDS = ("frozen compass", "gnss jump", "gnss drift", "jammed rudder", "slow rudder", "lost propeller", "log stuck",
          "current step")  # fmt: skip
 SEGMENT = 600.0
+SEA = np.array([[1.15e-3, 1.1e-4], [1.15e-3, 1.1e-3], [1.4e-5, 1.3e-5]])
+"""Of surge, sway and yaw: random walk of the velocity in a second, and slow acceleration, which lasts 500 s."""
 Row = tuple[float, dict[str, float]]
 
 
@@ -30,7 +32,7 @@ class Voyage:
         R_0: factor of the resistance over time.
         current: north and east over time [m/s].
         bias: error of the rate gyro [rad/s].
-        wind: mean wind that no log shows [m/s], from the north-west, with gusts of a fifth of it.
+        sea: random forces that no log shows, as shares of `SEA`.
     """
 
     ship: Ship
@@ -42,7 +44,7 @@ class Voyage:
     R_0: Callable[[float], float] = lambda t: 1.0
     current: Callable[[float], tuple[float, float]] = lambda t: (0.0, 0.0)
     bias: float = 0.0
-    wind: float = 0.0
+    sea: float = 1.0
     seed: int = 1
 
     def rows(self) -> Iterator[tuple[Row, dict[str, float]]]:
@@ -50,7 +52,7 @@ class Voyage:
         rng = np.random.default_rng(self.seed)
         base = float(self.ship.model.hull.R_0)
         plant: Plant | None = None
-        n_P, course, gust, held = 0.0, 0.0, np.zeros(2), dict[str, float]()
+        n_P, course, slow, held = 0.0, 0.0, np.zeros(3), dict[str, float]()
         inner = 2
         for k in range(round(self.hours * 3600.0 / self.dt)):
             t = k * self.dt
@@ -68,9 +70,9 @@ class Voyage:
             north, east = self.current(t)
             if faulty and self.fault == "current step":
                 north, east = north + 0.5, east - 0.4
-            gust += -gust * self.dt / 60.0 + 0.2 * self.wind * math.sqrt(2.0 * self.dt / 60.0) * rng.standard_normal(2)
-            wind = self.wind * math.sqrt(0.5) + gust
-            plant.surround(Environment(float(wind[0]), float(-wind[1]), north, east))
+            plant.surround(Environment(current_x=north, current_y=east))
+            slow += -slow * self.dt / 500.0 + SEA[:, 1] * math.sqrt(2.0 * self.dt / 500.0) * rng.standard_normal(3)
+            pushed(plant, self.sea * (slow * self.dt + SEA[:, 0] * math.sqrt(self.dt) * rng.standard_normal(3)))
             error = math.remainder(course - plant["psi"], 2.0 * math.pi)
             wanted = min(max(1.0 * error - 25.0 * plant["r"], -0.35), 0.35)
             plant.order("n_P", n_P)
@@ -78,7 +80,7 @@ class Voyage:
             if faulty and self.fault == "jammed rudder":
                 wanted_now = held.setdefault("delta", plant["delta"])
             elif faulty and self.fault == "slow rudder":
-                reach = math.radians(0.25) * self.dt
+                reach = math.radians(0.5) * self.dt
                 wanted_now = plant["delta"] + min(max(wanted - plant["delta"], -reach), reach)
             else:
                 wanted_now = wanted
@@ -119,6 +121,14 @@ class Voyage:
         if not self.feedback:
             del read["delta_cmd"]
         return read
+
+
+def pushed(plant: Plant, change: np.ndarray) -> None:
+    """Change the velocities of a ship at once."""
+    head, _, body = plant.snapshot().partition(b"\n")
+    values = np.frombuffer(body).copy()
+    values[3:6] += change
+    plant.restore(head + b"\n" + values.tobytes())
 
 
 def coaster() -> Ship:

@@ -154,14 +154,14 @@ class Follower:
         reach = later.cov @ slope.T
         spread = slope @ reach
         spread[np.diag_indices(rows.size)] += noise
-        inverse = _inverse(spread)
+        inverse = inverse_of(spread)
         near = innovation**2 <= GATE**2 * np.diagonal(spread)
         taken = near if not masked else near & ~np.isin(rows, list(masked))
         gain = np.zeros((later.mean.size, rows.size))
         kept = np.flatnonzero(taken)
         mean, cov = later.mean, later.cov
         if kept.size:
-            part = inverse if kept.size == rows.size else _inverse(spread[np.ix_(kept, kept)])
+            part = inverse if kept.size == rows.size else inverse_of(spread[np.ix_(kept, kept)])
             own = reach[:, kept] @ part
             gain[:, kept] = own
             mean = inside(mean + own @ innovation[kept], cov, self.machine.low, self.machine.high)
@@ -185,7 +185,7 @@ class Follower:
         return replace(self, cov=cov)
 
 
-def _inverse(spread: Array) -> Array:
+def inverse_of(spread: Array) -> Array:
     """Inverse of a covariance, whatever the units."""
     size = 1.0 / np.sqrt(np.diagonal(spread))
     return np.asarray(np.linalg.inv(spread * size[:, None] * size) * size[:, None] * size, dtype=np.float64)

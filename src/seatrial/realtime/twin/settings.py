@@ -90,7 +90,7 @@ def usual(
             raise StudyError(f"--free {path}: it is 0, of which no share can drift; give the ship file a value")
     size = {path: abs(float(values(ship.model)[path])) for path in free}
     white = 0.002 * U / math.sqrt(T)
-    slow = {"slow.u": 0.003 * U / T, "slow.v_m": 0.01 * U / T, "slow.r": 0.01 / T**2}
+    slow = {"slow.u": 0.001 * U / T, "slow.v_m": 0.01 * U / T, "slow.r": 0.01 / T**2}
     tau = 20.0 * T
     # a log through the water tells the current from forces; without one, what is called current holds both
     start = {name: 0.1 * U for name in CURRENT} | slow

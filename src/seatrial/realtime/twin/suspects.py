@@ -11,24 +11,25 @@ alarms follows from the number of onsets and suspects.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...actuators import Servo
 from ...data import Array
 from ...identify.filters.augmented import BIAS, SLOW
 from ...identify.nuisance import CURRENT
 from ...models import unit
-from .follow import Machine, Step
+from .follow import GATE, Machine, Step, inverse_of
 from .settings import HEADING, POSITION, SPEED, TURN, VELOCITY
 
-# Innovations count as so many standard deviations at most: one outlier is no evidence.
-_CLIP = 5.0
-# A slow rudder moves at this share of its rate.
-_SLOW = 0.3
+# A reading counts as so many standard deviations at most.  The first one beyond the gate, maybe an outlier, is left out.
+_MOST = 50.0
+# How far from its last angle a jammed control may stand, one standard deviation [rad]: the log is late.
+_BESIDE = math.radians(3.0)
+# A slow rudder moves at one of these shares of its rate.
+_SLOW = (0.4, 0.15)
 
 JUMP, RAMP, IMPULSE, STUCK, LAZY, LOST = "jump", "ramp", "impulse", "stuck", "lazy", "lost"
 """How a fault acts: on a reading as a step or a ramp, on a state, on a control (holds, lags, has no effect)."""
@@ -44,6 +45,7 @@ class Suspect:
         what: names of the channels, the states or the control that it acts on; one or two.
         size: standard deviation of its size, for each of them; a stuck or lazy control has size 1.
         unit: of the size.
+        share: of its rate at which a lazy control moves.
     """
 
     cause: str
@@ -51,6 +53,7 @@ class Suspect:
     what: tuple[str, ...]
     size: tuple[float, ...]
     unit: str
+    share: float = 1.0
 
     @property
     def fixed(self) -> bool:
@@ -66,8 +69,8 @@ class Evidence:
         suspect: the kind of fault.
         score: twice the logarithm of the Bayes factor against no fault.
         onset: its most likely onset [s].
-        size: its size if it set in then, and the standard deviation of that; each as long as `suspect.what`.
-        sigma: standard deviation of the size.
+        size, sigma: its size if it set in then, and the standard deviation of that; each as long as `suspect.what`.
+        held: the control that it acts on, at its onset.
     """
 
     suspect: Suspect
@@ -75,6 +78,7 @@ class Evidence:
     onset: float
     size: tuple[float, ...]
     sigma: tuple[float, ...]
+    held: float = math.nan
 
 
 def suspects(machine: Machine) -> tuple[Suspect, ...]:
@@ -102,8 +106,8 @@ def suspects(machine: Machine) -> tuple[Suspect, ...]:
         found.append(Suspect(f"{path} changed", IMPULSE, (path,), (2.0 * settings.start[path],), ""))
     for control in ship.model.controls:
         if unit(control) == "rad":
-            found.append(Suspect(f"{control} jammed", STUCK, (control,), (1.0,), "1"))
-            found.append(Suspect(f"{control} slow", LAZY, (control,), (1.0,), "1"))
+            found.append(Suspect(f"{control} jammed", STUCK, (control,) * 2, (1.0, _BESIDE), "1"))
+            found += [Suspect(f"{control} slow", LAZY, (control,), (1.0,), "1", share) for share in _SLOW]
         else:
             found.append(Suspect(f"{control} without its thrust", LOST, (control,), (1.0,), "1"))
     return tuple(one for one in found if not one.what[0].startswith(BIAS) and T > 0.0)
@@ -130,8 +134,9 @@ class Bank:
         self._away = np.zeros((n, columns, slots))
         self._b, self._A, self._X = (np.zeros((columns, slots)) for _ in range(3))
         self._onset = np.full(slots, np.nan)
+        self._far = np.zeros(len(self.machine.channels), dtype=np.bool_)
         self._held = np.zeros((len(self._control), slots))
-        self._lazy = np.zeros_like(self._held)
+        self._lazy = np.zeros((len(self.suspects), slots))
 
     def onset(self, t: float, acting: Array) -> None:
         """Try this time as an onset from here on, in place of the oldest."""
@@ -140,38 +145,58 @@ class Bank:
         self._away[:, :, slot] = 0.0
         for array in (self._b, self._A, self._X):
             array[:, slot] = 0.0
-        self._held[:, slot] = self._lazy[:, slot] = acting[: len(self._control)]
+        self._held[:, slot] = acting[: len(self._control)]
+        for k in self._acted:
+            self._lazy[k, slot] = acting[self._control[self.suspects[k].what[0]]]
         for one, first in zip(self.suspects, self._first, strict=False):
             if one.how == IMPULSE:
                 for k, name in enumerate(one.what):
                     self._away[self._place[name], first + k, slot] = 1.0
 
+    def pace(self, one: Suspect) -> float:
+        """How fast a lazy control moves; infinite for other suspects."""
+        return one.share * self._rate[one.what[0]] if one.how == LAZY else math.inf
+
+    def surprised(self, step: Step) -> bool:
+        """Whether a channel goes beyond the gate that did not before: a likely onset."""
+        far = np.abs(step.innovation) > GATE * np.sqrt(np.diagonal(step.spread))
+        return bool((far & ~self._far[step.rows]).any())
+
     @property
     def latest(self) -> float:
-        """The last onset; NaN before the first."""
+        """The last onset; minus infinity before the first."""
         return float(np.max(np.where(np.isnan(self._onset), -np.inf, self._onset)))
 
-    def weigh(self, step: Step, level: float = 1.0) -> None:
+    def weigh(self, step: Step, logged: Array, faulty: Collection[str] = (), level: float = 1.0) -> None:
         """Weigh the innovations of a row.
 
         Args:
+            logged: controls and environment as the log has them; `step` has them as they are believed to act.
+            faulty: controls that are known to be at fault; their suspects stand for the end of the fault.
             level: by how much innovations are larger than stated, squared; 1 where the filter is right.
         """
         n, flat = len(self.machine.names), self._columns * self._slots
         away = (step.onward @ self._away.reshape(n, flat)).reshape(n, self._columns, self._slots)
-        self._act(step, away)
+        self._act(step, away, logged, faulty)
         found = (step.slope @ away.reshape(n, flat)).reshape(-1, self._columns, self._slots)
         self._misread(step, found)
-        clip = _CLIP * np.sqrt(np.diagonal(step.spread))
-        whitened = step.inverse @ np.clip(step.innovation, -clip, clip) / level
-        weighed = np.tensordot(step.inverse / level, found, 1)
+        deviation = np.sqrt(np.diagonal(step.spread))
+        far = np.abs(step.innovation) > GATE * deviation
+        counted = ~(far & ~self._far[step.rows])
+        self._far[step.rows] = far
+        inverse = np.zeros_like(step.spread)
+        inverse[np.ix_(counted, counted)] = (
+            step.inverse if counted.all() else inverse_of(step.spread[np.ix_(counted, counted)])
+        )
+        whitened = inverse @ np.clip(step.innovation, -_MOST * deviation, _MOST * deviation) / level
+        weighed = np.tensordot(inverse / level, found, 1)
         self._b += np.tensordot(whitened, found, 1)
         self._A += np.einsum("kcs,kcs->cs", found, weighed)
         self._X[:-1] += np.einsum("kcs,kcs->cs", found[:, :-1], weighed[:, 1:])
         self._away = away - np.tensordot(step.gain, found, 1)
 
-    def _act(self, step: Step, away: Array) -> None:
-        """Add what faulty controls do to the state during the row."""
+    def _act(self, step: Step, away: Array, logged: Array, faulty: Collection[str]) -> None:
+        """Add what faulty controls do to the state during the row; of those known to be at fault, what healing does."""
         if not self._acted:
             return
         traced = self.machine.traced
@@ -182,12 +207,19 @@ class Bank:
             one, column = self.suspects[k], self._first[k]
             number = self._control[one.what[0]]
             here = float(step.acting[number])
-            if one.how == STUCK:
+            if one.what[0] in faulty:
+                if one.how != LAZY:
+                    other = step.acting.copy()
+                    other[number] = logged[number]
+                    (healed,) = traced.onward(step.before, other, step.dt)
+                    away[:, column] += (healed - usual)[:, None]
+            elif one.how == STUCK:
                 away[:, column] += pushed[number][:, None] * (self._held[number] - here)
+                away[:, column + 1] += pushed[number][:, None]
             elif one.how == LAZY:
-                reach = _SLOW * self._rate[one.what[0]] * step.dt
-                self._lazy[number] += np.clip(here - self._lazy[number], -reach, reach)
-                away[:, column] += pushed[number][:, None] * (self._lazy[number] - here)
+                reach = one.share * self._rate[one.what[0]] * step.dt
+                self._lazy[k] += np.clip(here - self._lazy[k], -reach, reach)
+                away[:, column] += pushed[number][:, None] * (self._lazy[k] - here)
             else:
                 other = step.acting.copy()
                 other[number] = 0.0
@@ -215,14 +247,20 @@ class Bank:
         for one, first in zip(self.suspects, self._first, strict=False):
             score, size, sigma = _ratio(one, slice(int(first), int(first) + len(one.what)), b, A, X, self._prior)
             j = int(np.argmax(score))
+            number = self._control.get(one.what[0])
+            held = math.nan if number is None else float(self._held[number, live[j]])
             found.append(Evidence(one, float(score[j]), float(self._onset[live[j]]), tuple(size[:, j].tolist()),
-                                  tuple(sigma[:, j].tolist())))  # fmt: skip
+                                  tuple(sigma[:, j].tolist()), held))  # fmt: skip
         return sorted(found, key=lambda e: -e.score)
 
 
 def _ratio(one: Suspect, part: slice, b: Array, A: Array, X: Array, prior: Array) -> tuple[Array, Array, Array]:
     """Score of each onset, and size and its deviation, shapes (onsets,), (components, onsets) twice."""
     b, A, X, prior = b[part], A[part], X[part.start], prior[part]
+    if one.how == STUCK:
+        left = b[1] - X
+        score = 2.0 * b[0] - (A[0] - prior[0]) + left**2 / A[1] - np.log(A[1] / prior[1])
+        return score, np.stack([np.ones_like(left), left / A[1]]), np.stack([np.zeros_like(left), A[1] ** -0.5])
     if one.fixed:
         return 2.0 * b[0] - (A[0] - prior[0]), np.ones_like(b), np.zeros_like(b)
     if len(one.what) == 1:
@@ -239,10 +277,8 @@ def _rate(servo: Servo) -> float:
     return rate if math.isfinite(rate) else math.radians(70.0) / 20.0
 
 
-def threshold(count: int, settings_spacing: float, false_alarms: float) -> float:
+def threshold(count: int, spacing: float, false_alarms: float) -> float:
     """Score from which a fault is there, so that false alarms are at most `false_alarms` a day."""
-    tests = 86400.0 / settings_spacing * count
+    tests = 86400.0 / spacing * count
     return 2.0 * math.log(max(tests / false_alarms, 2.0))
 
-
-Columns = NDArray[np.intp]
