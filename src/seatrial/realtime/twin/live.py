@@ -13,6 +13,7 @@ from ...data import Array
 from ...environment import CHANNELS
 from ...ships import Ship
 from ...identify.filters.augmented import SLOW
+from .ahead import Trust
 from .alarms import FROZEN, UNEXPLAINED, Alarm, Judge, alarm_of
 from .follow import Follower, Machine, Step, begun, made
 from .settings import Settings
@@ -88,6 +89,7 @@ class Live:
         alarms: all of them, in the order of naming.
         tally: statistics of the innovations by hour.
         counts: rows that could not be taken in.
+        trust: how forecasts have turned out.
     """
 
     def __init__(self, ship: Ship, settings: Settings, channels: tuple[str, ...] = ()) -> None:
@@ -96,7 +98,7 @@ class Live:
         self.follower: Follower | None = None
         self.last: Step | None = None
         self.alarms: list[Alarm] = []
-        self.tally, self.counts = Tally(), Counts()
+        self.tally, self.counts, self.trust = Tally(), Counts(), Trust()
         faults = suspects(self.machine)
         self._bank = Bank(self.machine, faults)
         self._judge = Judge(threshold(len(faults), settings.spacing, settings.false_alarms))
@@ -139,8 +141,16 @@ class Live:
         for one in self._steering:
             one.note(t, values)
         self._take(_Kept(t, acting, readings))
+        self.trust.note(self.follower, self.acting, np.where(self._blind, math.nan, readings))
         self._watch(t)
         return True
+
+    @property
+    def _blind(self) -> Array:
+        """Which channels are not believed."""
+        out = np.zeros(len(self.machine.channels), dtype=np.bool_)
+        out[list(self._masked)] = True
+        return out
 
     @property
     def _long(self) -> float:
@@ -182,6 +192,29 @@ class Live:
         ahead, aside = much * math.cos(where) - u, much * math.sin(where) - v_m
         return ahead * c - aside * s, ahead * s + aside * c
 
+    @property
+    def acting(self) -> Array:
+        """Controls and environment as they are now, and as they are believed to act."""
+        return self._acted(_Kept(0.0, self._acting, self._acting), 0.0)
+
+    def held(self) -> dict[str, object]:
+        """What a saved state needs besides estimate, alarms and tallies."""
+        return {
+            "acting": self._acting.tolist(),
+            "masked": {self.machine.channels[k]: self.alarms.index(one) for k, one in self._masked.items()
+                       if one in self.alarms},
+            "overrides": {name: {"how": one.how, "now": one.now, "rate": one.rate}
+                          for name, one in self._overrides.items()},
+        }  # fmt: skip
+
+    def hold(self, acting: Array, masked: Mapping[str, int], overrides: Mapping[str, Override]) -> None:
+        """Set what `held` gave."""
+        assert self.follower is not None
+        self._acting, self._overrides = acting, dict(overrides)
+        self._masked = {self.machine.channels.index(name): self.alarms[k] for name, k in masked.items()}
+        self._agreed = dict.fromkeys(self._masked, self.follower.t)
+        self._quiet = self.follower.t + min(15.0, self._long)
+
     def _begin(self, t: float, readings: Array) -> bool:
         """Begin at the first row that shows heading and, where it is read at all, position."""
         needed = [k for k, name in enumerate(self.machine.channels) if name in ("psi", "x", "y")]
@@ -220,7 +253,8 @@ class Live:
         return True
 
     def _forget(self, t: float, quiet: float) -> None:
-        """Forget evidence and rows; no alarm for a while."""
+        """Forget evidence, rows and forecasts on their way; no alarm for a while."""
+        self.trust.clear()
         self._bank.clear()
         self._judge.clear()
         self._rows.clear()
