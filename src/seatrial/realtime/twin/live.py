@@ -13,10 +13,12 @@ from ...data import Array
 from ...environment import CHANNELS
 from ...ships import Ship
 from ...identify.filters.augmented import SLOW
+from ...identify.filters.filtering import inside
+from ...identify.filters.horizon import Horizon
 from .ahead import Trust
 from .alarms import FROZEN, UNEXPLAINED, Alarm, Judge, alarm_of
 from .follow import Follower, Machine, Step, begun, made
-from .settings import Settings
+from .settings import MHE, Settings
 from .stuck import FOLLOWS, JAMMED, Repeats, steerings
 from .suspects import IMPULSE, JUMP, LAZY, LOST, RAMP, STUCK, Bank, Evidence, suspects, threshold
 from .tally import Tally
@@ -33,6 +35,9 @@ _MANY, _HOUR = 6, 3600.0
 _LEVEL = 1800.0
 # Without a suspect, innovations beyond so many times their level over a minute are unexplained.
 _UNEXPLAINED, _MINUTE = 4.0, 60.0
+
+# Moving horizon estimation is repeated after so long [s].
+_SOLVE = 1.0
 
 MODEL, STEERING = "model", "steering"
 
@@ -111,6 +116,8 @@ class Live:
         self._overrides: dict[str, Override] = {}
         self._rows: deque[_Kept] = deque()
         self._snapshots: deque[Follower] = deque()
+        self._horizon: Horizon | None = None
+        self._solved = -math.inf
         self._quiet, self._bad, self._misfit = -math.inf, deque[tuple[float, float, int]](), -math.inf
 
     # -- rows --
@@ -255,6 +262,7 @@ class Live:
     def _forget(self, t: float, quiet: float) -> None:
         """Forget evidence, rows and forecasts on their way; no alarm for a while."""
         self.trust.clear()
+        self._horizon = None
         self._bank.clear()
         self._judge.clear()
         self._rows.clear()
@@ -279,6 +287,8 @@ class Live:
             self._rows.popleft()
         while len(self._snapshots) > 1 and self._snapshots[1].t <= self._rows[0].t:
             self._snapshots.popleft()
+        if settings.estimator == MHE:
+            self._look_back(before, acting, row.readings, step)
         believed = _without(step, self._masked)
         self._bank.weigh(believed, row.acting, self._overrides, self.tally.level)
         kept = int(believed.taken.sum())
@@ -287,6 +297,19 @@ class Live:
         self._bad.append((row.t, _surprise(believed), believed.rows.size))
         while self._bad[0][0] < row.t - _MINUTE:
             self._bad.popleft()
+
+    def _look_back(self, before: Follower, acting: Array, readings: Array, step: Step) -> None:
+        """Estimate the states of the last minute anew, once a second."""
+        machine, settings = self.machine, self.machine.settings
+        if self._horizon is None:
+            self._horizon = Horizon.begun(machine.traced.model, machine.density, settings.step, settings.horizon,
+                                          before.t, before.mean, before.cov)  # fmt: skip
+            self._solved = before.t
+        self._horizon.add(step.t, acting, readings, step.rows[step.taken])
+        if step.t - self._solved >= _SOLVE - 1e-6 and self.follower is not None:
+            self._solved = step.t
+            mean, cov = self._horizon.solve()
+            self.follower = replace(self.follower, mean=inside(mean, cov, machine.low, machine.high), cov=cov)
 
     def _acted(self, row: _Kept, span: float) -> Array:
         """Controls as they are believed to act in the row, which lasts `span` seconds."""

@@ -19,6 +19,9 @@ POSITION, HEADING, TURN, SPEED, VELOCITY = "position", "compass", "rate gyro", "
 NOISE: Mapping[str, float] = {"x": 1.0, "psi": 0.002, "r": 0.0003, "u_w": 0.05, "v_north": 0.05}
 """Noise of the usual instruments of a merchant ship by their first channel, where a log does not show it; assumed."""
 
+EKF, MHE = "ekf", "mhe"
+"""Estimators of a twin."""
+
 _DAY = 86400.0
 
 
@@ -37,6 +40,9 @@ class Settings:
         spacing: time between the onsets that are tried [s].
         false_alarms: false alarms a day that are accepted.
         step: longest Runge-Kutta step [s].
+        ranges: bounds of the parameters that drift.
+        estimator: "ekf", or "mhe": the extended filter corrected once a second by moving horizon estimation.
+        horizon: window of the latter [s].
     """
 
     sensors: Mapping[str, Sensor]
@@ -50,6 +56,8 @@ class Settings:
     false_alarms: float = 0.2
     step: float = 1.0
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
+    estimator: str = EKF
+    horizon: float = 60.0
 
     @property
     def more(self) -> tuple[str, ...]:
@@ -59,7 +67,7 @@ class Settings:
 
 def usual(
     ship: Ship, channels: Sequence[str], *, noise: Mapping[str, float] | None = None, free: Sequence[str] = (),
-    gyro_bias: bool = True, antenna: tuple[float, float] = (0.0, 0.0),
+    gyro_bias: bool = True, antenna: tuple[float, float] = (0.0, 0.0), estimator: str = EKF,
 ) -> Settings:  # fmt: skip
     """Settings for a ship, in proportion to its length and speed.
 
@@ -69,10 +77,13 @@ def usual(
         free: parameters that may drift: each walks by a fifth of its value in a day.
         gyro_bias: estimate the error of the rate gyro, where there is one and a compass beside it.
         antenna: place of the satellite antenna, forward and to starboard of midship [m].
+        estimator: `EKF` or `MHE`.
 
     Raises:
         StudyError: the log shows neither heading nor position, or a parameter is not known.
     """
+    if estimator not in (EKF, MHE):
+        raise StudyError(f"--estimator is '{estimator}'; it is {EKF} or {MHE}")
     known = {**NOISE, **(noise or {})}
     there = {
         POSITION: Antenna(known["x"], *antenna), HEADING: Heading(known["psi"]), TURN: Rate(known["r"]),
@@ -103,7 +114,7 @@ def usual(
     process |= {path: 0.2 * value / math.sqrt(_DAY) for path, value in size.items()}
     return Settings(
         sensors, process, start, dict.fromkeys(SLOW, tau), tuple(free), settle=max(120.0, 10.0 * T),
-        step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in free},
+        step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in free}, estimator=estimator,
     )  # fmt: skip
 
 
