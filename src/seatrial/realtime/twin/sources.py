@@ -20,8 +20,8 @@ from ...identify.noise import resolution, sensor_noise
 Row = tuple[float, Mapping[str, float]]
 """Time [s], and readings by channel, SI units; one without an entry has none."""
 
-# Noise is no less than this share of the spread of a channel: a log without any is a simulation.
-_LEAST = 1e-3
+# Noise is no less than this share of the change from reading to reading: a log without any is a simulation.
+_LEAST = 1e-2
 _LONGEST = 128
 
 
@@ -51,7 +51,7 @@ def noise_of(trial: Trial) -> dict[str, float]:
         known = np.unwrap(known) if name == "psi" else known
         level = sensor_noise(known) if known.size else math.nan
         if math.isfinite(level):
-            found[name] = max(level, _LEAST * float(np.std(known)), 0.5 * resolution(known), 1e-9)
+            found[name] = max(level, _LEAST * float(np.std(np.diff(known))), 0.5 * resolution(known), 1e-9)
     for a, b in (("x", "y"), ("v_north", "v_east")):
         if a in found and b in found:
             found[a] = found[b] = max(found[a], found[b])

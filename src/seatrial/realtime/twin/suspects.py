@@ -27,7 +27,7 @@ from .settings import HEADING, POSITION, SPEED, TURN, VELOCITY
 # A reading counts as so many standard deviations at most.  The first one beyond the gate, maybe an outlier, is left out.
 _MOST = 50.0
 # How far from its last angle a jammed control may stand, one standard deviation [rad]: the log is late.
-_BESIDE = math.radians(3.0)
+_BESIDE = math.radians(1.0)
 # A slow rudder moves at one of these shares of its rate.
 _SLOW = (0.4, 0.15)
 

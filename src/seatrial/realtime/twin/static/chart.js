@@ -15,15 +15,25 @@ export class Chart {
     this.grid(g, c, at, width, height);
     this.band(g, c, at, said.ahead);
     this.way(g, said.ahead.map(([, n, e]) => [n, e]), at, c.ordered, 2.5, [8, 5]);
-    this.way(g, said.estimated, at, c.ink, 2.5, []);
     g.fillStyle = c.card; g.strokeStyle = c.actual; g.lineWidth = 1.5;
-    for (const point of said.measured.slice(-160)) { const [px, py] = at(point); g.beginPath(); g.arc(px, py, 2.6, 0, 7); g.fill(); g.stroke(); }
+    for (const point of this.apart(said.measured, at)) { const [px, py] = at(point); g.beginPath(); g.arc(px, py, 3.5, 0, 7); g.fill(); g.stroke(); }
+    this.way(g, said.estimated, at, c.ink, 2, []);
     this.ship(g, c, at, said);
     this.marks(g, c, at, said.ahead);
   }
 
+  /** Points that do not cover each other, the last ones first. */
+  apart(points, at) {
+    const kept = [];
+    for (const point of [...points].reverse()) {
+      const [x, y] = at(point);
+      if (!kept.some(([, px, py]) => Math.hypot(x - px, y - py) < 9)) kept.push([point, x, y]);
+    }
+    return kept.map(([point]) => point);
+  }
+
   scale(said, width, height) {
-    const points = [...said.estimated.slice(-160), ...said.ahead.map(([, n, e]) => [n, e])], north = points.map(p => p[0]), east = points.map(p => p[1]);
+    const points = [...said.estimated.slice(-160), ...said.ahead.flatMap(([, n, e, across]) => [[n - across, e - across], [n + across, e + across]])], north = points.map(p => p[0]), east = points.map(p => p[1]);
     const low = [Math.min(...north), Math.min(...east)], high = [Math.max(...north), Math.max(...east)];
     this.perMetre = Math.min((height - 60) / Math.max(high[0] - low[0], 3 * said.L), (width - 60) / Math.max(high[1] - low[1], 3 * said.L));
     this.middle = [(low[0] + high[0]) / 2, (low[1] + high[1]) / 2];
