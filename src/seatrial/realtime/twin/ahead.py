@@ -119,13 +119,17 @@ class Trust:
         self._chunk.clear()
 
     def note(self, follower: Follower, acting: Array, readings: Array) -> None:
-        """Note a row that the filter has taken in; forecasts that end here are judged by its readings."""
+        """Note a row that the filter has taken in; forecasts that end here are judged by its readings.
+
+        Args:
+            acting: controls and environment since the row before.
+        """
         t = follower.t
         if self._waiting:
             self._chunk.append((t, acting))
             due = any(one.start.t + one.left[0] <= t for one in self._waiting)
             step = _LONGER * follower.machine.settings.step
-            if due or t - self._waiting[0].now.t > 4.0 * step:
+            if due or t - self._waiting[0].now.t > 0.75 * step:
                 self._move(t, step)
             if due:
                 self._judge(follower, readings)

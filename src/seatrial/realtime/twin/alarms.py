@@ -11,6 +11,8 @@ from .suspects import JUMP, RAMP, STUCK, Evidence, Suspect
 # A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
 # evidence that is gone again a little later [s].
 _MARGIN, _PATIENCE, _OUTLIER = 10.0, 20.0, 2.5
+# A fault smaller than this share of its usual size is no matter, however certain.
+_MATTERS = 0.1
 # Within this margin of the next one it cannot be told from it.
 _ALIKE = 4.0
 
@@ -82,6 +84,7 @@ class Judge:
 
     def named(self, t: float, evidence: Sequence[Evidence]) -> tuple[Evidence, tuple[str, ...]] | None:
         """The fault to name now, and causes that cannot be told from it; None where there is none, or not yet."""
+        evidence = [one for one in evidence if one.suspect.fixed or matters(one)]
         if not evidence or evidence[0].score < self.limit:
             self.crossed = math.nan
             return None
@@ -95,6 +98,11 @@ class Judge:
         if t - self.crossed < _OUTLIER:
             return None
         return best, tuple(dict.fromkeys(one.suspect.cause for one in others if best.score - one.score < _ALIKE))
+
+
+def matters(one: Evidence) -> bool:
+    """Whether a fault is large enough to matter."""
+    return any(abs(size) >= _MATTERS * usual for size, usual in zip(one.size, one.suspect.size, strict=True))
 
 
 def alike(a: Suspect, b: Suspect) -> bool:

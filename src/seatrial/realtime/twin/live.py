@@ -97,8 +97,17 @@ class Live:
         trust: how forecasts have turned out.
     """
 
-    def __init__(self, ship: Ship, settings: Settings, channels: tuple[str, ...] = ()) -> None:
-        """Args: channels: of the log, where they are known; orders beside angles are then watched."""
+    def __init__(
+        self, ship: Ship, settings: Settings, channels: tuple[str, ...] = (), held: tuple[str, ...] = ()
+    ) -> None:  # fmt: skip
+        """A twin before its first row.
+
+        Args:
+            ship: as it is known beforehand.
+            settings: what is assumed.
+            channels: of the log, where they are known; orders beside angles are then watched.
+            held: controls that keep the value of a row until the next one; others act with the mean of both.
+        """
         self.machine: Machine = made(ship, settings)
         self.follower: Follower | None = None
         self.last: Step | None = None
@@ -109,6 +118,7 @@ class Live:
         self._judge = Judge(threshold(len(faults), settings.spacing, settings.false_alarms))
         self._repeats, self._steering = Repeats(), steerings(ship, channels)
         self._controls = ship.model.controls
+        self._held = np.array([*(name in held for name in self._controls), *(True for _ in CHANNELS)])
         self._acting = np.full(len(self._controls) + len(CHANNELS), np.nan)
         self._acting[len(self._controls) :] = 0.0
         self._masked: dict[int, Alarm] = {}
@@ -143,12 +153,13 @@ class Live:
         if span > _GAP * self._long:
             self.counts.gaps += 1
             return self._anew(t, readings)
-        acting = 0.5 * (before + self._acting) if np.isfinite(before).all() else self._acting
+        mean = 0.5 * (before + self._acting) if np.isfinite(before).all() else self._acting
+        acting = np.where(self._held & np.isfinite(before), before, mean)
         self._repeats.note(t, dict(zip(self.machine.channels, readings.tolist(), strict=True)))
         for one in self._steering:
             one.note(t, values)
-        self._take(_Kept(t, acting, readings))
-        self.trust.note(self.follower, self.acting, np.where(self._blind, math.nan, readings))
+        step = self._take(_Kept(t, acting, readings))
+        self.trust.note(self.follower, step.acting, np.where(self._blind, math.nan, readings))
         self._watch(t)
         return True
 
@@ -272,7 +283,8 @@ class Live:
 
     # -- the filter, and its evidence --
 
-    def _take(self, row: _Kept) -> None:
+    def _take(self, row: _Kept) -> Step:
+        """Take in a row, and weigh its evidence."""
         assert self.follower is not None
         before = self.follower
         acting = self._acted(row, row.t - before.t)
@@ -297,6 +309,7 @@ class Live:
         self._bad.append((row.t, _surprise(believed), believed.rows.size))
         while self._bad[0][0] < row.t - _MINUTE:
             self._bad.popleft()
+        return step
 
     def _look_back(self, before: Follower, acting: Array, readings: Array, step: Step) -> None:
         """Estimate the states of the last minute anew, once a second."""
@@ -383,11 +396,24 @@ class Live:
             self.alarms.append(alarm)
         recent = [one for one in self.alarms if one.named > t - _HOUR and one.how != STEERING]
         if len(recent) > _MANY:
-            self._misfit = t
-            self.alarms[-1] = Alarm("the model is not that of the ship, or the log is wrong", "", (MODEL,),
-                                    recent[0].since, t)  # fmt: skip
+            self._give_up(recent[0].since, t)
+            return
         self._explain(alarm, t)
         self._forget(t, min(15.0, self._long))
+
+    def _give_up(self, since: float, t: float) -> None:
+        """So many faults are none of a sensor: believe all again, begin the motion anew, and name nothing for an hour."""
+        assert self.follower is not None
+        self._misfit = t
+        self._close(lambda _: True, t)
+        self.alarms[-1] = Alarm("the model is not that of the ship, or the log is wrong", "", (MODEL,), since, t, over=t)
+        self._masked.clear()
+        self._agreed.clear()
+        self._overrides.clear()
+        readings = self._rows[-1].readings
+        if not self._anew(t, readings):
+            self.follower = None
+        self._forget(t, self.machine.settings.settle)
 
     def _explain(self, alarm: Alarm, t: float) -> None:
         channels = [self.machine.channels.index(c) for c in alarm.what if c in self.machine.channels]

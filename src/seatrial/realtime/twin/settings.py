@@ -84,7 +84,10 @@ def usual(
     """
     if estimator not in (EKF, MHE):
         raise StudyError(f"--estimator is '{estimator}'; it is {EKF} or {MHE}")
-    known = {**NOISE, **(noise or {})}
+    U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
+    # no model follows a log more closely than this, whatever the resolution of its instruments
+    least = {"x": 1e-3 * ship.L_pp, "psi": 5e-4, "r": 5e-4 / T, "u_w": 2e-3 * U, "v_north": 2e-3 * U}
+    known = {name: max(value, least.get(name, 0.0)) for name, value in {**NOISE, **(noise or {})}.items()}
     there = {
         POSITION: Antenna(known["x"], *antenna), HEADING: Heading(known["psi"]), TURN: Rate(known["r"]),
         SPEED: Log(known["u_w"], channels=("u_w",)), VELOCITY: Track(known["v_north"], *antenna),
@@ -92,7 +95,6 @@ def usual(
     sensors: dict[str, Sensor] = {name: s for name, s in there.items() if all(c in channels for c in s.channels)}
     if HEADING not in sensors or (POSITION not in sensors and VELOCITY not in sensors):
         raise StudyError(f"{ship.name}: a twin needs heading and position; the log has {', '.join(channels)}")
-    U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
     spans = {name: (spec.low, spec.high) for name, spec in specs(ship.model).items()}
     for path in free:
         if path not in spans:
@@ -118,9 +120,9 @@ def usual(
     )  # fmt: skip
 
 
-def scaled(settings: Settings, factor: float) -> Settings:
-    """The same with process noise of the motion and of slow forces times a factor."""
-    names = ("u", "v_m", "r", *SLOW)
-    process = {name: value * (factor if name in names else 1.0) for name, value in settings.process.items()}
-    start = {name: value * (factor if name in SLOW else 1.0) for name, value in settings.start.items()}
+def scaled(settings: Settings, motion: float, slow: float) -> Settings:
+    """The same with the random walk of the motion, and with slow forces, times factors."""
+    factors = dict.fromkeys(("u", "v_m", "r"), motion) | dict.fromkeys(SLOW, slow)
+    process = {name: value * factors.get(name, 1.0) for name, value in settings.process.items()}
+    start = {name: value * (slow if name in SLOW else 1.0) for name, value in settings.start.items()}
     return replace(settings, process=process, start=start)

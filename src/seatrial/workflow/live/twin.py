@@ -15,6 +15,7 @@ from ...data import Trial
 from ...data.trialfile import read_trials
 from ...realtime.twin.card import page as card
 from ...realtime.twin.card import parameters, unseen
+from ...realtime.twin.likely import likeliest
 from ...realtime.twin.live import Live
 from ...realtime.twin.saved import learnt, load_state, provenance, save_state
 from ...realtime.twin.screen import Screen
@@ -38,13 +39,14 @@ _APART = 10.0
 
 @dataclass(frozen=True)
 class _Log:
-    """What a twin follows: its name, its channels, noise where it shows, and its rows."""
+    """What a twin follows: its name, its channels, noise where it shows, its rows, and controls that are held."""
 
     name: str
     channels: tuple[str, ...]
     noise: Mapping[str, float]
     rows: Callable[[], Iterator[Row]]
     live: bool = False
+    held: tuple[str, ...] = ()
 
 
 def twin(
@@ -71,7 +73,11 @@ def twin(
     """
     ship = ship_of(model)
     log = _log(ship, nmea, mcap, trial, mapping, rate)
-    live = Live(ship, usual(ship, log.channels, noise=log.noise, free=free, estimator=estimator), log.channels)
+    settings = usual(ship, log.channels, noise=log.noise, free=free, estimator=estimator)
+    if not log.live:
+        settings, rough = likeliest(ship, settings, log.rows(), log.held)
+        note(f"process noise: {rough[0]:g} times the usual in the motion, {rough[1]:g} times in slow forces")
+    live = Live(ship, settings, log.channels, log.held)
     begun = -math.inf
     if out is not None:
         make_folder(out)
@@ -153,7 +159,8 @@ def _log(
     channels = channels_of(found[0], ship.model.controls)
     for one in found[1:]:
         channels_of(one, ship.model.controls)
-    return _Log(Path(str(given[0])).name, channels, noise_of(found[0]), lambda: _one_after_another(ship, found))
+    return _Log(Path(str(given[0])).name, channels, noise_of(found[0]),
+                lambda: _one_after_another(ship, found), held=tuple(found[0].meta.get("held", ())))  # fmt: skip
 
 
 def _one_after_another(ship: Ship, trials: Sequence[Trial]) -> Iterator[Row]:
