@@ -32,6 +32,7 @@ class Voyage:
         R_0: factor of the resistance over time.
         current: north and east over time [m/s].
         bias: error of the rate gyro [rad/s].
+        pull: steady acceleration to the north-east that no log shows [m/s^2].
         sea: random forces that no log shows, as shares of `SEA`.
     """
 
@@ -45,6 +46,7 @@ class Voyage:
     current: Callable[[float], tuple[float, float]] = lambda t: (0.0, 0.0)
     bias: float = 0.0
     sea: float = 1.0
+    pull: float = 0.0
     seed: int = 1
 
     def rows(self) -> Iterator[tuple[Row, dict[str, float]]]:
@@ -72,6 +74,9 @@ class Voyage:
                 north, east = north + 0.5, east - 0.4
             plant.surround(Environment(current_x=north, current_y=east))
             slow += -slow * self.dt / 500.0 + SEA[:, 1] * math.sqrt(2.0 * self.dt / 500.0) * rng.standard_normal(3)
+            if self.pull:
+                c, s = math.cos(plant["psi"] - 0.25 * math.pi), math.sin(plant["psi"] - 0.25 * math.pi)
+                pushed(plant, self.pull * self.dt * np.array([c, -s, 0.0]))
             pushed(plant, self.sea * (slow * self.dt + SEA[:, 0] * math.sqrt(self.dt) * rng.standard_normal(3)))
             error = math.remainder(course - plant["psi"], 2.0 * math.pi)
             wanted = min(max(1.0 * error - 25.0 * plant["r"], -0.35), 0.35)
