@@ -82,7 +82,10 @@ def augmented(ship: Ship, more: Sequence[str], sensors: Sequence[Sensor], memory
             moving[place] = moving[place] + state[at[name]]
         return ca.vertcat(*moving, *(-state[at[name]] / memory[name] if name in memory else 0.0 for name in more))
 
-    whole, half = rk4(lambda s: rates(s, a), z, dt), rk4(lambda s: rates(s, a), z, 0.5 * dt)
+    def rates_now(state: Any) -> Any:
+        return rates(state, a)
+
+    whole, half = rk4(rates_now, z, dt), rk4(rates_now, z, 0.5 * dt)
     read = _read(sensors, z, a[controls:], at)
     angle, noise, delay = np.array([(float(s.angle), s.sd, s.delay) for s in sensors for _ in s.channels]).T
     points = 2 * n + 1

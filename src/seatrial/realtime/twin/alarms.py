@@ -17,6 +17,7 @@ _MATTERS = 0.1
 _ALIKE = 4.0
 
 UNEXPLAINED = "the model does not explain the readings"
+WRONG = "the model is not that of the ship, or the log is wrong"
 FROZEN = "frozen"
 
 

@@ -77,7 +77,8 @@ def page(live: Live, log: str) -> Page:
                       for one, ok in zip(live.tally.hours, inside, strict=True)]}),
         Section("What it assumes", entries(_assumed(live)), {"rows": vars(live.counts)}),
     )  # fmt: skip
-    return Page(f"Twin of {ship.name}", sections, {"schema": "seatrial-twin-card/1", "ship": ship.name, "log": log, "t": t})
+    about = {"schema": "seatrial-twin-card/1", "ship": ship.name, "log": log, "t": t}
+    return Page(f"Twin of {ship.name}", sections, about)
 
 
 def alarm(one: Any) -> Mapping[str, Any]:

@@ -1,8 +1,8 @@
 """The filter of a twin: one row at a time, extended, with exact Jacobians.
 
 `Follower` is a value: each row gives a new one and a `Step`, which has all that a test of the innovations needs.  A
-reading far from its prediction is not taken in (a gate); it still counts in the tests, so that an outlier does no harm
-and a jump is seen.
+reading far from its prediction (beyond a gate) moves the mean by no more than one at the gate would, and adds no
+certainty; it counts in the tests as it is, so that an outlier does little harm and a jump is seen.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ...identify.filters.kalman import moved, over, substeps
 from ...ships import Ship
 from .settings import Settings
 
-# Readings are not taken in from so many standard deviations on.
+# Readings are not taken at their full size from so many standard deviations on.
 GATE = 6.0
 
 
@@ -75,7 +75,7 @@ class Step(NamedTuple):
     Attributes:
         t, dt: time of the row, and since the one before [s].
         rows: channels that were read, shape (k,).
-        taken: whether each was taken in, shape (k,).
+        taken: whether each was taken in at its full size, shape (k,).
         innovation: reading less prediction, shape (k,).
         spread: its covariance, shape (k, k).
         inverse: of the covariance.
@@ -156,18 +156,23 @@ class Follower:
         spread[np.diag_indices(rows.size)] += noise
         inverse = inverse_of(spread)
         near = innovation**2 <= GATE**2 * np.diagonal(spread)
-        taken = near if not masked else near & ~np.isin(rows, list(masked))
+        believed = np.ones(rows.size, dtype=np.bool_) if not masked else ~np.isin(rows, list(masked))
+        taken = near & believed
         gain = np.zeros((later.mean.size, rows.size))
-        kept = np.flatnonzero(taken)
+        kept, far = np.flatnonzero(taken), np.flatnonzero(believed & ~near)
         mean, cov = later.mean, later.cov
         if kept.size:
             part = inverse if kept.size == rows.size else inverse_of(spread[np.ix_(kept, kept)])
             own = reach[:, kept] @ part
             gain[:, kept] = own
-            mean = inside(mean + own @ innovation[kept], cov, self.machine.low, self.machine.high)
+            mean = mean + own @ innovation[kept]
             keep = np.eye(mean.size) - own @ slope[kept]
             cov = keep @ cov @ keep.T + (own * noise[kept]) @ own.T
             cov = 0.5 * (cov + cov.T)
+        for k in far:  # a little of it, and no certainty, lest the filter stays away for good
+            mean = mean + reach[:, k] / spread[k, k] * math.copysign(GATE * math.sqrt(spread[k, k]), innovation[k])
+        if rows.size:
+            mean = inside(mean, cov, self.machine.low, self.machine.high)
         step = Step(t, t - self.t, rows, taken, innovation, spread, inverse, onward, slope, gain, self.mean, acting)
         return replace(later, mean=mean, cov=cov), step
 
@@ -219,3 +224,21 @@ def begun(machine: Machine, t: float, readings: Array) -> Follower:
         value, deviation = first.get(name, (known.get(name, 0.0), settings.start.get(name, 0.0)))
         mean[k], sd[k] = (value if math.isfinite(value) else 0.0), deviation
     return Follower(machine, t, mean, np.diag(sd**2))
+
+
+def without(step: Step, masked: Collection[int]) -> Step:
+    """The row without channels that are known to be at fault."""
+    if not masked:
+        return step
+    kept = ~np.isin(step.rows, list(masked))
+    inverse = np.linalg.inv(step.spread[np.ix_(kept, kept)]) if kept.any() else np.zeros((0, 0))
+    return step._replace(
+        rows=step.rows[kept], taken=step.taken[kept], innovation=step.innovation[kept],
+        spread=step.spread[np.ix_(kept, kept)], inverse=inverse, slope=step.slope[kept], gain=step.gain[:, kept],
+    )  # fmt: skip
+
+
+def surprise(step: Step) -> float:
+    """Normalised innovation squared of all readings, each no more than that of the gate."""
+    return float(np.minimum(step.innovation**2 / np.diagonal(step.spread), 100.0).sum()) if step.rows.size else 0.0
+

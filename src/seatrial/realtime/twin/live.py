@@ -1,23 +1,24 @@
-"""The twin itself: takes one row of a log after the other, and knows state, forecasts, alarms and what it has learnt."""
+"""The twin itself: takes one row of a log after the other, and knows state, alarms and what it has learnt."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...data import Array
-from ...environment import CHANNELS
-from ...ships import Ship
 from ...identify.filters.augmented import SLOW
 from ...identify.filters.filtering import inside
 from ...identify.filters.horizon import Horizon
+from ...ships import Ship
+from .acting import Acting, Override
 from .ahead import Trust
-from .alarms import FROZEN, UNEXPLAINED, Alarm, Judge, alarm_of
-from .follow import Follower, Machine, Step, begun, made
+from .alarms import FROZEN, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of
+from .follow import Follower, Machine, Step, begun, made, surprise, without
 from .settings import MHE, Settings
 from .stuck import FOLLOWS, JAMMED, Repeats, steerings
 from .suspects import IMPULSE, JUMP, LAZY, LOST, RAMP, STUCK, Bank, Evidence, suspects, threshold
@@ -25,6 +26,8 @@ from .tally import Tally
 
 # A gap of so many times L/U begins the motion anew.
 _GAP = 5.0
+# Over a gap of so many times L/U the controls are not known: it is no evidence of a fault.
+_BLIND = 0.3
 # A sensor that is left out is believed again after it has agreed for so long [s].
 _AGREES = 60.0
 # A jump of the position that lasts is taken as true after so long [s].
@@ -55,23 +58,6 @@ class _Kept:
     t: float
     acting: Array
     readings: Array
-
-
-@dataclass
-class Override:
-    """What a control does in place of what the log says: holds `now`, follows slowly, or that share of it is lost."""
-
-    how: str
-    now: float
-    rate: float = math.inf
-
-    def acts(self, logged: float, span: float) -> float:
-        """The control as it acts, for a row of `span` seconds."""
-        if self.how == LOST:
-            return logged * math.sqrt(max(1.0 - self.now, 0.0))
-        if self.how == LAZY:
-            self.now += min(max(logged - self.now, -self.rate * span), self.rate * span)
-        return self.now
 
 
 @dataclass
@@ -118,9 +104,7 @@ class Live:
         self._judge = Judge(threshold(len(faults), settings.spacing, settings.false_alarms))
         self._repeats, self._steering = Repeats(), steerings(ship, channels)
         self._controls = ship.model.controls
-        self._held = np.array([*(name in held for name in self._controls), *(True for _ in CHANNELS)])
-        self._acting = np.full(len(self._controls) + len(CHANNELS), np.nan)
-        self._acting[len(self._controls) :] = 0.0
+        self._acting = Acting(ship.model, held)
         self._masked: dict[int, Alarm] = {}
         self._agreed: dict[int, float] = {}
         self._overrides: dict[str, Override] = {}
@@ -140,31 +124,32 @@ class Live:
             values: channels by name, SI units; NaN, or no entry, is no reading.
         """
         readings = np.array([values.get(name, math.nan) for name in self.machine.channels])
-        before = self._acting.copy()
-        self._heed(values)
-        if not np.isfinite(self._acting).all():
+        before = self._acting.now.copy()
+        self._acting.heed(values, None if self.follower is None else self.follower.mean)
+        if not self._acting.known:
             self.counts.waiting += 1
             return False
         if self.follower is None:
             return self._begin(t, readings)
         span = t - self.follower.t
         if span <= 0.0:
-            return self._earlier(t, readings)
+            return self._earlier(t, readings, self.follower)
         if span > _GAP * self._long:
             self.counts.gaps += 1
-            return self._anew(t, readings)
-        mean = 0.5 * (before + self._acting) if np.isfinite(before).all() else self._acting
-        acting = np.where(self._held & np.isfinite(before), before, mean)
+            return self._anew(t, readings, self.follower)
+        acting = self._acting.between(before)
         self._repeats.note(t, dict(zip(self.machine.channels, readings.tolist(), strict=True)))
         for one in self._steering:
             one.note(t, values)
-        step = self._take(_Kept(t, acting, readings))
-        self.trust.note(self.follower, step.acting, np.where(self._blind, math.nan, readings))
+        if span > _BLIND * self._long:
+            self._forget(t, 0.0)
+        follower, step = self._take(_Kept(t, acting, readings), self.follower)
+        self.trust.note(follower, step.acting, np.where(self._blind, math.nan, readings))
         self._watch(t)
         return True
 
     @property
-    def _blind(self) -> Array:
+    def _blind(self) -> NDArray[np.bool_]:
         """Which channels are not believed."""
         out = np.zeros(len(self.machine.channels), dtype=np.bool_)
         out[list(self._masked)] = True
@@ -175,50 +160,15 @@ class Live:
         """L/U [s]."""
         return self.machine.ship.L_pp / max(self.machine.ship.speed, 1e-3)
 
-    def _heed(self, values: Mapping[str, float]) -> None:
-        """Controls and environment from here on."""
-        for k, (name, (order, factor)) in enumerate(
-            zip(self._controls, self.machine.ship.model.stands_for, strict=True)
-        ):
-            value = values.get(name, values.get(order, math.nan) * factor)
-            if math.isfinite(value):
-                self._acting[k] = value
-        place = {name: len(self._controls) + k for k, name in enumerate(CHANNELS)}
-        wind = self._wind(values)
-        if wind is not None:
-            self._acting[place["wind_x"]], self._acting[place["wind_y"]] = wind
-        for stem, size, towards in (("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W")):
-            much, where = values.get(size, math.nan), values.get(towards, math.nan)
-            if math.isfinite(much + where):
-                self._acting[place[f"{stem}_x"]] = much * math.cos(where)
-                self._acting[place[f"{stem}_y"]] = much * math.sin(where)
-        if math.isfinite(values.get("T_W", math.nan)):
-            self._acting[place["wave_T"]] = values["T_W"]
-        if values.get("depth", math.nan) > 0.0:
-            self._acting[place["per_depth"]] = 1.0 / values["depth"]
-
-    def _wind(self, values: Mapping[str, float]) -> tuple[float, float] | None:
-        """Where the true wind comes from, north and east [m/s]; apparent wind by the estimated motion."""
-        much, where = values.get("U_T", math.nan), values.get("gamma_T", math.nan)
-        if math.isfinite(much + where):
-            return much * math.cos(where), much * math.sin(where)
-        much, where = values.get("U_A", math.nan), values.get("gamma_A", math.nan)
-        if self.follower is None or not math.isfinite(much + where):
-            return None
-        psi, u, v_m = self.follower.mean[2:5].tolist()
-        c, s = math.cos(psi), math.sin(psi)
-        ahead, aside = much * math.cos(where) - u, much * math.sin(where) - v_m
-        return ahead * c - aside * s, ahead * s + aside * c
-
     @property
     def acting(self) -> Array:
         """Controls and environment as they are now, and as they are believed to act."""
-        return self._acted(_Kept(0.0, self._acting, self._acting), 0.0)
+        return self._acted(_Kept(0.0, self._acting.now, self._acting.now), 0.0)
 
     def held(self) -> dict[str, object]:
         """What a saved state needs besides estimate, alarms and tallies."""
         return {
-            "acting": self._acting.tolist(),
+            "acting": self._acting.now.tolist(),
             "masked": {self.machine.channels[k]: self.alarms.index(one) for k, one in self._masked.items()
                        if one in self.alarms},
             "overrides": {name: {"how": one.how, "now": one.now, "rate": one.rate}
@@ -227,11 +177,11 @@ class Live:
 
     def hold(self, acting: Array, masked: Mapping[str, int], overrides: Mapping[str, Override]) -> None:
         """Set what `held` gave."""
-        assert self.follower is not None
-        self._acting, self._overrides = acting, dict(overrides)
+        self._acting.now, self._overrides = acting, dict(overrides)
         self._masked = {self.machine.channels.index(name): self.alarms[k] for name, k in masked.items()}
-        self._agreed = dict.fromkeys(self._masked, self.follower.t)
-        self._quiet = self.follower.t + min(15.0, self._long)
+        now = -math.inf if self.follower is None else self.follower.t
+        self._agreed = dict.fromkeys(self._masked, now)
+        self._quiet = now + min(15.0, self._long)
 
     def _begin(self, t: float, readings: Array) -> bool:
         """Begin at the first row that shows heading and, where it is read at all, position."""
@@ -243,20 +193,18 @@ class Live:
         self._quiet = t + self.machine.settings.settle
         return True
 
-    def _earlier(self, t: float, readings: Array) -> bool:
+    def _earlier(self, t: float, readings: Array, old: Follower) -> bool:
         """A row that is not later than the last one: late, or the clock was set back."""
-        assert self.follower is not None
-        if self.follower.t - t < self._long:
+        if old.t - t < self._long:
             self.counts.late += 1
             return False
         self.counts.restarts += 1
         self.alarms.append(Alarm("the clock was set back", "", ("t",), t, t, over=t))
-        return self._anew(t, readings)
+        return self._anew(t, readings, old)
 
-    def _anew(self, t: float, readings: Array) -> bool:
+    def _anew(self, t: float, readings: Array, old: Follower) -> bool:
         """Begin the motion anew; the further states are kept, and have walked meanwhile."""
-        assert self.follower is not None
-        old, own = self.follower, self.machine.traced.own
+        own = self.machine.traced.own
         if not np.isfinite(readings[[k for k, c in enumerate(self.machine.channels) if c in ("psi", "x", "y")]]).all():
             self.counts.waiting += 1
             return False
@@ -283,13 +231,11 @@ class Live:
 
     # -- the filter, and its evidence --
 
-    def _take(self, row: _Kept) -> Step:
+    def _take(self, row: _Kept, before: Follower) -> tuple[Follower, Step]:
         """Take in a row, and weigh its evidence."""
-        assert self.follower is not None
-        before = self.follower
         acting = self._acted(row, row.t - before.t)
         self.follower, step = before.row(row.t, acting, row.readings, self._masked)
-        self.last = step
+        self.last, after = step, self.follower
         settings = self.machine.settings
         if row.t - self._bank.latest >= settings.spacing or self._bank.surprised(step):
             self._bank.onset(before.t, acting)
@@ -301,15 +247,16 @@ class Live:
             self._snapshots.popleft()
         if settings.estimator == MHE:
             self._look_back(before, acting, row.readings, step)
-        believed = _without(step, self._masked)
-        self._bank.weigh(believed, row.acting, self._overrides, self.tally.level)
+        believed = without(step, self._masked)
+        if step.dt <= _BLIND * self._long:
+            self._bank.weigh(believed, row.acting, self._overrides, self.tally.level)
         kept = int(believed.taken.sum())
         nis = believed.nis
         self.tally.note(row.t, nis, kept)
-        self._bad.append((row.t, _surprise(believed), believed.rows.size))
+        self._bad.append((row.t, surprise(believed), believed.rows.size))
         while self._bad[0][0] < row.t - _MINUTE:
             self._bad.popleft()
-        return step
+        return self.follower or after, step
 
     def _look_back(self, before: Follower, acting: Array, readings: Array, step: Step) -> None:
         """Estimate the states of the last minute anew, once a second."""
@@ -346,12 +293,7 @@ class Live:
             if since is not None and self.machine.channels.index(name) not in self._masked:
                 self._raise(self._frozen(name, since, t))
                 return
-        for one in self._steering:
-            found = one.verdict()
-            if found is not None and found[0] == FOLLOWS:
-                self._close(lambda a, name=one.control: a.what == (name,) and a.how == STEERING, t)
-            elif found is not None:
-                self._steered(f"{one.control} {found[0]}", one.control, found, t)
+        self._judge_steering(t)
         if t < self._misfit + _HOUR:
             return
         best = self._judge.named(t, self._bank.evidence())
@@ -365,6 +307,18 @@ class Live:
             self._raise(alarm_of(evidence, t, rivals, frozen, self._bank.pace(evidence.suspect)))
         elif math.isnan(self._judge.crossed) and self._unexplained():
             self._raise(Alarm(UNEXPLAINED, "", (MODEL,), self._bad[0][0], t))
+
+    def _follows(self, control: str, t: float) -> None:
+        self._close(lambda a: a.what == (control,) and a.how == STEERING, t)
+
+    def _judge_steering(self, t: float) -> None:
+        """Hold angles against their orders, where the log has both."""
+        for one in self._steering:
+            found = one.verdict()
+            if found is not None and found[0] == FOLLOWS:
+                self._follows(one.control, t)
+            elif found is not None:
+                self._steered(f"{one.control} {found[0]}", one.control, found, t)
 
     def _frozen(self, name: str, since: float, t: float) -> Alarm:
         sensor = next(label for label, one in self.machine.settings.sensors.items() if name in one.channels)
@@ -387,8 +341,8 @@ class Live:
     def _raise(self, alarm: Alarm) -> None:
         """Name a fault, and take in the rows since its onset again as it explains them."""
         t = alarm.named
-        again = next((k for k, one in enumerate(self.alarms)
-                      if one.cause == alarm.cause and one.over > t - _MINUTE and one.how != STEERING), None)  # fmt: skip
+        lately = (k for k, one in enumerate(self.alarms) if one.over > t - _MINUTE and one.how != STEERING)
+        again = next((k for k in lately if self.alarms[k].cause == alarm.cause), None)
         if again is not None:
             alarm = replace(alarm, since=self.alarms[again].since, named=self.alarms[again].named)
             self.alarms[again] = alarm
@@ -402,16 +356,14 @@ class Live:
         self._forget(t, min(15.0, self._long))
 
     def _give_up(self, since: float, t: float) -> None:
-        """So many faults are none of a sensor: believe all again, begin the motion anew, and name nothing for an hour."""
-        assert self.follower is not None
+        """So many faults are no sensor's: believe all again, begin the motion anew, and name nothing for an hour."""
         self._misfit = t
         self._close(lambda _: True, t)
-        self.alarms[-1] = Alarm("the model is not that of the ship, or the log is wrong", "", (MODEL,), since, t, over=t)
+        self.alarms[-1] = Alarm(WRONG, "", (MODEL,), since, t, over=t)
         self._masked.clear()
         self._agreed.clear()
         self._overrides.clear()
-        readings = self._rows[-1].readings
-        if not self._anew(t, readings):
+        if self.follower is not None and not self._anew(t, self._rows[-1].readings, self.follower):
             self.follower = None
         self._forget(t, self.machine.settings.settle)
 
@@ -488,11 +440,10 @@ class Live:
 
     def _reopen(self, alarm: Alarm, t: float) -> None:
         """A jump that lasts is taken as true from here on: the state moves to what is read."""
-        assert self.follower is not None and self.last is not None
         for k in self._of(alarm):
             name = self.machine.channels[k]
-            at = np.flatnonzero(self.last.rows == k)
-            if name in self.machine.names and at.size:
+            at = np.zeros(0, dtype=np.intp) if self.last is None else np.flatnonzero(self.last.rows == k)
+            if self.follower is not None and self.last is not None and name in self.machine.names and at.size:
                 self.follower = self.follower.opened((name,), np.abs(self.last.innovation[at]))
         self._end(alarm, t)
 
@@ -503,8 +454,7 @@ class Live:
         self._close(lambda a: a.cause == alarm.cause, t)
         self._forget(t, min(15.0, self._long))
 
-    def _close(self, which: object, t: float) -> None:
-        assert callable(which)
+    def _close(self, which: Callable[[Alarm], bool], t: float) -> None:
         self.alarms = [one.ended(t) if math.isinf(one.over) and which(one) else one for one in self.alarms]
 
     @property
@@ -516,21 +466,3 @@ class Live:
     def masked(self) -> tuple[str, ...]:
         """Channels that are not believed at present."""
         return tuple(self.machine.channels[k] for k in sorted(self._masked))
-
-
-def _without(step: Step, masked: Mapping[int, Alarm]) -> Step:
-    """The row without channels that are known to be at fault."""
-    if not masked:
-        return step
-    kept = ~np.isin(step.rows, list(masked))
-    inverse = np.linalg.inv(step.spread[np.ix_(kept, kept)]) if kept.any() else np.zeros((0, 0))
-    return step._replace(
-        rows=step.rows[kept], taken=step.taken[kept], innovation=step.innovation[kept],
-        spread=step.spread[np.ix_(kept, kept)], inverse=inverse, slope=step.slope[kept], gain=step.gain[:, kept],
-    )  # fmt: skip
-
-
-def _surprise(step: Step) -> float:
-    """Normalised innovation squared of all readings, each no more than that of the gate."""
-    return float(np.minimum(step.innovation**2 / np.diagonal(step.spread), 100.0).sum()) if step.rows.size else 0.0
-

@@ -14,10 +14,11 @@ import numpy as np
 from ...core.files import write_whole
 from ...identify import StudyError
 from ...ships import Entry, Ship
+from .acting import Override
 from .ahead import Score
 from .alarms import Alarm
 from .follow import Follower
-from .live import Live, Override
+from .live import Live
 from .tally import Hour
 
 _FORMAT = "seatrial-twin/1"
@@ -50,7 +51,8 @@ def load_state(live: Live, path: Path) -> float:
             raise KeyError("schema")
         same = about["ship"] == live.machine.ship.name and about["names"] == list(live.machine.names)
         if not same or about["channels"] != list(live.machine.channels):
-            raise StudyError(f"{path}: the twin of another ship, log or choice of parameters; give another folder with -o")
+            what = "the twin of another ship, log or choice of parameters"
+            raise StudyError(f"{path}: {what}; give another folder with -o")
         live.follower = Follower(live.machine, float(about["t"]), np.array(about["mean"]), np.array(about["cov"]))
         live.alarms = [_alarm(one) for one in about["alarms"]]
         live.tally.hours = [Hour(**one) for one in about["hours"]]
@@ -81,9 +83,13 @@ def _number(value: Any) -> float:
 
 
 def _alarm(saved: Mapping[str, Any]) -> Alarm:
-    lists = {name: tuple(saved[name]) for name in ("what", "rivals")} | {"size": tuple(map(float, saved["size"]))}
-    numbers = {name: float(saved[name]) for name in ("since", "named", "score", "over", "held", "rate")}
-    return Alarm(cause=saved["cause"], how=saved["how"], unit=saved["unit"], **lists, **numbers)
+    since, named, score, over, held, rate = (
+        float(saved[name]) for name in ("since", "named", "score", "over", "held", "rate")
+    )
+    return Alarm(
+        saved["cause"], saved["how"], tuple(saved["what"]), since, named, tuple(map(float, saved["size"])),
+        saved["unit"], score, tuple(saved["rivals"]), over, held, rate,
+    )  # fmt: skip
 
 
 def learnt(live: Live, log: str) -> Ship:

@@ -106,7 +106,7 @@ def usual(
     slow = {"slow.u": 0.001 * U / T, "slow.v_m": 0.01 * U / T, "slow.r": 0.01 / T**2}
     tau = 20.0 * T
     # a log through the water tells the current from forces; without one, what is called current holds both
-    start = {name: 0.1 * U for name in CURRENT} | slow
+    start = dict.fromkeys(CURRENT, 0.1 * U) | slow
     process = {"u": white, "v_m": white, "r": white / ship.L_pp} | dict.fromkeys(CURRENT, 0.01 * U / math.sqrt(tau))
     process |= {name: sd * math.sqrt(2.0 / tau) for name, sd in slow.items()}
     if gyro_bias and TURN in sensors:
@@ -122,7 +122,7 @@ def usual(
 
 def scaled(settings: Settings, motion: float, slow: float) -> Settings:
     """The same with the random walk of the motion, and with slow forces, times factors."""
-    factors = dict.fromkeys(("u", "v_m", "r"), motion) | dict.fromkeys(SLOW, slow)
+    factors: dict[str, float] = {"u": motion, "v_m": motion, "r": motion, **dict.fromkeys(SLOW, slow)}
     process = {name: value * factors.get(name, 1.0) for name, value in settings.process.items()}
     start = {name: value * (slow if name in SLOW else 1.0) for name, value in settings.start.items()}
     return replace(settings, process=process, start=start)

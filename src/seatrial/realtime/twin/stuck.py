@@ -95,6 +95,10 @@ class Steering:
 
     def note(self, t: float, values: Mapping[str, float]) -> None:
         """Note a row; NaN is no reading."""
+        if self._last is not None and t <= self._last[0]:  # the clock was set back
+            self._moves.clear()
+            self._orders.clear()
+            self._last = None
         order, angle = values.get(f"{self.control}_cmd", math.nan), values.get(self.control, math.nan)
         if math.isfinite(order):
             self._orders.append((t, order))

@@ -24,7 +24,7 @@ from ...models import unit
 from .follow import GATE, Machine, Step, inverse_of
 from .settings import HEADING, POSITION, SPEED, TURN, VELOCITY
 
-# A reading counts as so many standard deviations at most.  The first one beyond the gate, maybe an outlier, is left out.
+# A reading counts as so many standard deviations at most; the first one beyond the gate, maybe an outlier, not at all.
 _MOST = 50.0
 # How far from its last angle a jammed control may stand, one standard deviation [rad]: the log is late.
 _BESIDE = math.radians(1.0)
@@ -100,7 +100,8 @@ def suspects(machine: Machine) -> tuple[Suspect, ...]:
         found.append(Suspect("current changed", IMPULSE, CURRENT, (0.1 * U,) * 2, "m/s"))
     forces = {name: 10.0 * settings.start[name] for name in SLOW if name in there}
     if len(forces) == len(SLOW):
-        found.append(Suspect("wind or another force changed", IMPULSE, SLOW[1:], tuple(forces[n] for n in SLOW[1:]), ""))
+        aside = tuple(forces[name] for name in SLOW[1:])
+        found.append(Suspect("wind or another force changed", IMPULSE, SLOW[1:], aside, ""))
         found.append(Suspect("resistance or wind changed", IMPULSE, SLOW[:1], (forces[SLOW[0]],), "m/s^2"))
     for path in settings.free:
         found.append(Suspect(f"{path} changed", IMPULSE, (path,), (2.0 * settings.start[path],), ""))
@@ -132,7 +133,7 @@ class Bank:
         """Forget all evidence."""
         n, columns, slots = len(self.machine.names), self._columns, self._slots
         self._away = np.zeros((n, columns, slots))
-        self._b, self._A, self._X = (np.zeros((columns, slots)) for _ in range(3))
+        self._score, self._weight, self._cross = (np.zeros((columns, slots)) for _ in range(3))
         self._onset = np.full(slots, np.nan)
         self._far = np.zeros(len(self.machine.channels), dtype=np.bool_)
         self._held = np.zeros((len(self._control), slots))
@@ -143,7 +144,7 @@ class Bank:
         slot = int(np.argmin(np.where(np.isnan(self._onset), -np.inf, self._onset)))
         self._onset[slot] = t
         self._away[:, :, slot] = 0.0
-        for array in (self._b, self._A, self._X):
+        for array in (self._score, self._weight, self._cross):
             array[:, slot] = 0.0
         self._held[:, slot] = acting[: len(self._control)]
         for k in self._acted:
@@ -190,9 +191,9 @@ class Bank:
         )
         whitened = inverse @ np.clip(step.innovation, -_MOST * deviation, _MOST * deviation) / level
         weighed = np.tensordot(inverse / level, found, 1)
-        self._b += np.tensordot(whitened, found, 1)
-        self._A += np.einsum("kcs,kcs->cs", found, weighed)
-        self._X[:-1] += np.einsum("kcs,kcs->cs", found[:, :-1], weighed[:, 1:])
+        self._score += np.tensordot(whitened, found, 1)
+        self._weight += np.einsum("kcs,kcs->cs", found, weighed)
+        self._cross[:-1] += np.einsum("kcs,kcs->cs", found[:, :-1], weighed[:, 1:])
         self._away = away - np.tensordot(step.gain, found, 1)
 
     def _act(self, step: Step, away: Array, logged: Array, faulty: Collection[str]) -> None:
@@ -241,11 +242,12 @@ class Bank:
         live = np.flatnonzero(np.isfinite(self._onset))
         if not live.size:
             return []
-        b, X = self._b[:, live], self._X[:, live]
-        A = self._A[:, live] + self._prior
+        b, cross = self._score[:, live], self._cross[:, live]
+        weight = self._weight[:, live] + self._prior
         found: list[Evidence] = []
         for one, first in zip(self.suspects, self._first, strict=False):
-            score, size, sigma = _ratio(one, slice(int(first), int(first) + len(one.what)), b, A, X, self._prior)
+            part = slice(int(first), int(first) + len(one.what))
+            score, size, sigma = _ratio(one, part, b, weight, cross, self._prior)
             j = int(np.argmax(score))
             number = self._control.get(one.what[0])
             held = math.nan if number is None else float(self._held[number, live[j]])
@@ -254,21 +256,23 @@ class Bank:
         return sorted(found, key=lambda e: -e.score)
 
 
-def _ratio(one: Suspect, part: slice, b: Array, A: Array, X: Array, prior: Array) -> tuple[Array, Array, Array]:
+def _ratio(
+    one: Suspect, part: slice, b: Array, weight: Array, cross: Array, prior: Array
+) -> tuple[Array, Array, Array]:  # fmt: skip
     """Score of each onset, and size and its deviation, shapes (onsets,), (components, onsets) twice."""
-    b, A, X, prior = b[part], A[part], X[part.start], prior[part]
+    b, w, x, prior = b[part], weight[part], cross[part.start], prior[part]
     if one.how == STUCK:
-        left = b[1] - X
-        score = 2.0 * b[0] - (A[0] - prior[0]) + left**2 / A[1] - np.log(A[1] / prior[1])
-        return score, np.stack([np.ones_like(left), left / A[1]]), np.stack([np.zeros_like(left), A[1] ** -0.5])
+        left = b[1] - x
+        score = 2.0 * b[0] - (w[0] - prior[0]) + left**2 / w[1] - np.log(w[1] / prior[1])
+        return score, np.stack([np.ones_like(left), left / w[1]]), np.stack([np.zeros_like(left), w[1] ** -0.5])
     if one.fixed:
-        return 2.0 * b[0] - (A[0] - prior[0]), np.ones_like(b), np.zeros_like(b)
+        return 2.0 * b[0] - (w[0] - prior[0]), np.ones_like(b), np.zeros_like(b)
     if len(one.what) == 1:
-        return b[0] ** 2 / A[0] - np.log(A[0] / prior[0]), b / A, A**-0.5
-    det = A[0] * A[1] - X**2
-    size = np.stack([A[1] * b[0] - X * b[1], A[0] * b[1] - X * b[0]]) / det
+        return b[0] ** 2 / w[0] - np.log(w[0] / prior[0]), b / w, w**-0.5
+    det = w[0] * w[1] - x**2
+    size = np.stack([w[1] * b[0] - x * b[1], w[0] * b[1] - x * b[0]]) / det
     score = (b * size).sum(axis=0) - np.log(det / (prior[0] * prior[1]))
-    return score, size, np.sqrt(np.stack([A[1], A[0]]) / det)
+    return score, size, np.sqrt(np.stack([w[1], w[0]]) / det)
 
 
 def _rate(servo: Servo) -> float:

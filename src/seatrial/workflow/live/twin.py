@@ -17,8 +17,8 @@ from ...realtime.twin.card import page as card
 from ...realtime.twin.card import parameters, unseen
 from ...realtime.twin.likely import likeliest
 from ...realtime.twin.live import Live
+from ...realtime.twin.page.screen import Screen
 from ...realtime.twin.saved import learnt, load_state, provenance, save_state
-from ...realtime.twin.screen import Screen
 from ...realtime.twin.settings import NOISE, usual
 from ...realtime.twin.sources import Ear, Row, channels_of, noise_of, rows_from, rows_of
 from ...realtime.wire import WireError
@@ -154,8 +154,7 @@ def _log(
 
         found = (read(mcap, read_topics(mapping) if mapping else None),)
     else:
-        assert trial is not None
-        found = tuple(read_trials([trial]))
+        found = tuple(read_trials([trial or Path()]))
     channels = channels_of(found[0], ship.model.controls)
     for one in found[1:]:
         channels_of(one, ship.model.controls)
@@ -194,7 +193,7 @@ def _served(screen: Screen, listening: socket.socket | None) -> Any:
     if listening is None:
         return nullcontext()
     try:
-        from ...realtime.twin.server import Server
+        from ...realtime.twin.page.server import Server
     except ImportError as error:
         raise RequestError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
     return Server(screen, listening)
@@ -202,15 +201,16 @@ def _served(screen: Screen, listening: socket.socket | None) -> Any:
 
 def _shown(live: Live, log: str) -> tuple[Table | str, ...]:
     t = 0.0 if live.follower is None else live.follower.t
-    inside = sum(one.inside() for one in live.tally.hours)
+    hours = live.tally.hours
+    inside, size = sum(one.inside() for one in hours), sum(h.nis for h in hours) / max(1, sum(h.readings for h in hours))
     blocks: list[Table | str] = [
         f"{live.machine.ship.name} on {log}: {t:.0f} s followed; innovations within their 95 % band in {inside} of "
-        f"{len(live.tally.hours)} hours, {sum(h.nis for h in live.tally.hours) / max(1, sum(h.readings for h in live.tally.hours)):.3g}"
-        " of what they should be"
-    ]  # fmt: skip
+        f"{len(hours)} hours, {size:.3g} of what they should be"
+    ]
     if rows := parameters(live):
         blocks.append(Table(("parameter", "before", "now", "sd"), tuple(
-            (one["path"], figure(one["before"]), figure(one["value"]), figure(one["sd"], 2)) for one in rows), (1, 2, 3)))
+            (one["path"], figure(one["before"]), figure(one["value"]), figure(one["sd"], 2)) for one in rows
+        ), (1, 2, 3)))  # fmt: skip
     blocks.append(Table(("unseen", "unit", "now", "sd"), tuple(
         (one["name"], one["unit"], figure(one["value"], 3), figure(one["sd"], 2)) for one in unseen(live)), (2, 3)))
     blocks.append(Table(("ahead [s]", "forecasts", "error [m]", "constant [m]", "held"), tuple(

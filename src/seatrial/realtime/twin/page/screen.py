@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ...data import Array
-from ...models import STATES
-from .ahead import LEVEL, forecast
-from .card import alarm, parameters, unseen
-from .live import Live
+from ....data import Array
+from ....models import STATES
+from ..ahead import LEVEL, forecast
+from ..card import alarm, parameters, unseen
+from ..follow import Follower
+from ..live import Live
 
 # Time between two pictures by the clock, and between two forecasts [s].
 _PERIOD, _AGAIN = 0.25, 2.0
@@ -40,7 +41,8 @@ class Screen:
         self._measured: deque[list[float]] = deque(maxlen=_TRACK)
         self._estimated: deque[list[float]] = deque(maxlen=_TRACK)
         self._misses: dict[str, deque[list[float]]] = {c: deque(maxlen=_STRIP) for c in live.machine.channels}
-        self._every, self._noted = max(1.0, 0.1 * live.machine.ship.L_pp / max(live.machine.ship.speed, 1e-3)), -math.inf
+        ship, self._noted = live.machine.ship, -math.inf
+        self._every = max(1.0, 0.1 * ship.L_pp / max(ship.speed, 1e-3))
         self._ahead: list[list[float]] = []
 
     def heard(self, t: float, values: Mapping[str, float]) -> None:
@@ -67,12 +69,11 @@ class Screen:
             return
         self._last = now
         if self.live.follower is not None:
-            self.picture = self._picture(now, force)
+            self.picture = self._picture(self.live.follower, now, force)
 
-    def _picture(self, now: float, force: bool) -> dict[str, Any]:
+    def _picture(self, follower: Follower, now: float, force: bool) -> dict[str, Any]:
         live = self.live
-        follower, ship = live.follower, live.machine.ship
-        assert follower is not None
+        ship = live.machine.ship
         if force or now - self._made > _AGAIN:
             self._made = now
             self._ahead = _points(forecast(follower, live.acting))
@@ -85,7 +86,8 @@ class Screen:
             "state": {name: [_round(follower.mean[k]), _round(sd[k])] for k, name in enumerate(STATES)},
             "controls": {name: _round(live.acting[k]) for k, name in enumerate(ship.model.controls)},
             "measured": list(self._measured), "estimated": list(self._estimated), "ahead": self._ahead,
-            "unseen": [_rounded(one) for one in unseen(live)], "parameters": [_rounded(one) for one in parameters(live)],
+            "unseen": [_rounded(one) for one in unseen(live)],
+            "parameters": [_rounded(one) for one in parameters(live)],
             "alarms": [alarm(one) for one in live.alarms[-20:]], "masked": list(live.masked),
             "misses": {name: list(some) for name, some in self._misses.items() if some},
             "hours": [[one.start / 3600.0, _round(one.mean), *map(_round, one.band())]

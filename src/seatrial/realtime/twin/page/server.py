@@ -11,7 +11,7 @@ from typing import Any
 
 from fastapi import WebSocket
 
-from ..pages import MOST, Client, application, attend, close, server
+from ...pages import MOST, Client, application, attend, close, server
 from .screen import Screen
 
 STATIC = Path(__file__).with_name("static")
