@@ -129,7 +129,7 @@ _HORIZON, _SMOOTH = 30.0, 5.0
 def esso() -> dict[str, Any]:
     """Forecasts over 30 s on the random trials of the Esso Osaka, one trial after the other, beside the plain model.
 
-    The plain model starts from the readings of the last five seconds (`replay.smoothed_starts`); both know the controls.
+    The plain model starts from the readings of the last five seconds (`replay.smoothed_starts`); both know controls.
     """
     ship, folder = load("esso_osaka_3m"), Path(os.environ["SEATRIAL_DATA"]) / "esso_osaka_frt" / "data" / "random"
     trials = [frt_esso.read(path) for path in sorted(folder.glob("*.csv"))]
@@ -151,7 +151,7 @@ def esso() -> dict[str, Any]:
 
 
 def _forecasts(machine: Machine, trial: Any, carried: Follower | None) -> tuple[Follower, list[tuple[float, float]]]:
-    """The twin at the end of a trial, and distances at the end of each forecast, of the twin and the plain model [m]."""
+    """The twin at the end of a trial, and errors of each forecast at its end, of the twin and the plain model [m]."""
     ship, own = machine.ship, machine.traced.own
     series, read = inputs(trial, ship.model), np.column_stack([trial[name] for name in machine.channels])
     measured = trial.stack(*STATES)

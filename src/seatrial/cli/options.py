@@ -246,15 +246,15 @@ Patience = Annotated[float, Option(metavar="S", help="End after so long without 
 
 # The live twin.
 NmeaLog = Annotated[
-    str | None, Option("--nmea", help="Follow this log of sentences, or udp://HOST:PORT where they come in.")
+    str | None, Option("--nmea", help="Read this log of sentences, or udp://HOST:PORT where they come in.")
 ]  # fmt: skip
-McapLog = Annotated[Path | None, Option("--mcap", help="Follow this log of a robot (.mcap).")]
-TrialLog = Annotated[Path | None, Option("--trial", help="Follow this trial file, or a folder of them.")]
+McapLog = Annotated[Path | None, Option("--mcap", help="Read this log of a robot (.mcap).")]
+TrialLog = Annotated[Path | None, Option("--trial", help="Read this trial file, or a folder of them.")]
 TwinFolder = Annotated[
     Path | None, Option("-o", "--out", help="Write state, ship and card to this folder; go on from it.")
 ]  # fmt: skip
 Drifting = Annotated[
-    list[str] | None, Option("--free", help="Let this parameter drift, such as hull.R_0. Repeatable.")
+    list[str] | None, Option("--free", help="Allow this parameter to drift, such as hull.R_0. Repeatable.")
 ]  # fmt: skip
 Estimator = Annotated[str, Option(help="Choose ekf, or mhe for moving horizon estimation.")]
 RowRate = Annotated[float, Option("--rate", help="Set the rows a second of sentences by UDP [Hz].")]

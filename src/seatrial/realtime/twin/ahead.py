@@ -166,5 +166,3 @@ class Trust:
                 score.inside += int((np.abs(away) <= _QUANTILE * sd).sum())
             if not one.left:
                 self._waiting.remove(one)
-
-

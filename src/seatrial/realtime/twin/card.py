@@ -58,8 +58,10 @@ def page(live: Live, log: str) -> Page:
     hours = [(f"{one.start / 3600.0:.0f}", number(one.mean, 4), "–".join(number(v, 4) for v in one.band(_SHARE)),
               str(one.readings), "yes" if ok else "no")
              for one, ok in zip(live.tally.hours, inside, strict=True)]  # fmt: skip
-    judged = ("The controls in between are those of the log. Constant: the same course and speed. "
-              f"Held: share of the fixes within bands of {100 * LEVEL:.0f} %.")
+    judged = (
+        "The controls in between are those of the log. Constant: the same course and speed. "
+        f"Held: share of the fixes within bands of {100 * LEVEL:.0f} %."
+    )
     sections = (
         Section("", lead(state) + shown),
         Section("What it has learnt", (table(("parameter", "unit", "before", "now", "sd", "change"), rows, words=(1,))

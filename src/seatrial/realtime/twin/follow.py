@@ -241,4 +241,3 @@ def without(step: Step, masked: Collection[int]) -> Step:
 def surprise(step: Step) -> float:
     """Normalised innovation squared of all readings, each no more than that of the gate."""
     return float(np.minimum(step.innovation**2 / np.diagonal(step.spread), 100.0).sum()) if step.rows.size else 0.0
-

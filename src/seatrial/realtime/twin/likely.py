@@ -79,4 +79,3 @@ def _likelihood(machine: Machine, rows: Sequence[Row], held: Collection[str]) ->
 
 def _places(machine: Machine) -> tuple[str, ...]:
     return tuple(name for name in ("x", "y") if name in machine.channels)
-

@@ -285,4 +285,3 @@ def threshold(count: int, spacing: float, false_alarms: float) -> float:
     """Score from which a fault is there, so that false alarms are at most `false_alarms` a day."""
     tests = 86400.0 / spacing * count
     return 2.0 * math.log(max(tests / false_alarms, 2.0))
-

@@ -202,7 +202,8 @@ def _served(screen: Screen, listening: socket.socket | None) -> Any:
 def _shown(live: Live, log: str) -> tuple[Table | str, ...]:
     t = 0.0 if live.follower is None else live.follower.t
     hours = live.tally.hours
-    inside, size = sum(one.inside() for one in hours), sum(h.nis for h in hours) / max(1, sum(h.readings for h in hours))
+    inside = sum(one.inside() for one in hours)
+    size = sum(one.nis for one in hours) / max(1, sum(one.readings for one in hours))
     blocks: list[Table | str] = [
         f"{live.machine.ship.name} on {log}: {t:.0f} s followed; innovations within their 95 % band in {inside} of "
         f"{len(hours)} hours, {size:.3g} of what they should be"
@@ -211,12 +212,10 @@ def _shown(live: Live, log: str) -> tuple[Table | str, ...]:
         blocks.append(Table(("parameter", "before", "now", "sd"), tuple(
             (one["path"], figure(one["before"]), figure(one["value"]), figure(one["sd"], 2)) for one in rows
         ), (1, 2, 3)))  # fmt: skip
-    blocks.append(Table(("unseen", "unit", "now", "sd"), tuple(
-        (one["name"], one["unit"], figure(one["value"], 3), figure(one["sd"], 2)) for one in unseen(live)), (2, 3)))
+    others = tuple((one["name"], one["unit"], figure(one["value"], 3), figure(one["sd"], 2)) for one in unseen(live))
+    blocks.append(Table(("unseen", "unit", "now", "sd"), others, (2, 3)))
     blocks.append(Table(("ahead [s]", "forecasts", "error [m]", "constant [m]", "held"), tuple(
         (f"{h:g}", str(s.count), figure(s.rms, 3), figure(s.rival, 3), figure(100 * s.held, 3))
         for h, s in live.trust.scores.items()), (0, 1, 2, 3, 4)))  # fmt: skip
     alarms = [f"alarm at {one.named:.0f} s: {one.text}" for one in live.alarms] or ["no alarm"]
     return (*blocks, *alarms)
-
-
