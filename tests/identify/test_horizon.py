@@ -44,7 +44,7 @@ def run(model: FilterModel, read: np.ndarray, iterations: int = 1) -> tuple[list
     """Means and covariances of both, row by row."""
     mean, cov, first, still = np.array([0.5, 0.0]), np.eye(2), np.array([0], dtype=np.intp), np.zeros(1)
     horizon = Horizon.begun(model, DENSITY, DT, SPAN, 0.0, mean, cov)
-    ekf, kalman, moving = Extended(model, DENSITY, DT), list(), list()
+    ekf, kalman, moving = Extended(model, DENSITY, DT), [], []
     for k, y in enumerate(read):
         mean, cov, _ = ekf.predict(mean, cov, still, DT)
         mean, cov, *_ = ekf.update(mean, cov, y, first, still)
