@@ -102,7 +102,7 @@ def faults() -> dict[str, Any]:
 def cost() -> dict[str, Any]:
     """Processor time of a twin with five parameters at 10 rows a second, everything included."""
     free = ("hull.R_0", "hull.Y_v", "hull.N_r", "propeller.t_P", "rudder.t_R")
-    voyage = Voyage(coaster(), 0.05, dt=0.1)
+    voyage = Voyage(coaster(), 0.036, dt=0.1)
     rows = [row for row, _ in voyage.rows()]
     found: dict[str, Any] = {"rows": len(rows)}
     for estimator in ("ekf", "mhe"):

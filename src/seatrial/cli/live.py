@@ -15,7 +15,7 @@ def twin(
     rate: o.RowRate = 10.0, factor: o.LogFactor = math.inf, page: o.TwinPage = False, port: o.TwinPort = 8022,
     json: o.Json = False,
 ) -> None:  # fmt: skip
-    """Run a twin on the log of a ship: estimates, forecasts, named faults."""
+    """Run a twin on the log of a ship; name faults."""
     from ..workflow.live.twin import twin as run
     from ..workflow.realtime import HERE, address, listen
 

@@ -106,8 +106,7 @@ class Horizon:
             run = self._forward()
         self._smooth(run)
         old = sum(row.t < self.t - self.span for row in self._rows)
-        if old:
-            run = self._forward()
+        if old:  # of the same pass: about the trajectory that the solution before has smoothed
             self.arrival = run.ahead[old]
             for _ in range(old):
                 self._rows.popleft()
