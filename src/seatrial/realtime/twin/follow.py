@@ -1,8 +1,8 @@
 """The filter of a twin: one row at a time, extended, with exact Jacobians.
 
 `Follower` is a value: each row gives a new one and a `Step`, which has all that a test of the innovations needs.  A
-reading far from its prediction (beyond a gate) moves the mean by no more than one at the gate would, and adds no
-certainty; it counts in the tests as it is, so that an outlier does little harm and a jump is seen.
+reading far from its prediction (beyond a gate) is not taken in; it counts in the tests, so that an outlier does no harm
+and a jump is seen.  A channel that stays beyond the gate moves the mean as one at the gate would, and adds no certainty.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from ...identify.filters.kalman import moved, over, substeps
 from ...ships import Ship
 from .settings import Settings
 
-# Readings are not taken at their full size from so many standard deviations on.
+# Readings are not taken in from so many standard deviations on; a channel that stays beyond for so many L/U is.
 GATE = 6.0
+_PATIENCE = 0.5
 
 
 @dataclass(frozen=True)
@@ -118,12 +119,14 @@ class Follower:
         t: time [s].
         mean: shape (n,).
         cov: shape (n, n).
+        beyond: for how long each channel has been beyond the gate [s], shape (m,); None is not at all.
     """
 
     machine: Machine
     t: float
     mean: Array
     cov: Array
+    beyond: Array | None = None
 
     def ahead(self, t: float, acting: Array, step: float | None = None) -> tuple[Follower, Array]:
         """The state at a later time without any reading, and the Jacobian on the way."""
@@ -169,12 +172,15 @@ class Follower:
             keep = np.eye(mean.size) - own @ slope[kept]
             cov = keep @ cov @ keep.T + (own * noise[kept]) @ own.T
             cov = 0.5 * (cov + cov.T)
-        for k in far:  # a little of it, and no certainty, lest the filter stays away for good
+        beyond = np.zeros(len(self.machine.channels)) if self.beyond is None else self.beyond.copy()
+        beyond[rows] = np.where(near, 0.0, beyond[rows] + t - self.t)
+        patience = _PATIENCE * self.machine.ship.L_pp / max(self.machine.ship.speed, 1e-3)
+        for k in far[beyond[rows[far]] > patience]:  # a little of it, and no certainty, lest the filter stays away
             mean = mean + reach[:, k] / spread[k, k] * math.copysign(GATE * math.sqrt(spread[k, k]), innovation[k])
         if rows.size:
             mean = inside(mean, cov, self.machine.low, self.machine.high)
         step = Step(t, t - self.t, rows, taken, innovation, spread, inverse, onward, slope, gain, self.mean, acting)
-        return replace(later, mean=mean, cov=cov), step
+        return replace(later, mean=mean, cov=cov, beyond=beyond), step
 
     def value(self, name: str) -> tuple[float, float]:
         """A state and its standard deviation."""

@@ -86,7 +86,7 @@ def usual(
         raise StudyError(f"--estimator is '{estimator}'; it is {EKF} or {MHE}")
     U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
     # no model follows a log more closely than this, whatever the resolution of its instruments
-    least = {"x": 2.5e-3 * ship.L_pp, "psi": 1e-3, "r": 1e-4 / T, "u_w": 2e-3 * U, "v_north": 2e-3 * U}
+    least = {"x": 2.5e-3 * ship.L_pp, "psi": 1e-3, "r": 5e-4 / T, "u_w": 2e-3 * U, "v_north": 2e-3 * U}
     known = {name: max(value, least.get(name, 0.0)) for name, value in {**NOISE, **(noise or {})}.items()}
     there = {
         POSITION: Antenna(known["x"], *antenna), HEADING: Heading(known["psi"]), TURN: Rate(known["r"]),
