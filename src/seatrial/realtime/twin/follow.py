@@ -1,8 +1,9 @@
 """The filter of a twin: one row at a time, extended, with exact Jacobians.
 
 `Follower` is a value: each row gives a new one and a `Step`, which has all that a test of the innovations needs.  A
-reading far from its prediction (beyond a gate) is not taken in; it counts in the tests, so that an outlier does no harm
-and a jump is seen.  A channel that stays beyond the gate moves the mean as one at the gate would, and adds no certainty.
+reading far from its prediction (beyond a gate) is not taken in; it counts in the tests, so that an outlier does no
+harm and a jump is seen.  A channel that stays beyond the gate moves the mean as one at the gate would, and adds no
+certainty.
 """
 
 from __future__ import annotations
@@ -51,6 +52,11 @@ class Machine:
     def names(self) -> tuple[str, ...]:
         """Names of the states."""
         return self.traced.names
+
+    @property
+    def patience(self) -> float:
+        """How long a channel may stay beyond the gate before it is heeded [s]."""
+        return _PATIENCE * self.ship.L_pp / max(self.ship.speed, 1e-3)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -162,25 +168,23 @@ class Follower:
         believed = np.ones(rows.size, dtype=np.bool_) if not masked else ~np.isin(rows, list(masked))
         taken = near & believed
         gain = np.zeros((later.mean.size, rows.size))
-        kept, far = np.flatnonzero(taken), np.flatnonzero(believed & ~near)
-        mean, cov = later.mean, later.cov
-        if kept.size:
-            part = inverse if kept.size == rows.size else inverse_of(spread[np.ix_(kept, kept)])
-            own = reach[:, kept] @ part
-            gain[:, kept] = own
-            mean = mean + own @ innovation[kept]
-            keep = np.eye(mean.size) - own @ slope[kept]
-            cov = keep @ cov @ keep.T + (own * noise[kept]) @ own.T
-            cov = 0.5 * (cov + cov.T)
-        beyond = np.zeros(len(self.machine.channels)) if self.beyond is None else self.beyond.copy()
-        beyond[rows] = np.where(near, 0.0, beyond[rows] + t - self.t)
-        patience = _PATIENCE * self.machine.ship.L_pp / max(self.machine.ship.speed, 1e-3)
-        for k in far[beyond[rows[far]] > patience]:  # a little of it, and no certainty, lest the filter stays away
-            mean = mean + reach[:, k] / spread[k, k] * math.copysign(GATE * math.sqrt(spread[k, k]), innovation[k])
-        if rows.size:
-            mean = inside(mean, cov, self.machine.low, self.machine.high)
+        gain[:, taken] = reach[:, taken] @ (inverse if taken.all() else inverse_of(spread[np.ix_(taken, taken)]))
+        keep = np.eye(later.mean.size) - gain @ slope
+        cov = keep @ later.cov @ keep.T + (gain * noise) @ gain.T
+        cov = 0.5 * (cov + cov.T)
+        beyond = self._beyond(rows, near, t - self.t)
+        # what stays away is heeded a little, without certainty, lest the filter stays away from it for good
+        late = believed & ~near & (beyond[rows] > self.machine.patience)
+        pull = np.where(late, GATE * np.sign(innovation) / np.sqrt(np.diagonal(spread)), 0.0)
+        mean = inside(later.mean + gain @ innovation + reach @ pull, cov, self.machine.low, self.machine.high)
         step = Step(t, t - self.t, rows, taken, innovation, spread, inverse, onward, slope, gain, self.mean, acting)
         return replace(later, mean=mean, cov=cov, beyond=beyond), step
+
+    def _beyond(self, rows: NDArray[np.intp], near: NDArray[np.bool_], span: float) -> Array:
+        """For how long each channel is beyond the gate after a row [s]."""
+        out = np.zeros(len(self.machine.channels)) if self.beyond is None else self.beyond.copy()
+        out[rows] = np.where(near, 0.0, out[rows] + span)
+        return out
 
     def value(self, name: str) -> tuple[float, float]:
         """A state and its standard deviation."""
