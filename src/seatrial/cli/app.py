@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from . import campaign, data, evidence, fits, folders, harbour, installation, judging, live, ships, simulation
+from . import campaign, data, evidence, fits, folders, harbour, installation, judging, ships, simulation
 from . import options as o
 from .outcome import ended
 from .render import say
@@ -151,7 +151,7 @@ for _command in (
     ships.captive, ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map,
     data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert, folders.trials, fits.check,
     folders.study, fits.identify, simulation.steer, simulation.bridge, simulation.range_, fits.predict, fits.validate,
-    evidence.card, live.twin, campaign.campaign, harbour.harbour, installation.doctor,
+    evidence.card, simulation.twin, campaign.campaign, harbour.harbour, installation.doctor,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command
     app.command(_command.__name__.strip("_").replace("_", "-"), cls=_cls)(offered(_command))
