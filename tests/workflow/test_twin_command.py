@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -36,7 +37,7 @@ def test_it_leaves_a_ship_a_card_and_its_state(log: Path, tmp_path: Path) -> Non
     said: list[str] = []
     outcome = twin(SHIP, trial=log, out=tmp_path / "out", free=("hull.N_r",), note=said.append)
     assert {path.name for path in (tmp_path / "out").iterdir()} == {STATE, MODEL, CARD, "card.json"}
-    again = load(str(tmp_path / "out" / MODEL))
+    again: Any = load(str(tmp_path / "out" / MODEL))
     assert outcome.result.follower is not None
     assert float(again.model.hull.N_r) == outcome.result.follower.value("hull.N_r")[0]
     twin(SHIP, trial=log, out=tmp_path / "out", free=("hull.N_r",), note=said.append)
