@@ -151,7 +151,7 @@ for _command in (
     ships.captive, ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map,
     data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert, folders.trials, fits.check,
     folders.study, fits.identify, simulation.steer, simulation.bridge, simulation.range_, fits.predict, fits.validate,
-    evidence.calibrate, evidence.card, campaign.campaign, harbour.harbour, installation.doctor,
+    evidence.calibrate, evidence.card, simulation.twin, campaign.campaign, harbour.harbour, installation.doctor,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command
     app.command(_command.__name__.strip("_").replace("_", "-"), cls=_cls)(offered(_command))

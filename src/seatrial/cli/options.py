@@ -249,6 +249,24 @@ LockStep = Annotated[bool, Option("--lock-step", help="Run in step with the answ
 AnswerTo = Annotated[str, Option(metavar="KIND", help="Name the sentence that --lock-step has answered.")]
 Patience = Annotated[float, Option(metavar="S", help="End after so long without an answer [s].")]
 
+# The live twin.
+NmeaLog = Annotated[
+    str | None, Option("--nmea", help="Read this log of sentences, or udp://HOST:PORT where they come in.")
+]  # fmt: skip
+McapLog = Annotated[Path | None, Option("--mcap", help="Read this log of a robot (.mcap).")]
+TrialLog = Annotated[Path | None, Option("--trial", help="Read this trial file, or a folder of them.")]
+TwinFolder = Annotated[
+    Path | None, Option("-o", "--out", help="Write state, ship and card to this folder; go on from it.")
+]  # fmt: skip
+Drifting = Annotated[
+    list[str] | None, Option("--free", help="Allow this parameter to drift, such as hull.R_0. Repeatable.")
+]  # fmt: skip
+Estimator = Annotated[str, Option(help="Choose ekf, or mhe for moving horizon estimation.")]
+RowRate = Annotated[float, Option("--rate", help="Set the rows a second of sentences by UDP [Hz].")]
+LogFactor = Annotated[float, Option("--factor", help="Set the time of a log over real time; inf for the fastest.")]
+TwinPage = Annotated[bool, Option("--page", help="Show the twin on a local page.")]
+TwinPort = Annotated[int, Option("--port", help="Serve --page at this port; 0 takes a free one.")]
+
 # Campaigns.
 CampaignSource = Annotated[str, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]
 CampaignFolder = Annotated[

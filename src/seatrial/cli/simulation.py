@@ -1,4 +1,4 @@
-"""Commands that run ships: simulate, steer (NMEA 0183), bridge (a page), range (a scenario), demo; and bench."""
+"""Commands that run ships: simulate, steer (NMEA 0183), bridge (a page), range, twin, demo; and bench."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import typer
 from ..core.errors import RequestError
 from . import options as o
 from .evidence import show_bands
+from .fits import show
 from .render import emit, figure, hand_on, note, say, say_lines, show_table
 
 if TYPE_CHECKING:
@@ -222,6 +223,25 @@ def _show_range(ran: Ranged, document: dict[str, Any]) -> None:
     end = f"arrived after {arrived:.1f} s" if arrived is not None else f"ended after {document['time']:.1f} s"
     say_lines(f"{ran.stage.scenario.title}: {end}, at most {indices['cross_track_max']:.1f} m off the route",
               *ran.written)  # fmt: skip
+def twin(
+    model: o.ShipName, nmea: o.NmeaLog = None, mcap: o.McapLog = None, trial: o.TrialLog = None,
+    mapping: o.Mapping = None, out: o.TwinFolder = None, free: o.Drifting = None, estimator: o.Estimator = "ekf",
+    rate: o.RowRate = 10.0, factor: o.LogFactor = math.inf, page: o.TwinPage = False, port: o.TwinPort = 8022,
+    json: o.Json = False,
+) -> None:  # fmt: skip
+    """Run a twin on the log of a ship; name faults."""
+    from ..workflow.live.twin import twin as run
+    from ..workflow.realtime import HERE, address, listen
+
+    listening = listen(HERE, port, anywhere=False) if page else None
+    try:
+        if listening is not None:
+            note(f"page: {address(listening)}")
+        show(run(model, nmea=nmea, mcap=mcap, trial=trial, mapping=mapping, out=out, free=free or (),
+                 estimator=estimator, rate=rate, factor=factor, page=listening, note=note), json)  # fmt: skip
+    finally:
+        if listening is not None:
+            listening.close()
 
 
 def demo(out: o.DemoFolder = Path("demo"), json: o.Json = False) -> None:

@@ -101,7 +101,7 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
     datum = _positions(channels, raw, psi, aboard, steps)
     _velocities(channels, raw, psi, r, aboard, steps)
     channels["r"] = r
-    _controls(channels, raw, steps)
+    controls(channels, raw, steps)
     _around(channels, raw, psi)
     where = {} if datum is None else {"datum": asdict(datum)}
     begun = {} if log.epoch is None else {
@@ -155,11 +155,13 @@ def _velocities(
         channels["u"] = u + starboard * r if starboard else u
         channels["v_m"] = v - forward * r if forward else v
         steps.append("u, v_m from course and speed over ground, turned by psi")
+    if "u_log_water" in raw:
+        channels["u_w"] = raw["u_log_water"]
     if "U_G" in raw and "gamma_G" in raw:
         channels["U_G"], channels["gamma_G"] = raw["U_G"], unwrapped(raw["gamma_G"])
 
 
-def _controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[str]) -> None:
+def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[str]) -> None:
     """Rudders and shafts, numbered port to starboard where there are several; engines where the log has no shaft."""
     for name in ("delta", "delta_cmd"):
         starboard, port = raw.get(name), raw.get(name.replace("delta", "delta_port"))

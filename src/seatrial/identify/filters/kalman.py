@@ -111,7 +111,7 @@ def trace(ship: Ship, more: tuple[str, ...], sensors: Sequence[Sensor]) -> Filte
         moving = system.derivative(tuple(state[i] for i in range(own)), acting, known(state))
         return ca.vertcat(*moving, *([0.0] * len(more)))
 
-    whole, half = _rk4(rates, z, dt), _rk4(rates, z, 0.5 * dt)
+    whole, half = rk4(rates, z, dt), rk4(rates, z, 0.5 * dt)
     around = Environment(*acting[controls:])
     drift = known(z)[-2:]
     around = around._replace(current_x=around.current_x + drift[0], current_y=around.current_y + drift[1])
@@ -122,24 +122,25 @@ def trace(ship: Ship, more: tuple[str, ...], sensors: Sequence[Sensor]) -> Filte
     return FilterModel(
         names=names, channels=tuple(name for sensor in sensors for name in sensor.channels),
         angle=angle, noise=noise, delay=delay,
-        step=Numeric(_function([z, a, dt], [whole, ca.jacobian(whole, z), ca.jacobian(half, z)])),
-        step_points=Numeric(_function([z, a, dt], [whole]).map("points", "serial", points, [1, 2], [])),
-        read=Numeric(_function([z, a], [read, ca.jacobian(read, z)])),
-        read_points=Numeric(_function([z, a], [read]).map("points", "serial", points, [1], [])),
+        step=Numeric(dense([z, a, dt], [whole, ca.jacobian(whole, z), ca.jacobian(half, z)])),
+        step_points=Numeric(dense([z, a, dt], [whole]).map("points", "serial", points, [1, 2], [])),
+        read=Numeric(dense([z, a], [read, ca.jacobian(read, z)])),
+        read_points=Numeric(dense([z, a], [read]).map("points", "serial", points, [1], [])),
     )  # fmt: skip
 
 
-def _function(inputs: list[Any], outputs: list[Any]) -> Any:
+def dense(inputs: list[Any], outputs: list[Any]) -> Any:
+    """A CasADi function without structural zeros in its outputs, as `Numeric` takes it."""
     return ca.Function("f", inputs, [ca.densify(ca.SX(out)) for out in outputs], {"cse": True})
 
 
-def _rk4(rates: Any, z: Any, dt: Any) -> Any:
+def rk4(rates: Any, z: Any, dt: Any) -> Any:
+    """One step of the Runge-Kutta method, on symbols."""
     a = rates(z)
     b = rates(z + 0.5 * dt * a)
     c = rates(z + 0.5 * dt * b)
     d = rates(z + dt * c)
     return z + dt / 6.0 * (a + 2.0 * b + 2.0 * c + d)
-
 
 
 class Moved(NamedTuple):

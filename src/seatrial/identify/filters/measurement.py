@@ -132,3 +132,26 @@ class Log(_Instrument):
         if not self.water:
             return (ahead,)
         return (ahead - to_body(environment.current_x, environment.current_y, cos(state[2]), sin(state[2]))[0],)
+
+
+@dataclass(frozen=True)
+class Track(_Instrument):
+    """Velocity over ground of a satellite antenna: its components north and east [m/s].
+
+    Attributes:
+        sd: noise of each component [m/s].
+        x, y: where it stands, forward of midship and to starboard [m].
+        delay: age of a reading [s].
+        channels: where the trial holds the components.
+    """
+
+    sd: float
+    x: float = 0.0
+    y: float = 0.0
+    delay: float = 0.0
+    channels: tuple[str, ...] = ("v_north", "v_east")
+
+    def read(self, state: tuple[Scalar, ...], environment: Environment) -> tuple[Scalar, ...]:
+        """Velocity of the antenna, north and east [m/s]."""
+        u, v_m, r = state[3:6]
+        return to_earth(u - self.y * r, v_m + self.x * r, cos(state[2]), sin(state[2]))

@@ -115,7 +115,7 @@ class Widths(Trajectory):
     def settled(self, problem: Problem, fit: Fit) -> tuple[Trajectory, Problem]:
         """Estimator and problem of the width that a finished fit of `problem` has chosen."""
         width = self.chosen(problem, {one.path: one.sigma for one in fit.free})
-        return self._plain(problem, width), self._scaled(problem, width)
+        return self._plain(problem, width), self.scaled(problem, width)
 
     def _check(self, problem: Problem) -> None:
         """Refuse what leaves nothing to choose, or no way to."""

@@ -1,0 +1,239 @@
+"""The live twin against its bars: a day of sailing, planted faults, forecasts on the Esso Osaka, and its cost.
+
+`python benchmarks/live_twin.py [cost] [faults] [adversaries] [esso] [day]` writes results/live_twin.json.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "realtime"))
+
+from voyages import KINDS, NOISE, Voyage, coaster, drifting  # noqa: E402
+
+from seatrial.core.parameters import values  # noqa: E402
+from seatrial.data import unwrapped  # noqa: E402
+from seatrial.data.formats import frt_esso  # noqa: E402
+from seatrial.identify.nuisance import CURRENT  # noqa: E402
+from seatrial.models import STATES  # noqa: E402
+from seatrial.realtime.twin.follow import Follower, Machine, begun, made  # noqa: E402
+from seatrial.realtime.twin.live import Live  # noqa: E402
+from seatrial.realtime.twin.settings import scaled, usual  # noqa: E402
+from seatrial.realtime.twin.sources import channels_of, noise_of  # noqa: E402
+from seatrial.ships.files import load  # noqa: E402
+from seatrial.simulate.replay import inputs, smoothed_starts  # noqa: E402
+
+RESULTS = ROOT / "benchmarks" / "results" / "live_twin.json"
+_DAY = 24.0
+# Planted just before and during a change of course, which comes every 600 s.
+_AT = (2399.0, 2410.0)
+# Process noise on the Esso Osaka, of motion and slow forces, as multiples of the usual; and noise of its instruments as
+# a multiple of their scatter: roll and pitch move the antenna of a model.
+_ROUGH, _NOISE = (10.0, 3.0), 4.0
+
+
+def day(hours: float = _DAY) -> dict[str, Any]:
+    """A day with drifting resistance, turning current and a biased gyro: consistency, errors, false alarms."""
+    voyage = drifting(hours)
+    live = Live(voyage.ship, usual(voyage.ship, list(NOISE), noise=NOISE, free=("hull.R_0",)), ("delta", "delta_cmd"))
+    rows: list[tuple[float, float, float]] = []
+    for (t, read), truth in voyage.rows():
+        live.feed(t, read)
+        if live.follower is not None and t >= 3600.0:
+            north, east = (live.follower.value(name)[0] for name in CURRENT)
+            rows.append((live.follower.value("hull.R_0")[0] / truth["R_0"] - 1.0, north - truth["current_x"],
+                         east - truth["current_y"]))  # fmt: skip
+    R_0, *current = np.array(rows).T
+    away = np.hypot(*current)
+    return {
+        "hours": hours, "NIS in its 95 % band, share of hours": _share(live, 0.95),
+        "NIS in its 99 % band, share of hours": _share(live, 0.99),
+        "NIS per reading by hour": [round(one.mean, 4) for one in live.tally.hours],
+        "R_0, error from the second hour on": {"rms": _rms(R_0), "99 %": float(np.quantile(abs(R_0), 0.99)),
+                                               "largest": float(abs(R_0).max())},
+        "current, error [m/s]": {"rms": _rms(away), "99 %": float(np.quantile(away, 0.99)),
+                                 "largest": float(away.max())},
+        "false alarms": [one.text for one in live.alarms],
+    }  # fmt: skip
+
+
+def _share(live: Live, band: float) -> float:
+    whole = live.tally.hours
+    return sum(one.inside(band) for one in whole) / len(whole)
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+NAMES = {"frozen compass": "compass frozen", "gnss jump": "position jumped", "gnss drift": "position drifts",
+         "jammed rudder": "delta jammed", "slow rudder": "delta slow", "lost propeller": "n_P without its thrust",
+         "log stuck": "log frozen", "current step": "current changed"}  # fmt: skip
+
+
+def faults() -> dict[str, Any]:
+    """Each fault, with and without the rudder's order beside its angle: what is named, and after how many seconds."""
+    found: dict[str, Any] = {}
+    for feedback in (True, False):
+        for kind in KINDS:
+            for at in _AT:
+                voyage = Voyage(coaster(), (at + 120.0) / 3600.0, fault=kind, at=at, feedback=feedback)
+                live = Live(voyage.ship, usual(voyage.ship, list(NOISE), noise=NOISE, free=("hull.R_0",)),
+                            ("delta", "delta_cmd") if feedback else ())  # fmt: skip
+                for (t, read), _ in voyage.rows():
+                    live.feed(t, read)
+                named = [(round(one.named - at), one.cause) for one in live.alarms]
+                right = bool(named) and named[0][1] == NAMES[kind] and 0 <= named[0][0] <= 60
+                label = f"{kind}, {'angle and order' if feedback else 'order alone'}, at {at:g} s"
+                found[label] = {"named": right, "alarms": named}
+                print(label, found[label], flush=True)
+    return {"named within 60 s": sum(one["named"] for one in found.values()), "of": len(found), "each": found}
+
+
+def cost() -> dict[str, Any]:
+    """Processor time of a twin with five parameters at 10 rows a second, everything included."""
+    free = ("hull.R_0", "hull.Y_v", "hull.N_r", "propeller.t_P", "rudder.t_R")
+    voyage = Voyage(coaster(), 0.036, dt=0.1)
+    rows = [row for row, _ in voyage.rows()]
+    found: dict[str, Any] = {"rows": len(rows)}
+    for estimator in ("ekf", "mhe"):
+        settings = usual(voyage.ship, list(NOISE), noise=NOISE, free=free, estimator=estimator)
+        live = Live(voyage.ship, settings, ("delta", "delta_cmd"))
+        settled = len(rows) // 2  # the window of the horizon is full
+        for t, read in rows[:settled]:
+            live.feed(t, read)
+        begun = time.process_time()
+        for t, read in rows[settled:]:
+            live.feed(t, read)
+        each = (time.process_time() - begun) / (len(rows) - settled)
+        found[estimator] = {"states": len(live.machine.names), "ms a row": 1e3 * each,
+                            "share of a core at 10 Hz": 10.0 * each}  # fmt: skip
+    return found
+
+
+# What drifts on the Esso Osaka: the twin learns as it goes what the published model has a little wrong.
+_ESSO = ("hull.X_0F", "hull.X_vr", "hull.Y_v", "hull.Y_r", "hull.N_v", "hull.N_r", "hull.C_D", "hull.C_rY", "hull.C_rN",
+         "propeller.t_P", "propeller.w_P0", "rudder.t_R", "rudder.a_H", "rudder.epsilon")  # fmt: skip
+_HORIZON, _SMOOTH = 30.0, 5.0
+
+
+def esso() -> dict[str, Any]:
+    """Forecasts over 30 s on the random trials of the Esso Osaka, one trial after the other, beside the plain model.
+
+    The plain model starts from the readings of the last five seconds (`replay.smoothed_starts`); both know controls.
+    """
+    ship, folder = load("esso_osaka_3m"), Path(os.environ["SEATRIAL_DATA"]) / "esso_osaka_frt" / "data" / "random"
+    trials = [frt_esso.read(path) for path in sorted(folder.glob("*.csv"))]
+    noise = {name: _NOISE * sd for name, sd in noise_of(trials[0]).items()}
+    settings = usual(ship, channels_of(trials[0], ship.model.controls), noise=noise, free=_ESSO)
+    machine = made(ship, replace(scaled(settings, *_ROUGH), step=0.15))
+    carried: Follower | None = None
+    each: dict[str, Any] = {}
+    errors = list[tuple[float, float]]()
+    for trial in trials:
+        carried, found = _forecasts(machine, trial, carried)
+        errors += found
+        twin, plain = np.sqrt(np.mean(np.square(found), axis=0))
+        each[trial.name] = {"forecasts": len(found), "twin [m]": float(twin), "plain [m]": float(plain)}
+        print(trial.name, each[trial.name], flush=True)
+    twin, plain = np.sqrt(np.mean(np.square(errors), axis=0))
+    whole = {"twin, rms at 30 s [m]": float(twin), "plain model [m]": float(plain), "ratio": float(twin / plain)}
+    return {**whole, "each": each}
+
+
+def _forecasts(machine: Machine, trial: Any, carried: Follower | None) -> tuple[Follower, list[tuple[float, float]]]:
+    """The twin at the end of a trial, and errors of each forecast at its end, of the twin and the plain model [m]."""
+    ship, own = machine.ship, machine.traced.own
+    series, read = inputs(trial, ship.model), np.column_stack([trial[name] for name in machine.channels])
+    measured = trial.stack(*STATES)
+    measured[:, 2] = unwrapped(measured[:, 2])
+    first = int(np.argmax(np.isfinite(read).all(axis=1)))
+    follower = begun(machine, float(trial.t[first]), read[first])
+    if carried is not None:
+        mean, cov = follower.mean.copy(), follower.cov.copy()
+        mean[own:], cov[own:, own:] = carried.mean[own:], carried.cov[own:, own:]
+        follower = replace(follower, mean=mean, cov=cov)
+    starts = [int(np.searchsorted(trial.t, at)) for at in np.arange(trial.t[first] + 60.0, trial.t[-1] - 31.0, 15.0)]
+    starts = [k for k in starts if np.isfinite(measured[k]).all()]
+    smooth = dict(zip(starts, smoothed_starts(trial.t, measured, starts, _SMOOTH), strict=True))
+    found, last = list[tuple[float, float]](), first
+    known = values(ship.model)
+    plain = np.array([known.get(name, 0.0) for name in machine.names])
+    for k in range(first + 1, len(trial)):
+        if (k - first) % 2 and k not in smooth:
+            continue
+        follower, _ = follower.row(float(trial.t[k]), series[last:k].mean(axis=0), read[k])
+        last = k
+        if k in smooth:
+            plain[: len(STATES)] = smooth[k]
+            end = int(np.searchsorted(trial.t, trial.t[k] + _HORIZON))
+            found.append(tuple(
+                float(np.hypot(*(_onward(machine, one, trial.t, series, k, end)[:2] - measured[end, :2])))
+                for one in (follower.mean, plain)
+            ))  # fmt: skip
+    return follower, [one for one in found if math.isfinite(sum(one))]
+
+
+def _onward(machine: Machine, mean: Any, t: Any, series: Any, k: int, end: int) -> Any:
+    """The state at row `end` from that at row `k`, without readings."""
+    for row in range(k, end):
+        (mean,) = machine.traced.onward(mean, series[row], float(t[row + 1] - t[row]))
+    return mean
+
+
+def adversaries() -> dict[str, Any]:
+    """Half an hour of what a twin does not expect: it must neither crash nor blame a sensor that is right."""
+    ship = coaster()
+    usual_rows = [row for row, _ in Voyage(ship, 0.5).rows()]
+    late = [{**read, **{n: usual_rows[max(k - 1, 0)][1][n] for n in ("x", "y", "v_north", "v_east")}}
+            for k, (_, read) in enumerate(usual_rows)]  # fmt: skip
+    heavy = ship.having({"body.m": 1.3 * float(ship.model.body.m)})
+    pushed = Voyage(ship, 0.5, pull=3e-3)
+    cases = {
+        "mass 30 % too large": (heavy, usual_rows),
+        "rudder of the wrong sign": (ship, [(t, {**r, "delta": -r["delta"], "delta_cmd": -r["delta_cmd"]})
+                                            for t, r in usual_rows]),
+        "gaps of 20 s each minute": (ship, [(t, r) for t, r in usual_rows if t % 60.0 < 40.0]),
+        "compass alone for 5 min": (ship, [(t, {n: v for n, v in r.items() if n in ("psi", "n_P", "delta", "delta_cmd")}
+                                            if 900.0 < t < 1200.0 else r) for t, r in usual_rows]),
+        "steady side wind that is not logged": (ship, [row for row, _ in pushed.rows()]),
+        "GNSS 1 s late": (ship, [(t, r) for (t, _), r in zip(usual_rows, late, strict=True)]),
+        "clock jumps an hour ahead, then back": (ship, [
+            (t + (3600.0 if 900.0 < t < 1200.0 else 0.0), r) for t, r in usual_rows]),
+    }  # fmt: skip
+    found: dict[str, Any] = {}
+    for name, (model, rows) in cases.items():
+        live = Live(model, usual(model, list(NOISE), noise=NOISE, free=("hull.R_0",)), ("delta", "delta_cmd"))
+        for t, read in rows:
+            live.feed(t, read)
+        found[name] = {
+            "finite": live.follower is not None and bool(np.isfinite(live.follower.cov).all()),
+            "NIS per reading": [round(one.mean, 3) for one in live.tally.hours],
+            "rows": vars(live.counts), "alarms": [f"{one.named:.0f} s: {one.text}" for one in live.alarms],
+        }  # fmt: skip
+        print(name, found[name], flush=True)
+    return found
+
+
+def main() -> None:
+    """Run the parts that are named, all of them without a name, and keep the results of the others."""
+    parts = {"cost": cost, "faults": faults, "adversaries": adversaries, "esso": esso, "day": day}
+    found = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    for name in sys.argv[1:] or parts:
+        found[name] = parts[name]()
+        print(name, json.dumps(found[name], indent=1), flush=True)
+        RESULTS.write_text(json.dumps(found, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""Which fault is named, and when: the best suspect, once it is clear enough of the next one or time is up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from .suspects import JUMP, RAMP, STUCK, Evidence, Suspect
+
+# A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
+# evidence that is gone again a little later [s].
+_MARGIN, _PATIENCE, _OUTLIER = 10.0, 20.0, 2.5
+# A fault smaller than this share of its usual size is no matter, however certain.
+_MATTERS = 0.1
+# Within this margin of the next one it cannot be told from it.
+_ALIKE = 4.0
+
+UNEXPLAINED = "the model does not explain the readings"
+WRONG = "the model is not that of the ship, or the log is wrong"
+FROZEN = "frozen"
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """A fault that was found.
+
+    Attributes:
+        cause: its name, such as "compass frozen".
+        how: how it acts, of `suspects`, or `FROZEN`, or empty.
+        what: channels, states or the control that it acts on.
+        since: when it set in [s].
+        named: when it was named [s].
+        size: estimated size, for each of `what`; empty where there is none.
+        unit: of the size.
+        score: evidence, twice the logarithm of a Bayes factor; infinite for what the log shows by itself.
+        rivals: causes that cannot be told from it.
+        over: when it ended [s]; infinite while it lasts.
+        held, rate: where a jammed control stands or a slow one stood at first, and how fast this one moves.
+    """
+
+    cause: str
+    how: str
+    what: tuple[str, ...]
+    since: float
+    named: float
+    size: tuple[float, ...] = ()
+    unit: str = ""
+    score: float = math.inf
+    rivals: tuple[str, ...] = ()
+    over: float = math.inf
+    held: float = math.nan
+    rate: float = math.inf
+
+    @property
+    def text(self) -> str:
+        """One line."""
+        degrees = self.unit.startswith("rad")
+        shown = [f"{math.degrees(v) if degrees else v:.3g}" for v in self.size]
+        unit = self.unit.replace("rad", "deg")
+        size = f" by {', '.join(shown)} {unit}".rstrip() if shown and self.unit != "1" else ""
+        rivals = f"; cannot be told from: {', '.join(self.rivals)}" if self.rivals else ""
+        return f"{self.cause}{size}, since t = {self.since:.0f} s{rivals}"
+
+    def ended(self, t: float) -> Alarm:
+        """The same, over."""
+        return replace(self, over=t)
+
+
+@dataclass
+class Judge:
+    """Watches the evidence from row to row.
+
+    Attributes:
+        limit: score from which there is a fault.
+        crossed: since when the best suspect is above it [s].
+    """
+
+    limit: float
+    crossed: float = math.nan
+
+    def clear(self) -> None:
+        """Forget what was above the limit."""
+        self.crossed = math.nan
+
+    def named(self, t: float, evidence: Sequence[Evidence]) -> tuple[Evidence, tuple[str, ...]] | None:
+        """The fault to name now, and causes that cannot be told from it; None where there is none, or not yet."""
+        evidence = [one for one in evidence if one.suspect.fixed or matters(one)]
+        if not evidence or evidence[0].score < self.limit:
+            self.crossed = math.nan
+            return None
+        if math.isnan(self.crossed):
+            self.crossed = t
+        best = evidence[0]
+        others = [one for one in evidence[1:] if not alike(one.suspect, best.suspect)]
+        lead = best.score - others[0].score if others else math.inf
+        if lead < _MARGIN and t - self.crossed < _PATIENCE:
+            return None
+        if t - self.crossed < _OUTLIER:
+            return None
+        return best, tuple(dict.fromkeys(one.suspect.cause for one in others if best.score - one.score < _ALIKE))
+
+
+def matters(one: Evidence) -> bool:
+    """Whether a fault is large enough to matter."""
+    return any(abs(size) >= _MATTERS * usual for size, usual in zip(one.size, one.suspect.size, strict=True))
+
+
+def alike(a: Suspect, b: Suspect) -> bool:
+    """Whether two suspects have the same name."""
+    return a.cause == b.cause
+
+
+def alarm_of(best: Evidence, t: float, rivals: tuple[str, ...], frozen: bool, rate: float = math.inf) -> Alarm:
+    """The alarm for a suspect; a reading that jumps or drifts because it repeats itself is frozen."""
+    one = best.suspect
+    if frozen and one.how in (JUMP, RAMP):
+        return Alarm(f"{one.cause.rsplit(' ', 1)[0]} frozen", FROZEN, one.what, best.onset, t, score=best.score)
+    size = () if one.fixed else best.size
+    held = best.held + (best.size[1] if one.how == STUCK else 0.0)
+    what = tuple(dict.fromkeys(one.what))
+    return Alarm(one.cause, one.how, what, best.onset, t, size, one.unit, best.score, rivals, held=held, rate=rate)

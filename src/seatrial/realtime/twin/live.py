@@ -1,0 +1,468 @@
+"""The twin itself: takes one row of a log after the other, and knows state, alarms and what it has learnt."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data import Array
+from ...identify.filters.augmented import SLOW
+from ...identify.filters.filtering import inside
+from ...identify.filters.horizon import Horizon
+from ...ships import Ship
+from .acting import Acting, Override
+from .ahead import Trust
+from .alarms import FROZEN, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of
+from .follow import Follower, Machine, Step, begun, made, surprise, without
+from .settings import MHE, Settings
+from .stuck import FOLLOWS, JAMMED, Repeats, steerings
+from .suspects import IMPULSE, JUMP, LAZY, LOST, RAMP, STUCK, Bank, Evidence, suspects, threshold
+from .tally import Tally
+
+# A gap of so many times L/U begins the motion anew.
+_GAP = 5.0
+# Over a gap of so many times L/U the controls are not known: it is no evidence of a fault.
+_BLIND = 0.3
+# A sensor that is left out is believed again after it has agreed for so long [s].
+_AGREES = 60.0
+# A jump of the position that lasts is taken as true after so long [s].
+_RETEST = 300.0
+# So many alarms in an hour mean that the model is not that of the ship.
+_MANY, _HOUR = 6, 3600.0
+# The level of the innovations is a mean over so long [s].
+_LEVEL = 1800.0
+# Without a suspect, innovations beyond so many times their level over a minute are unexplained.
+_UNEXPLAINED, _MINUTE = 4.0, 60.0
+
+# Moving horizon estimation is repeated after so long [s].
+_SOLVE = 1.0
+
+MODEL, STEERING = "model", "steering"
+
+
+@dataclass
+class _Kept:
+    """A row as it came in, to be taken in again once a fault is known.
+
+    Attributes:
+        t: time [s].
+        acting: controls and environment since the row before.
+        readings: by channel.
+    """
+
+    t: float
+    acting: Array
+    readings: Array
+
+
+@dataclass
+class Counts:
+    """What happened to rows that could not be taken in."""
+
+    late: int = 0
+    waiting: int = 0
+    gaps: int = 0
+    restarts: int = 0
+
+
+class Live:
+    """A twin; feed it rows in the order of time.
+
+    Attributes:
+        machine: ship, settings and traced functions.
+        follower: the estimate; None before the first row with heading and position.
+        last: the last row's innovations; None at a gap.
+        alarms: all of them, in the order of naming.
+        tally: statistics of the innovations by hour.
+        counts: rows that could not be taken in.
+        trust: how forecasts have turned out.
+    """
+
+    def __init__(
+        self, ship: Ship, settings: Settings, channels: tuple[str, ...] = (), held: tuple[str, ...] = ()
+    ) -> None:  # fmt: skip
+        """A twin before its first row.
+
+        Args:
+            ship: as it is known beforehand.
+            settings: what is assumed.
+            channels: of the log, where they are known; orders beside angles are then watched.
+            held: controls that keep the value of a row until the next one; others act with the mean of both.
+        """
+        self.machine: Machine = made(ship, settings)
+        self.follower: Follower | None = None
+        self.last: Step | None = None
+        self.alarms: list[Alarm] = []
+        self.tally, self.counts, self.trust = Tally(), Counts(), Trust()
+        faults = suspects(self.machine)
+        self._bank = Bank(self.machine, faults)
+        self._judge = Judge(threshold(len(faults), settings.spacing, settings.false_alarms))
+        self._repeats, self._steering = Repeats(), steerings(ship, channels)
+        self._controls = ship.model.controls
+        self._acting = Acting(ship.model, held)
+        self._masked: dict[int, Alarm] = {}
+        self._agreed: dict[int, float] = {}
+        self._overrides: dict[str, Override] = {}
+        self._rows: deque[_Kept] = deque()
+        self._snapshots: deque[Follower] = deque()
+        self._horizon: Horizon | None = None
+        self._solved = -math.inf
+        self._quiet, self._bad, self._misfit = -math.inf, deque[tuple[float, float, int]](), -math.inf
+
+    # -- rows --
+
+    def feed(self, t: float, values: Mapping[str, float]) -> bool:
+        """Take in a row; whether it counted.
+
+        Args:
+            t: time [s].
+            values: channels by name, SI units; NaN, or no entry, is no reading.
+        """
+        readings = np.array([values.get(name, math.nan) for name in self.machine.channels])
+        before = self._acting.now.copy()
+        self._acting.heed(values, None if self.follower is None else self.follower.mean)
+        if not self._acting.known:
+            self.counts.waiting += 1
+            return False
+        if self.follower is None:
+            return self._begin(t, readings)
+        span = t - self.follower.t
+        if span <= 0.0:
+            return self._earlier(t, readings, self.follower)
+        if span > _GAP * self._long:
+            self.counts.gaps += 1
+            return self._anew(t, readings, self.follower)
+        acting = self._acting.between(before)
+        self._repeats.note(t, dict(zip(self.machine.channels, readings.tolist(), strict=True)))
+        for one in self._steering:
+            one.note(t, values)
+        if span > _BLIND * self._long:
+            self._forget(t, 0.0)
+        follower, step = self._take(_Kept(t, acting, readings), self.follower)
+        self.trust.note(follower, step.acting, np.where(self._blind, math.nan, readings))
+        self._watch(t)
+        return True
+
+    @property
+    def _blind(self) -> NDArray[np.bool_]:
+        """Which channels are not believed."""
+        out = np.zeros(len(self.machine.channels), dtype=np.bool_)
+        out[list(self._masked)] = True
+        return out
+
+    @property
+    def _long(self) -> float:
+        """L/U [s]."""
+        return self.machine.ship.L_pp / max(self.machine.ship.speed, 1e-3)
+
+    @property
+    def acting(self) -> Array:
+        """Controls and environment as they are now, and as they are believed to act."""
+        return self._acted(_Kept(0.0, self._acting.now, self._acting.now), 0.0)
+
+    def held(self) -> dict[str, object]:
+        """What a saved state needs besides estimate, alarms and tallies."""
+        return {
+            "acting": self._acting.now.tolist(),
+            "masked": {self.machine.channels[k]: self.alarms.index(one) for k, one in self._masked.items()
+                       if one in self.alarms},
+            "overrides": {name: {"how": one.how, "now": one.now, "rate": one.rate}
+                          for name, one in self._overrides.items()},
+        }  # fmt: skip
+
+    def hold(self, acting: Array, masked: Mapping[str, int], overrides: Mapping[str, Override]) -> None:
+        """Set what `held` gave."""
+        self._acting.now, self._overrides = acting, dict(overrides)
+        self._masked = {self.machine.channels.index(name): self.alarms[k] for name, k in masked.items()}
+        now = -math.inf if self.follower is None else self.follower.t
+        self._agreed = dict.fromkeys(self._masked, now)
+        self._quiet = now + min(15.0, self._long)
+
+    def _begin(self, t: float, readings: Array) -> bool:
+        """Begin at the first row that shows heading and, where it is read at all, position."""
+        needed = [k for k, name in enumerate(self.machine.channels) if name in ("psi", "x", "y")]
+        if not np.isfinite(readings[needed]).all():
+            self.counts.waiting += 1
+            return False
+        self.follower = begun(self.machine, t, readings)
+        self._quiet = t + self.machine.settings.settle
+        return True
+
+    def _earlier(self, t: float, readings: Array, old: Follower) -> bool:
+        """A row that is not later than the last one: late, or the clock was set back."""
+        if old.t - t < self._long:
+            self.counts.late += 1
+            return False
+        self.counts.restarts += 1
+        self.alarms.append(Alarm("the clock was set back", "", ("t",), t, t, over=t))
+        return self._anew(t, readings, old)
+
+    def _anew(self, t: float, readings: Array, old: Follower) -> bool:
+        """Begin the motion anew; the further states are kept, and have walked meanwhile."""
+        own = self.machine.traced.own
+        if not np.isfinite(readings[[k for k, c in enumerate(self.machine.channels) if c in ("psi", "x", "y")]]).all():
+            self.counts.waiting += 1
+            return False
+        fresh = begun(self.machine, t, readings)
+        gap = max(t - old.t, 0.0)
+        cov = fresh.cov.copy()
+        spread = old.cov[own:, own:] + np.diag(self.machine.density[own:]) * gap
+        cov[own:, own:] = spread
+        mean = np.concatenate([fresh.mean[:own], old.mean[own:]])
+        self.follower, self.last = replace(fresh, mean=mean, cov=cov), None
+        self._forget(t, 2.0 * self._long)
+        return True
+
+    def _forget(self, t: float, quiet: float) -> None:
+        """Forget evidence, rows and forecasts on their way; no alarm for a while."""
+        self.trust.clear()
+        self._horizon = None
+        self._bank.clear()
+        self._judge.clear()
+        self._rows.clear()
+        self._snapshots.clear()
+        self._bad.clear()
+        self._quiet = max(self._quiet, t + quiet)
+
+    # -- the filter, and its evidence --
+
+    def _take(self, row: _Kept, before: Follower) -> tuple[Follower, Step]:
+        """Take in a row, and weigh its evidence."""
+        acting = self._acted(row, row.t - before.t)
+        self.follower, step = before.row(row.t, acting, row.readings, self._masked)
+        self.last, after = step, self.follower
+        settings = self.machine.settings
+        if row.t - self._bank.latest >= settings.spacing or self._bank.surprised(step):
+            self._bank.onset(before.t, acting)
+            self._snapshots.append(before)
+        self._rows.append(row)
+        while self._rows and self._rows[0].t < row.t - settings.window - 2.0 * settings.spacing:
+            self._rows.popleft()
+        while len(self._snapshots) > 1 and self._snapshots[1].t <= self._rows[0].t:
+            self._snapshots.popleft()
+        if settings.estimator == MHE:
+            self._look_back(before, acting, row.readings, step)
+        believed = without(step, self._masked)
+        if step.dt <= _BLIND * self._long:
+            self._bank.weigh(believed, row.acting, self._overrides, self.tally.level)
+        kept = int(believed.taken.sum())
+        nis = believed.nis
+        self.tally.note(row.t, nis, kept)
+        self._bad.append((row.t, surprise(believed), believed.rows.size))
+        while self._bad[0][0] < row.t - _MINUTE:
+            self._bad.popleft()
+        return self.follower or after, step
+
+    def _look_back(self, before: Follower, acting: Array, readings: Array, step: Step) -> None:
+        """Estimate the states of the last minute anew, once a second."""
+        machine, settings = self.machine, self.machine.settings
+        if self._horizon is None:
+            self._horizon = Horizon.begun(machine.traced.model, machine.density, settings.step, settings.horizon,
+                                          before.t, before.mean, before.cov)  # fmt: skip
+            self._solved = before.t
+        self._horizon.add(step.t, acting, readings, step.rows[step.taken])
+        if step.t - self._solved >= _SOLVE - 1e-6 and self.follower is not None:
+            self._solved = step.t
+            mean, cov = self._horizon.solve()
+            self.follower = replace(self.follower, mean=inside(mean, cov, machine.low, machine.high), cov=cov)
+
+    def _acted(self, row: _Kept, span: float) -> Array:
+        """Controls as they are believed to act in the row, which lasts `span` seconds."""
+        if not self._overrides:
+            return row.acting
+        out = row.acting.copy()
+        for name, one in self._overrides.items():
+            k = self._controls.index(name)
+            out[k] = one.acts(float(row.acting[k]), span)
+        return out
+
+    # -- alarms --
+
+    def _watch(self, t: float) -> None:
+        """Name faults, and see which are over."""
+        self._released(t)
+        if t < self._quiet:
+            return
+        for name in self.machine.channels:
+            since = self._repeats.stuck(name)
+            if since is not None and self.machine.channels.index(name) not in self._masked:
+                self._raise(self._frozen(name, since, t))
+                return
+        self._judge_steering(t)
+        if t < self._misfit + _HOUR:
+            return
+        best = self._judge.named(t, self._bank.evidence())
+        if best is not None:
+            evidence, rivals = best
+            if evidence.suspect.what[0] in self._overrides:
+                self._healed(evidence, t)
+                return
+            frozen = all(self._repeats.repeated(name, evidence.onset + self.machine.settings.spacing)
+                         for name in evidence.suspect.what)  # fmt: skip
+            self._raise(alarm_of(evidence, t, rivals, frozen, self._bank.pace(evidence.suspect)))
+        elif math.isnan(self._judge.crossed) and self._unexplained():
+            self._raise(Alarm(UNEXPLAINED, "", (MODEL,), self._bad[0][0], t))
+
+    def _follows(self, control: str, t: float) -> None:
+        self._close(lambda a: a.what == (control,) and a.how == STEERING, t)
+
+    def _judge_steering(self, t: float) -> None:
+        """Hold angles against their orders, where the log has both."""
+        for one in self._steering:
+            found = one.verdict()
+            if found is not None and found[0] == FOLLOWS:
+                self._follows(one.control, t)
+            elif found is not None:
+                self._steered(f"{one.control} {found[0]}", one.control, found, t)
+
+    def _frozen(self, name: str, since: float, t: float) -> Alarm:
+        sensor = next(label for label, one in self.machine.settings.sensors.items() if name in one.channels)
+        return Alarm(f"{sensor} frozen", FROZEN, self.machine.settings.sensors[sensor].channels, since, t)
+
+    def _steered(self, cause: str, control: str, found: tuple[str, float], t: float) -> None:
+        """A rudder that does not follow: its true angle is in the log, so the filter is right as it is."""
+        for k, one in enumerate(self.alarms):
+            if one.what == (control,) and math.isinf(one.over):
+                if one.how == STEERING and found[0] == JAMMED and t - one.named < _MINUTE:
+                    self.alarms[k] = replace(one, cause=cause)
+                return
+        self.alarms.append(Alarm(cause, STEERING, (control,), found[1], t))
+
+    def _unexplained(self) -> bool:
+        count = sum(k for _, _, k in self._bad)
+        full = bool(self._bad) and self._bad[-1][0] - self._bad[0][0] > 0.8 * _MINUTE
+        return full and sum(q for _, q, _ in self._bad) > _UNEXPLAINED * self.tally.level * count
+
+    def _raise(self, alarm: Alarm) -> None:
+        """Name a fault, and take in the rows since its onset again as it explains them."""
+        t = alarm.named
+        lately = (k for k, one in enumerate(self.alarms) if one.over > t - _MINUTE and one.how != STEERING)
+        again = next((k for k in lately if self.alarms[k].cause == alarm.cause), None)
+        if again is not None:
+            alarm = replace(alarm, since=self.alarms[again].since, named=self.alarms[again].named)
+            self.alarms[again] = alarm
+        else:
+            self.alarms.append(alarm)
+        recent = [one for one in self.alarms if one.named > t - _HOUR and one.how != STEERING]
+        if len(recent) > _MANY:
+            self._give_up(recent[0].since, t)
+            return
+        self._explain(alarm, t)
+        self._forget(t, min(15.0, self._long))
+
+    def _give_up(self, since: float, t: float) -> None:
+        """So many faults are no sensor's: believe all again, begin the motion anew, and name nothing for an hour."""
+        self._misfit = t
+        self._close(lambda _: True, t)
+        self.alarms[-1] = Alarm(WRONG, "", (MODEL,), since, t, over=t)
+        self._masked.clear()
+        self._agreed.clear()
+        self._overrides.clear()
+        if self.follower is not None and not self._anew(t, self._rows[-1].readings, self.follower):
+            self.follower = None
+        self._forget(t, self.machine.settings.settle)
+
+    def _explain(self, alarm: Alarm, t: float) -> None:
+        channels = [self.machine.channels.index(c) for c in alarm.what if c in self.machine.channels]
+        for k in channels if alarm.how in (JUMP, RAMP, FROZEN) else ():
+            self._masked[k] = alarm
+            self._agreed[k] = t
+        if alarm.how in (STUCK, LAZY, LOST):
+            self._override(alarm)
+        opened: tuple[tuple[str, ...], Array] = (), np.zeros(0)
+        if alarm.how in (STUCK, LAZY, LOST):  # nor is it known how much exactly is left of its effect
+            some = tuple(name for name in SLOW if name in self.machine.names)
+            opened = some, np.array([3.0 * self.machine.settings.start[name] for name in some])
+        elif alarm.how == IMPULSE:
+            opened = alarm.what, np.abs(np.array(alarm.size)) + 1e-12
+        elif not alarm.how:
+            known = [name for name in self.machine.settings.start if name not in self.machine.settings.free]
+            opened = tuple(known), 3.0 * np.array([self.machine.settings.start[name] for name in known])
+        self._again(alarm.since, opened)
+        if alarm.how in (IMPULSE, ""):
+            self.alarms = [replace(one, over=t) if one is alarm else one for one in self.alarms]
+
+    def _override(self, alarm: Alarm) -> None:
+        """Let a control act as its fault has it, from its onset on."""
+        (control,) = alarm.what
+        lost = min(max(alarm.size[0], 0.0), 1.0) if alarm.size else 1.0
+        self._overrides[control] = Override(alarm.how, lost if alarm.how == LOST else alarm.held, alarm.rate)
+
+    def _healed(self, evidence: Evidence, t: float) -> None:
+        """A control acts again as the log says."""
+        control = evidence.suspect.what[0]
+        del self._overrides[control]
+        self._close(lambda a: a.what == (control,) and a.how in (STUCK, LAZY, LOST), t)
+        self._again(evidence.onset, ((), np.zeros(0)))
+        self._forget(t, min(15.0, self._long))
+
+    def _again(self, since: float, opened: tuple[tuple[str, ...], Array]) -> None:
+        """Go back to just before an onset and take in the rows since then again."""
+        past = [one for one in self._snapshots if one.t <= since + 1e-9] or list(self._snapshots)[:1]
+        if not past or self.follower is None:
+            return
+        follower = past[-1]
+        if opened[0]:
+            follower = follower.opened(*opened)
+        for row in [row for row in self._rows if row.t > follower.t + 1e-9]:
+            acting = self._acted(row, row.t - follower.t)
+            follower, _ = follower.row(row.t, acting, row.readings, self._masked)
+        self.follower = follower
+
+    def _released(self, t: float) -> None:
+        """Believe sensors again that agree, and test controls again."""
+        step = self.last
+        if step is None or self.follower is None:
+            return
+        for k in list(self._masked):
+            alarm = self._masked[k]
+            at = np.flatnonzero(step.rows == k)
+            if not at.size:
+                continue
+            far = step.innovation[at[0]] ** 2 > 9.0 * step.spread[at[0], at[0]]
+            if far or self._repeats.stuck(self.machine.channels[k]) is not None:
+                self._agreed[k] = t
+            if alarm.how == JUMP and t - alarm.named > _RETEST and far:
+                self._reopen(alarm, t)
+                return
+            if t - self._agreed[k] > _AGREES and all(t - self._agreed.get(j, t) > _AGREES
+                                                      for j in self._of(alarm)):  # fmt: skip
+                self._end(alarm, t)
+                return
+
+    def _of(self, alarm: Alarm) -> list[int]:
+        return [k for k, one in self._masked.items() if one.cause == alarm.cause]
+
+    def _reopen(self, alarm: Alarm, t: float) -> None:
+        """A jump that lasts is taken as true from here on: the state moves to what is read."""
+        for k in self._of(alarm):
+            name = self.machine.channels[k]
+            at = np.zeros(0, dtype=np.intp) if self.last is None else np.flatnonzero(self.last.rows == k)
+            if self.follower is not None and self.last is not None and name in self.machine.names and at.size:
+                self.follower = self.follower.opened((name,), np.abs(self.last.innovation[at]))
+        self._end(alarm, t)
+
+    def _end(self, alarm: Alarm, t: float) -> None:
+        for k in self._of(alarm):
+            del self._masked[k]
+            self._agreed.pop(k, None)
+        self._close(lambda a: a.cause == alarm.cause, t)
+        self._forget(t, min(15.0, self._long))
+
+    def _close(self, which: Callable[[Alarm], bool], t: float) -> None:
+        self.alarms = [one.ended(t) if math.isinf(one.over) and which(one) else one for one in self.alarms]
+
+    @property
+    def active(self) -> tuple[Alarm, ...]:
+        """Alarms that last."""
+        return tuple(one for one in self.alarms if math.isinf(one.over))
+
+    @property
+    def masked(self) -> tuple[str, ...]:
+        """Channels that are not believed at present."""
+        return tuple(self.machine.channels[k] for k in sorted(self._masked))

@@ -1,0 +1,135 @@
+"""Rows for a twin: from a trial, or from sentences as they come in by UDP."""
+
+from __future__ import annotations
+
+import math
+import socket
+import time
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ...data import Array, DataError, Trial
+from ...data.formats.nmea import controls
+from ...data.geodesy import Datum
+from ...data.nmea.framing import read_line, split
+from ...data.nmea.reading import readings
+from ...data.nmea.sentences import NmeaError, decode
+from ...identify.noise import resolution, sensor_noise
+
+Row = tuple[float, Mapping[str, float]]
+"""Time [s], and readings by channel, SI units; one without an entry has none."""
+
+# Noise is no less than this share of the change from reading to reading: a log without any is a simulation.
+_LEAST = 1e-2
+_LONGEST = 128
+
+
+def moving(channels: Mapping[str, Array]) -> dict[str, Array]:
+    """Channels of a trial with course and speed over ground as components, v_north and v_east."""
+    out = dict(channels)
+    if "U_G" in out and "gamma_G" in out:
+        out["v_north"], out["v_east"] = out["U_G"] * np.cos(out["gamma_G"]), out["U_G"] * np.sin(out["gamma_G"])
+    return out
+
+
+def rows_of(trial: Trial) -> Iterator[Row]:
+    """The rows of a trial."""
+    channels = moving(trial.channels)
+    names, table = tuple(channels), np.column_stack(list(channels.values())).tolist()
+    for t, row in zip(trial.t.tolist(), table, strict=True):
+        yield t, {name: value for name, value in zip(names, row, strict=True) if math.isfinite(value)}
+
+
+def noise_of(trial: Trial) -> dict[str, float]:
+    """Noise of the readings of a trial by channel, from their scatter; of both components of a pair the larger."""
+    found: dict[str, float] = {}
+    for name, values in moving(trial.channels).items():
+        if name not in ("x", "y", "psi", "r", "u_w", "v_north", "v_east"):
+            continue
+        known = values[np.isfinite(values)]
+        known = np.unwrap(known) if name == "psi" else known
+        level = sensor_noise(known) if known.size else math.nan
+        if math.isfinite(level):
+            found[name] = max(level, _LEAST * float(np.std(np.diff(known))), 0.5 * resolution(known), 1e-9)
+    for a, b in (("x", "y"), ("v_north", "v_east")):
+        if a in found and b in found:
+            found[a] = found[b] = max(found[a], found[b])
+    return found
+
+
+class Ear:
+    """Sentences gathered to rows.
+
+    Attributes:
+        wrong: lines that were no valid sentence.
+        datum: where x and y are zero: the first fix.
+    """
+
+    def __init__(self, datum: Datum | None = None) -> None:
+        self.wrong, self.datum = 0, datum
+        self._now: dict[str, float] = {}
+        self._held: dict[str, Array] = {}
+        self._psi = math.nan
+
+    def hear(self, data: bytes) -> None:
+        """Take in a datagram."""
+        try:
+            lines = split(data)
+        except NmeaError:
+            self.wrong += 1
+            return
+        for line in lines:
+            try:
+                self._now |= readings(decode(read_line(line).sentence, _LONGEST))
+            except NmeaError as error:
+                self.wrong += error.reason != "kind"
+
+    def row(self) -> dict[str, float]:
+        """What has come in since the last row, as channels of a trial."""
+        raw, self._now = self._now, {}
+        self._held |= {name: np.array(value) for name, value in raw.items() if name.startswith(("rpm_", "delta"))}
+        steered = dict[str, Array]()
+        controls(steered, self._held, [])
+        out = {name: float(value) for name, value in steered.items()}
+        out |= {name: raw[name] for name in ("psi", "r", "U_A", "gamma_A", "U_T", "depth") if name in raw}
+        self._psi = raw.get("psi", self._psi)
+        if "latitude" in raw and "longitude" in raw:
+            self.datum = self.datum or Datum(raw["latitude"], raw["longitude"])
+            x, y = self.datum.track(np.array([raw["latitude"]]), np.array([raw["longitude"]]))
+            out |= {"x": float(x[0]), "y": float(y[0])}
+        if "U_G" in raw and "gamma_G" in raw:
+            out |= {"v_north": raw["U_G"] * math.cos(raw["gamma_G"]), "v_east": raw["U_G"] * math.sin(raw["gamma_G"])}
+        if "u_log_water" in raw:
+            out["u_w"] = raw["u_log_water"]
+        if "gamma_T_bow" in raw:
+            out["gamma_T"] = math.fmod(raw["gamma_T_bow"] + self._psi, 2.0 * math.pi)
+        return out
+
+
+def rows_from(listening: socket.socket, rate: float, ear: Ear) -> Iterator[Row]:
+    """Rows at `rate` [Hz] of what comes in, until the process ends; an empty one where nothing did."""
+    begun, k = time.monotonic(), 0
+    while True:
+        k += 1
+        due = begun + k / rate
+        while (left := due - time.monotonic()) > 0.0:
+            listening.settimeout(left)
+            try:
+                ear.hear(listening.recv(65535))
+            except TimeoutError:
+                break
+        yield due - begun, ear.row()
+
+
+def channels_of(trial: Trial, needed: Sequence[str]) -> tuple[str, ...]:
+    """Channels of a trial that hold any value, with those that follow from others.
+
+    Raises:
+        DataError: a control is missing.
+    """
+    found = tuple(name for name, values in moving(trial.channels).items() if np.isfinite(values).any())
+    lacking = [name for name in needed if name not in found]
+    if lacking:
+        raise DataError(f"{trial.name}: no channel {', '.join(lacking)}; a twin is steered by {', '.join(needed)}")
+    return found

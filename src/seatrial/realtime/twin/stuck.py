@@ -1,0 +1,146 @@
+"""Faults that a log shows without a model: readings that repeat, and a rudder that does not follow its order."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ...models import unit
+from ...ships import Ship
+
+# A channel is stuck where so many repetitions have less than this probability, by the habit of the log itself.
+_CHANCE, _FEWEST = 1e-9, 6
+# A rudder is judged over this time [s], where its order has called for this much movement [rad].
+_SPAN, _CALLED = 20.0, math.radians(4.0)
+# Orders nearer than this to the angle call for no movement [rad].
+_NEAR = math.radians(1.0)
+# Shares of the expected movement below which a rudder is jammed, or slow, and above which it follows.
+_JAMMED, _SLOW, _FOLLOWS = 0.05, 0.5, 0.7
+JAMMED, SLOW, FOLLOWS = "jammed", "slow", "follows"
+
+
+@dataclass
+class _Run:
+    """Readings of one channel: the last one, how often and since when it has repeated, and the habit of the log."""
+
+    last: float = math.nan
+    count: int = 0
+    since: float = math.nan
+    same: int = 0
+    all: int = 0
+
+
+@dataclass
+class Repeats:
+    """Which channels repeat the same reading for longer than their habit makes likely."""
+
+    runs: dict[str, _Run] = field(default_factory=dict[str, _Run])
+
+    def note(self, t: float, values: Mapping[str, float]) -> None:
+        """Note the readings of a row; NaN is none."""
+        for name, value in values.items():
+            if not math.isfinite(value):
+                continue
+            run = self.runs.setdefault(name, _Run())
+            if value == run.last:
+                run.count += 1
+            else:
+                # a run that was a fault is no habit
+                if not self._unlikely(run):
+                    run.same, run.all = run.same + run.count, run.all + run.count + 1
+                run.last, run.count, run.since = value, 0, t
+
+    @staticmethod
+    def _unlikely(run: _Run) -> bool:
+        habit = (run.same + 1.0) / (run.all + 2.0)
+        return run.all > 30 and run.count >= _FEWEST and run.count * math.log(habit) < math.log(_CHANCE)
+
+    def stuck(self, name: str) -> float | None:
+        """Since when a channel is stuck [s]; None where it is not."""
+        run = self.runs.get(name)
+        return run.since if run is not None and self._unlikely(run) else None
+
+    def repeated(self, name: str, since: float) -> bool:
+        """Whether a channel has not changed since a time [s], over a few readings at least."""
+        run = self.runs.get(name)
+        return run is not None and run.count >= 3 and run.since <= since
+
+
+@dataclass
+class Steering:
+    """Whether a control follows its order, where the log has both.
+
+    Attributes:
+        control: the control; its order is ``<control>_cmd``.
+        rate: how fast it can move [rad/s].
+        lag: time constant and dead time of its servo together [s].
+    """
+
+    control: str
+    rate: float
+    lag: float
+    _moves: deque[tuple[float, float, float]] = field(default_factory=deque[tuple[float, float, float]])
+    _orders: deque[tuple[float, float]] = field(default_factory=deque[tuple[float, float]])
+    _last: tuple[float, float] | None = None
+
+    @staticmethod
+    def of(ship: Ship, control: str) -> Steering:
+        """The servo of a ship file; one without a rate is taken to cross 70 degrees in 20 s."""
+        servo = ship.actuators.of(control)
+        rate = float(getattr(servo, "rate", math.inf))
+        lag = float(getattr(servo, "lag", 0.0)) + float(getattr(servo, "dead_time", 0.0))
+        return Steering(control, rate if math.isfinite(rate) else math.radians(3.5), lag)
+
+    def note(self, t: float, values: Mapping[str, float]) -> None:
+        """Note a row; NaN is no reading."""
+        if self._last is not None and t <= self._last[0]:  # the clock was set back
+            self._moves.clear()
+            self._orders.clear()
+            self._last = None
+        order, angle = values.get(f"{self.control}_cmd", math.nan), values.get(self.control, math.nan)
+        if math.isfinite(order):
+            self._orders.append((t, order))
+        if not math.isfinite(angle):
+            return
+        if self._last is not None and self._orders:
+            then, before = self._last
+            wanted = self._order(then)
+            reach = self.rate * (t - then)
+            if abs(wanted - before) > _NEAR:
+                called = math.copysign(min(reach, abs(wanted - before) * (t - then) / max(self.lag, t - then)),
+                                       wanted - before)  # fmt: skip
+                self._moves.append((t, called, angle - before))
+            while self._moves and self._moves[0][0] < t - _SPAN:
+                self._moves.popleft()
+        self._last = t, angle
+        while len(self._orders) > 1 and self._orders[1][0] < t - self.lag - 1.0:
+            self._orders.popleft()
+
+    def _order(self, t: float) -> float:
+        """The order that acted at a time."""
+        found = self._orders[0][1]
+        for at, order in self._orders:
+            if at > t - self.lag + 1e-9:
+                break
+            found = order
+        return found
+
+    def verdict(self) -> tuple[str, float] | None:
+        """`JAMMED`, `SLOW` or `FOLLOWS`, and since when [s]; None where too little calls for it to move."""
+        called = sum(abs(one) for _, one, _ in self._moves)
+        if called < _CALLED or len(self._moves) < 3:
+            return None
+        share = sum(a * b for _, a, b in self._moves) / sum(a * a for _, a, _ in self._moves)
+        if share < _JAMMED:
+            return JAMMED, self._moves[0][0]
+        if share < _SLOW:
+            return SLOW, self._moves[0][0]
+        return (FOLLOWS, self._moves[0][0]) if share > _FOLLOWS else None
+
+
+def steerings(ship: Ship, channels: Mapping[str, float] | tuple[str, ...]) -> tuple[Steering, ...]:
+    """What watches the angles of a ship whose orders are in the log."""
+    return tuple(Steering.of(ship, name) for name in ship.model.controls
+                 if unit(name) == "rad" and name in channels and f"{name}_cmd" in channels)  # fmt: skip

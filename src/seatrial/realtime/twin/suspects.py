@@ -1,0 +1,287 @@
+"""What the innovations would look like under each fault: a bank of generalised likelihood ratios.
+
+A fault of unit size that sets in at some time moves the true state away from the estimate, and the readings away from
+the true state, by known amounts, to first order (Willsky and Jones 1976).  For each suspect and each onset of the last
+`window` seconds the bank carries that signature along with the filter and weighs the innovations against it.  The
+evidence is twice the logarithm of the Bayes factor against no fault, with a Gaussian prior of the fault's size; under
+no fault its supremum over time exceeds 2 log(1/p) with probability p at most (Ville's inequality), so the rate of false
+alarms follows from the number of onsets and suspects.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...actuators import Servo
+from ...data import Array
+from ...identify.filters.augmented import BIAS, SLOW
+from ...identify.nuisance import CURRENT
+from ...models import unit
+from .follow import GATE, Machine, Step, inverse_of
+from .settings import HEADING, POSITION, SPEED, TURN, VELOCITY
+
+# A reading counts as so many standard deviations at most; the first one beyond the gate, maybe an outlier, not at all.
+_MOST = 50.0
+# How far from its last angle a jammed control may stand, one standard deviation [rad]: the log is late.
+_BESIDE = math.radians(1.0)
+# A slow rudder moves at one of these shares of its rate.
+_SLOW = (0.4, 0.15)
+
+JUMP, RAMP, IMPULSE, STUCK, LAZY, LOST = "jump", "ramp", "impulse", "stuck", "lazy", "lost"
+"""How a fault acts: on a reading as a step or a ramp, on a state, on a control (holds, lags, has no effect)."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A kind of fault.
+
+    Attributes:
+        cause: its name.
+        how: one of `JUMP` ... `LOST`.
+        what: names of the channels, the states or the control that it acts on; one or two.
+        size: standard deviation of its size, for each of them; a stuck or lazy control has size 1.
+        unit: of the size.
+        share: of its rate at which a lazy control moves.
+    """
+
+    cause: str
+    how: str
+    what: tuple[str, ...]
+    size: tuple[float, ...]
+    unit: str
+    share: float = 1.0
+
+    @property
+    def fixed(self) -> bool:
+        """Whether its size is known, 1."""
+        return self.how in (STUCK, LAZY)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks for a suspect.
+
+    Attributes:
+        suspect: the kind of fault.
+        score: twice the logarithm of the Bayes factor against no fault.
+        onset: its most likely onset [s].
+        size, sigma: its size if it set in then, and the standard deviation of that; each as long as `suspect.what`.
+        held: the control that it acts on, at its onset.
+    """
+
+    suspect: Suspect
+    score: float
+    onset: float
+    size: tuple[float, ...]
+    sigma: tuple[float, ...]
+    held: float = math.nan
+
+
+def suspects(machine: Machine) -> tuple[Suspect, ...]:
+    """The faults that the log of this ship can show."""
+    settings, ship = machine.settings, machine.ship
+    U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
+    found: list[Suspect] = []
+    for name, sensor in settings.sensors.items():
+        channels, count = sensor.channels, len(sensor.channels)
+        jump = {POSITION: 20.0 * sensor.sd + 0.05 * ship.L_pp, HEADING: math.radians(5.0), TURN: 10.0 * sensor.sd,
+                SPEED: 0.2 * U, VELOCITY: 0.2 * U}[name]  # fmt: skip
+        units = {POSITION: "m", HEADING: "rad", TURN: "rad/s", SPEED: "m/s", VELOCITY: "m/s"}[name]
+        found.append(Suspect(f"{name} jumped", JUMP, channels, (jump,) * count, units))
+        if name in (POSITION, HEADING):
+            ramp = 0.1 * U if name == POSITION else math.radians(5.0) / 60.0
+            found.append(Suspect(f"{name} drifts", RAMP, channels, (ramp,) * count, f"{units}/s"))
+    there = machine.names
+    if CURRENT[0] in there:
+        found.append(Suspect("current changed", IMPULSE, CURRENT, (0.1 * U,) * 2, "m/s"))
+    forces = {name: 10.0 * settings.start[name] for name in SLOW if name in there}
+    if len(forces) == len(SLOW):
+        aside = tuple(forces[name] for name in SLOW[1:])
+        found.append(Suspect("wind or another force changed", IMPULSE, SLOW[1:], aside, ""))
+        found.append(Suspect("resistance or wind changed", IMPULSE, SLOW[:1], (forces[SLOW[0]],), "m/s^2"))
+    for path in settings.free:
+        found.append(Suspect(f"{path} changed", IMPULSE, (path,), (2.0 * settings.start[path],), ""))
+    for control in ship.model.controls:
+        if unit(control) == "rad":
+            found.append(Suspect(f"{control} jammed", STUCK, (control,) * 2, (1.0, _BESIDE), "1"))
+            found += [Suspect(f"{control} slow", LAZY, (control,), (1.0,), "1", share) for share in _SLOW]
+        else:
+            found.append(Suspect(f"{control} without its thrust", LOST, (control,), (1.0,), "1"))
+    return tuple(one for one in found if not one.what[0].startswith(BIAS) and T > 0.0)
+
+
+class Bank:
+    """All suspects at all onsets; each column of its arrays is a suspect's component, each slot an onset."""
+
+    def __init__(self, machine: Machine, all_of: Sequence[Suspect]) -> None:
+        self.machine, self.suspects = machine, tuple(all_of)
+        self._slots = max(2, round(machine.settings.window / machine.settings.spacing))
+        self._first = np.cumsum([0, *(len(one.what) for one in self.suspects)]).astype(np.intp)
+        self._columns = int(self._first[-1])
+        self._place = {name: k for k, name in enumerate(machine.names)}
+        self._control = {name: k for k, name in enumerate(machine.ship.model.controls)}
+        self._rate = {name: _rate(machine.ship.actuators.of(name)) for name in self._control}
+        self._acted = [k for k, one in enumerate(self.suspects) if one.how in (STUCK, LAZY, LOST)]
+        self._prior = np.array([size**-2.0 for one in self.suspects for size in one.size])[:, None]
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all evidence."""
+        n, columns, slots = len(self.machine.names), self._columns, self._slots
+        self._away = np.zeros((n, columns, slots))
+        self._score, self._weight, self._cross = (np.zeros((columns, slots)) for _ in range(3))
+        self._onset = np.full(slots, np.nan)
+        self._far = np.zeros(len(self.machine.channels), dtype=np.bool_)
+        self._held = np.zeros((len(self._control), slots))
+        self._lazy = np.zeros((len(self.suspects), slots))
+
+    def onset(self, t: float, acting: Array) -> None:
+        """Try this time as an onset from here on, in place of the oldest."""
+        slot = int(np.argmin(np.where(np.isnan(self._onset), -np.inf, self._onset)))
+        self._onset[slot] = t
+        self._away[:, :, slot] = 0.0
+        for array in (self._score, self._weight, self._cross):
+            array[:, slot] = 0.0
+        self._held[:, slot] = acting[: len(self._control)]
+        for k in self._acted:
+            self._lazy[k, slot] = acting[self._control[self.suspects[k].what[0]]]
+        for one, first in zip(self.suspects, self._first, strict=False):
+            if one.how == IMPULSE:
+                for k, name in enumerate(one.what):
+                    self._away[self._place[name], first + k, slot] = 1.0
+
+    def pace(self, one: Suspect) -> float:
+        """How fast a lazy control moves; infinite for other suspects."""
+        return one.share * self._rate[one.what[0]] if one.how == LAZY else math.inf
+
+    def surprised(self, step: Step) -> bool:
+        """Whether a channel goes beyond the gate that did not before: a likely onset."""
+        far = np.abs(step.innovation) > GATE * np.sqrt(np.diagonal(step.spread))
+        return bool((far & ~self._far[step.rows]).any())
+
+    @property
+    def latest(self) -> float:
+        """The last onset; minus infinity before the first."""
+        return float(np.max(np.where(np.isnan(self._onset), -np.inf, self._onset)))
+
+    def weigh(self, step: Step, logged: Array, faulty: Collection[str] = (), level: float = 1.0) -> None:
+        """Weigh the innovations of a row.
+
+        Args:
+            logged: controls and environment as the log has them; `step` has them as they are believed to act.
+            faulty: controls that are known to be at fault; their suspects stand for the end of the fault.
+            level: by how much innovations are larger than stated, squared; 1 where the filter is right.
+        """
+        n, flat = len(self.machine.names), self._columns * self._slots
+        away = (step.onward @ self._away.reshape(n, flat)).reshape(n, self._columns, self._slots)
+        self._act(step, away, logged, faulty)
+        found = (step.slope @ away.reshape(n, flat)).reshape(-1, self._columns, self._slots)
+        self._misread(step, found)
+        deviation = np.sqrt(np.diagonal(step.spread))
+        far = np.abs(step.innovation) > GATE * deviation
+        counted = ~(far & ~self._far[step.rows])
+        self._far[step.rows] = far
+        inverse = np.zeros_like(step.spread)
+        inverse[np.ix_(counted, counted)] = (
+            step.inverse if counted.all() else inverse_of(step.spread[np.ix_(counted, counted)])
+        )
+        whitened = inverse @ np.clip(step.innovation, -_MOST * deviation, _MOST * deviation) / level
+        weighed = np.tensordot(inverse / level, found, 1)
+        self._score += np.tensordot(whitened, found, 1)
+        self._weight += np.einsum("kcs,kcs->cs", found, weighed)
+        self._cross[:-1] += np.einsum("kcs,kcs->cs", found[:, :-1], weighed[:, 1:])
+        self._away = away - np.tensordot(step.gain, found, 1)
+
+    def _act(self, step: Step, away: Array, logged: Array, faulty: Collection[str]) -> None:
+        """Add what faulty controls do to the state during the row; of those known to be at fault, what healing does."""
+        if not self._acted:
+            return
+        traced = self.machine.traced
+        (pushed,) = traced.pushed(step.before, step.acting, step.dt)
+        (usual,) = traced.onward(step.before, step.acting, step.dt)
+        pushed = pushed.reshape(len(self._control), -1)
+        for k in self._acted:
+            one, column = self.suspects[k], self._first[k]
+            number = self._control[one.what[0]]
+            here = float(step.acting[number])
+            if one.what[0] in faulty:
+                if one.how != LAZY:
+                    other = step.acting.copy()
+                    other[number] = logged[number]
+                    (healed,) = traced.onward(step.before, other, step.dt)
+                    away[:, column] += (healed - usual)[:, None]
+            elif one.how == STUCK:
+                away[:, column] += pushed[number][:, None] * (self._held[number] - here)
+                away[:, column + 1] += pushed[number][:, None]
+            elif one.how == LAZY:
+                reach = one.share * self._rate[one.what[0]] * step.dt
+                self._lazy[k] += np.clip(here - self._lazy[k], -reach, reach)
+                away[:, column] += pushed[number][:, None] * (self._lazy[k] - here)
+            else:
+                other = step.acting.copy()
+                other[number] = 0.0
+                (without,) = traced.onward(step.before, other, step.dt)
+                away[:, column] += (without - usual)[:, None]
+
+    def _misread(self, step: Step, found: Array) -> None:
+        """Add what faulty readings do to the innovations."""
+        row = {name: int(np.flatnonzero(step.rows == k)[0]) for k, name in enumerate(self.machine.channels)
+               if k in step.rows}  # fmt: skip
+        for one, first in zip(self.suspects, self._first, strict=False):
+            if one.how in (JUMP, RAMP):
+                for k, name in enumerate(one.what):
+                    if name in row:
+                        found[row[name], first + k] += 1.0 if one.how == JUMP else step.t - self._onset
+
+    def evidence(self) -> list[Evidence]:
+        """The best onset of each suspect, the best suspect first; none before the first onset."""
+        live = np.flatnonzero(np.isfinite(self._onset))
+        if not live.size:
+            return []
+        b, cross = self._score[:, live], self._cross[:, live]
+        weight = self._weight[:, live] + self._prior
+        found: list[Evidence] = []
+        for one, first in zip(self.suspects, self._first, strict=False):
+            part = slice(int(first), int(first) + len(one.what))
+            score, size, sigma = _ratio(one, part, b, weight, cross, self._prior)
+            j = int(np.argmax(score))
+            number = self._control.get(one.what[0])
+            held = math.nan if number is None else float(self._held[number, live[j]])
+            found.append(Evidence(one, float(score[j]), float(self._onset[live[j]]), tuple(size[:, j].tolist()),
+                                  tuple(sigma[:, j].tolist()), held))  # fmt: skip
+        return sorted(found, key=lambda e: -e.score)
+
+
+def _ratio(
+    one: Suspect, part: slice, b: Array, weight: Array, cross: Array, prior: Array
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Score of each onset, and size and its deviation, shapes (onsets,), (components, onsets) twice."""
+    b, w, x, prior = b[part], weight[part], cross[part.start], prior[part]
+    if one.how == STUCK:
+        left = b[1] - x
+        score = 2.0 * b[0] - (w[0] - prior[0]) + left**2 / w[1] - np.log(w[1] / prior[1])
+        return score, np.stack([np.ones_like(left), left / w[1]]), np.stack([np.zeros_like(left), w[1] ** -0.5])
+    if one.fixed:
+        return 2.0 * b[0] - (w[0] - prior[0]), np.ones_like(b), np.zeros_like(b)
+    if len(one.what) == 1:
+        return b[0] ** 2 / w[0] - np.log(w[0] / prior[0]), b / w, w**-0.5
+    det = w[0] * w[1] - x**2
+    size = np.stack([w[1] * b[0] - x * b[1], w[0] * b[1] - x * b[0]]) / det
+    score = (b * size).sum(axis=0) - np.log(det / (prior[0] * prior[1]))
+    return score, size, np.sqrt(np.stack([w[1], w[0]]) / det)
+
+
+def _rate(servo: Servo) -> float:
+    """How fast a control can move; without a limit, over its range in 20 s."""
+    rate = float(getattr(servo, "rate", math.inf))
+    return rate if math.isfinite(rate) else math.radians(70.0) / 20.0
+
+
+def threshold(count: int, spacing: float, false_alarms: float) -> float:
+    """Score from which a fault is there, so that false alarms are at most `false_alarms` a day."""
+    tests = 86400.0 / spacing * count
+    return 2.0 * math.log(max(tests / false_alarms, 2.0))

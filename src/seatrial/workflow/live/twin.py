@@ -1,0 +1,221 @@
+"""Follow a ship on its own log: state, forecasts, alarms, and what drifts."""
+
+from __future__ import annotations
+
+import math
+import socket
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...data import Trial
+from ...data.trialfile import read_trials
+from ...realtime.twin.card import page as card
+from ...realtime.twin.card import parameters, unseen
+from ...realtime.twin.likely import likeliest
+from ...realtime.twin.live import Live
+from ...realtime.twin.page.screen import Screen
+from ...realtime.twin.saved import learnt, load_state, provenance, save_state
+from ...realtime.twin.settings import NOISE, usual
+from ...realtime.twin.sources import Ear, Row, channels_of, noise_of, rows_from, rows_of
+from ...realtime.wire import WireError
+from ...report.page import write
+from ...ships import Ship
+from ...ships.writing import save
+from .. import Outcome, RequestError, Table, figure
+from ..request import Note, make_folder, obeyed, ship_of, silent
+
+STATE, MODEL, CARD = "twin.json", "model.toml", "card.html"
+"""Files in the folder of a twin."""
+
+# State is saved after so much time of the log, and so much by the clock [s].
+_SAVED, _CLOCK = 600.0, 20.0
+# Trials of a folder follow each other with this gap, in L/U.
+_APART = 10.0
+
+
+@dataclass(frozen=True)
+class _Log:
+    """What a twin follows: its name, its channels, noise where it shows, its rows, and controls that are held."""
+
+    name: str
+    channels: tuple[str, ...]
+    noise: Mapping[str, float]
+    rows: Callable[[], Iterator[Row]]
+    live: bool = False
+    held: tuple[str, ...] = ()
+
+
+def twin(
+    model: str | Path | Ship, *, nmea: str | None = None, mcap: Path | None = None, trial: Path | None = None,
+    mapping: Path | None = None, out: Path | None = None, free: Sequence[str] = (), estimator: str = "ekf",
+    rate: float = 10.0, factor: float = math.inf, page: socket.socket | None = None, note: Note = silent,
+) -> Outcome[Live]:  # fmt: skip
+    """Follow a ship on its log to its end, or until Ctrl-C.
+
+    Args:
+        model: a name of the library, a ship file or a ship.
+        nmea, mcap, trial: the log: one of them; `nmea` may be an address such as udp://127.0.0.1:10110.
+        mapping: mapping file of the former two.
+        out: folder for state, ship and card; a twin that was killed goes on from it.
+        free: paths of parameters that may drift.
+        estimator: ekf or mhe.
+        rate: rows a second of what comes in by UDP [Hz].
+        factor: time of a log over real time; infinite for as fast as it is read.
+        page: listening socket of the page.
+
+    Raises:
+        RequestError: a request that cannot be carried out.
+        DataError, StudyError: the log or the saved state cannot be used.
+    """
+    ship = ship_of(model)
+    log = _log(ship, nmea, mcap, trial, mapping, rate)
+    settings = usual(ship, log.channels, noise=log.noise, free=free, estimator=estimator)
+    if not log.live:
+        settings, rough = likeliest(ship, settings, log.rows(), log.held)
+        note(f"process noise: {rough[0]:g} times the usual in the motion, {rough[1]:g} times in slow forces")
+    live = Live(ship, settings, log.channels, log.held)
+    begun = -math.inf
+    if out is not None:
+        make_folder(out)
+        if (out / STATE).exists():
+            begun = load_state(live, out / STATE)
+            note(f"goes on from t = {begun:.0f} s")
+    screen = Screen(live, log.name)
+    with _served(screen, page):
+        try:
+            _follow(live, log, begun, factor, out, screen, note)
+        except KeyboardInterrupt:
+            obeyed()
+            note("ended")
+        screen.over = True
+        _keep(live, log.name, out, note)
+        screen.look(force=True)
+    document = card(live, log.name).document
+    return Outcome(live, document, _shown(live, log.name))
+
+
+def _follow(
+    live: Live, log: _Log, begun: float, factor: float, out: Path | None, screen: Screen, note: Note
+) -> None:  # fmt: skip
+    saved, clock, start, told = begun, time.monotonic(), None, len(live.alarms)
+    shift = begun + _APART if log.live and math.isfinite(begun) else 0.0
+    for t, values in log.rows():
+        at = t + shift
+        if at <= begun:
+            continue
+        if math.isfinite(factor) and not log.live:
+            start = start or (at, time.monotonic())
+            time.sleep(max(0.0, start[1] + (at - start[0]) / factor - time.monotonic()))
+        live.feed(at, values)
+        screen.heard(at, values)
+        for one in live.alarms[told:]:
+            note(f"t = {one.named:.0f} s: {one.text}")
+        told = len(live.alarms)
+        if out is not None and live.follower is not None and (at - saved > _SAVED or time.monotonic() - clock > _CLOCK):
+            saved, clock = at, time.monotonic()
+            save_state(live, out / STATE)
+
+
+def _keep(live: Live, log: str, out: Path | None, note: Note) -> None:
+    """Write state, ship and card."""
+    if live.follower is None:
+        raise RequestError(f"{log}: no row shows heading, position and all controls; there is nothing to follow")
+    if out is None:
+        return
+    save_state(live, out / STATE)
+    save(learnt(live, log), out / MODEL, provenance(live, log))
+    write(out / CARD, card(live, log))
+    note(f"wrote {out / MODEL}, {out / CARD}")
+
+
+def _log(
+    ship: Ship, nmea: str | None, mcap: Path | None, trial: Path | None, mapping: Path | None, rate: float
+) -> _Log:  # fmt: skip
+    """The log that was asked for.
+
+    Raises:
+        RequestError: none, or more than one.
+    """
+    given = [one for one in (nmea, mcap, trial) if one is not None]
+    if len(given) != 1:
+        raise RequestError("give one log: --nmea FILE or udp://HOST:PORT, --mcap FILE, or --trial FILE")
+    if nmea is not None and "://" in nmea:
+        return _wire(ship, nmea, rate)
+    if nmea is not None:
+        from ...data.formats import nmea as sentences
+
+        found = (sentences.read(Path(nmea), sentences.read_mapping(mapping) if mapping else None),)
+    elif mcap is not None:
+        from ...data.robot.trial import read, read_topics
+
+        found = (read(mcap, read_topics(mapping) if mapping else None),)
+    else:
+        found = tuple(read_trials([trial or Path()]))
+    channels = channels_of(found[0], ship.model.controls)
+    for one in found[1:]:
+        channels_of(one, ship.model.controls)
+    return _Log(Path(str(given[0])).name, channels, noise_of(found[0]),
+                lambda: _one_after_another(ship, found), held=tuple(found[0].meta.get("held", ())))  # fmt: skip
+
+
+def _one_after_another(ship: Ship, trials: Sequence[Trial]) -> Iterator[Row]:
+    begun = 0.0
+    for one in trials:
+        shift = begun - float(one.t[0])
+        yield from ((t + shift, values) for t, values in rows_of(one))
+        begun += one.duration + _APART * ship.L_pp / max(ship.speed, 1e-3)
+
+
+def _wire(ship: Ship, address: str, rate: float) -> _Log:
+    """Sentences by UDP."""
+    from ...realtime.wire import Address
+
+    try:
+        at = Address.parse(address)
+    except WireError as error:
+        raise RequestError(f"--nmea: {error}") from None
+    listening = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        listening.bind((at.host, at.port))
+    except OSError as error:
+        listening.close()
+        raise RequestError(f"--nmea {address}: {error.strerror}; choose another port") from None
+    orders = tuple(f"{name}_cmd" for name in ship.model.controls)
+    return _Log(address, (*NOISE, "y", "v_east", *ship.model.controls, *orders), {},
+                lambda: rows_from(listening, rate, Ear()), live=True)  # fmt: skip
+
+
+def _served(screen: Screen, listening: socket.socket | None) -> Any:
+    if listening is None:
+        return nullcontext()
+    try:
+        from ...realtime.twin.page.server import Server
+    except ImportError as error:
+        raise RequestError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
+    return Server(screen, listening)
+
+
+def _shown(live: Live, log: str) -> tuple[Table | str, ...]:
+    t = 0.0 if live.follower is None else live.follower.t
+    hours = live.tally.hours
+    inside = sum(one.inside() for one in hours)
+    size = sum(one.nis for one in hours) / max(1, sum(one.readings for one in hours))
+    blocks: list[Table | str] = [
+        f"{live.machine.ship.name} on {log}: {t:.0f} s followed; innovations within their 95 % band in {inside} of "
+        f"{len(hours)} hours, {size:.3g} of what they should be"
+    ]
+    if rows := parameters(live):
+        blocks.append(Table(("parameter", "before", "now", "sd"), tuple(
+            (one["path"], figure(one["before"]), figure(one["value"]), figure(one["sd"], 2)) for one in rows
+        ), (1, 2, 3)))  # fmt: skip
+    others = tuple((one["name"], one["unit"], figure(one["value"], 3), figure(one["sd"], 2)) for one in unseen(live))
+    blocks.append(Table(("unseen", "unit", "now", "sd"), others, (2, 3)))
+    blocks.append(Table(("ahead [s]", "forecasts", "error [m]", "constant [m]", "held"), tuple(
+        (f"{h:g}", str(s.count), figure(s.rms, 3), figure(s.rival, 3), figure(100 * s.held, 3))
+        for h, s in live.trust.scores.items()), (0, 1, 2, 3, 4)))  # fmt: skip
+    alarms = [f"alarm at {one.named:.0f} s: {one.text}" for one in live.alarms] or ["no alarm"]
+    return (*blocks, *alarms)
