@@ -16,7 +16,7 @@ from seatrial.actuators import Actuators
 from seatrial.core.parameters import ParameterError, Parts, Terms, read, values
 from seatrial.ships import Entry, Ship, ShipError
 from seatrial.ships.files import FOLDER, library, load, save, to_toml, variants
-from seatrial.ships.writing import OWN
+from seatrial.ships.writing import OWN as NOT_PASSED_ON
 
 every_ship = pytest.mark.parametrize("name", [*library(), *variants()])
 L7 = (FOLDER / "kvlcc2_l7.toml").read_text(encoding="utf-8")
@@ -109,7 +109,7 @@ def test_esso_osaka_weighs_what_its_particulars_say() -> None:
 def test_a_saved_ship_loads_bit_for_bit(name: str, tmp_path: Path) -> None:
     ship = load(name)
     again = load(save(ship, tmp_path / "copy.toml"))
-    assert again == replace(ship, notes={key: note for key, note in ship.notes.items() if key not in OWN})
+    assert again == replace(ship, notes={key: note for key, note in ship.notes.items() if key not in NOT_PASSED_ON})
     assert to_toml(again) == to_toml(ship)
 
 
