@@ -20,7 +20,6 @@ from .networks import USUAL as USUAL_WEIGHTS
 from .networks import network_lines, settle, weights_name, write_weights
 from .numbers import PARTICULARS, Yardsticks, resolve
 
-
 OWN = ("published", "unverified")
 """Notes that hold of the numbers of one file alone: no ship made from it, by a fit or by `like`, takes them over."""
 
