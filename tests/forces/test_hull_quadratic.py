@@ -38,7 +38,7 @@ def test_it_is_the_printed_form(drift: float, rate: float) -> None:
 def test_at_rest_and_on_the_spot_it_stays_finite_and_continuous() -> None:
     assert force(0.0, 0.0, 0.0) == (0.0, 0.0, 0.0)
     still, creeping = force(0.0, 0.0, 0.02), force(0.0, 1e-9, 0.02)
-    assert creeping == pytest.approx(still, rel=1e-5)
+    assert creeping == pytest.approx(still, rel=1e-3)  # no jump in what the angle of a rest is
     assert still[2] < 0.0  # a turn on the spot is damped
 
 

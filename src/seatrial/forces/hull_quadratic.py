@@ -48,8 +48,7 @@ class QuadraticDrift(ForceModule):
         straight = where(flow.u < 0, self.R_0, -self.R_0) * (flow.u * flow.u + flow.v_m * flow.v_m)
         drifting = (self.X_bb + self.X_bbbb * b * b) * Ub * Ub
         X = straight + drifting + self.X_br * Ub * r + self.X_rr * r * r
-        Y = (self.Y_b * Ub + self.Y_r * r) * U + self.Y_bb * bb + self.Y_rr * rr
-        N = (self.N_b * Ub + self.N_r * r) * U + self.N_bb * bb + self.N_rr * rr
-        area, mixed = 0.5 * flow.rho * flow.L_pp * flow.d, Ub * b * r
-        Y, N = Y + self.Y_bbr * mixed + self.Y_brr * brr, N + self.N_bbr * mixed + self.N_brr * brr
+        mixed, area = Ub * b * r, 0.5 * flow.rho * flow.L_pp * flow.d
+        Y = (self.Y_b * Ub + self.Y_r * r) * U + self.Y_bb * bb + self.Y_rr * rr + self.Y_bbr * mixed + self.Y_brr * brr
+        N = (self.N_b * Ub + self.N_r * r) * U + self.N_bb * bb + self.N_rr * rr + self.N_bbr * mixed + self.N_brr * brr
         return Force(area * X, area * Y, area * flow.L_pp * N)
