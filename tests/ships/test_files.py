@@ -16,6 +16,7 @@ from seatrial.actuators import Actuators
 from seatrial.core.parameters import ParameterError, Parts, Terms, read, values
 from seatrial.ships import Entry, Ship, ShipError
 from seatrial.ships.files import FOLDER, library, load, save, to_toml, variants
+from seatrial.ships.writing import OWN as NOT_PASSED_ON
 
 every_ship = pytest.mark.parametrize("name", [*library(), *variants()])
 L7 = (FOLDER / "kvlcc2_l7.toml").read_text(encoding="utf-8")
@@ -108,14 +109,14 @@ def test_esso_osaka_weighs_what_its_particulars_say() -> None:
 def test_a_saved_ship_loads_bit_for_bit(name: str, tmp_path: Path) -> None:
     ship = load(name)
     again = load(save(ship, tmp_path / "copy.toml"))
-    assert again == ship
+    assert again == replace(ship, notes={key: note for key, note in ship.notes.items() if key not in NOT_PASSED_ON})
     assert to_toml(again) == to_toml(ship)
 
 
 @every_ship
 def test_a_saved_fit_keeps_values_sources_and_provenance(name: str, tmp_path: Path) -> None:
     ship = load(name)
-    odd = {path: value * (1.0 + 1.0 / 3.0e3) for path, value in values(ship.model).items()}
+    odd = {path: value * (1.0 - 1.0 / 3.0e3) for path, value in values(ship.model).items()}
     entries = {path: replace(entry, sigma=0.1 / 3) for path, entry in ship.entries.items()}
     fitted = replace(ship.having(odd), entries=entries)
     provenance = {"study": 'a "quoted" name\n', "loss": 0.1 + 0.2, "trials": ["a.csv", "b.csv"], "seed": 3,
@@ -163,7 +164,7 @@ def test_a_failed_save_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.M
     assert os.listdir(tmp_path) == ["model.toml"]
 
 
-@pytest.mark.parametrize("given", ["kvlcc", "KVLCC2", "esso_osaka"])
+@pytest.mark.parametrize("given", ["kvlcc", "KVLCC2", "esso_osaka_4m"])
 def test_an_unknown_ship_names_the_near_ones(given: str) -> None:
     with pytest.raises(ShipError, match=r"kvlcc2|esso_osaka_3m"):
         load(given)

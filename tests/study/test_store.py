@@ -26,6 +26,8 @@ def test_a_fit_comes_back(tmp_path: Path) -> None:
     assert read(again.model, "hull.Y_v") == value[0]
     assert again.entries["hull.Y_v"].sigma == 0.01
     assert again.notes["provenance"]["trained_on"] == ["a"]
+    assert "published" in ship.notes
+    assert "published" not in again.notes  # of another ship
     assert load_fit_summary(tmp_path)["parameters"]["hull.Y_v"]["value"] == value[0]
     assert load_fit_summary(tmp_path)["nuisances"] == {"a": {"current_x": 0.1, "bias_u": -0.02}}
     assert (tmp_path / "history.csv").read_text().splitlines()[1].startswith("0,2,,")

@@ -22,7 +22,7 @@ from .actuation import read_actuators
 from .classes import Trust, find_class, trusting
 from .networks import read_network
 from .numbers import PARTICULARS, Yardsticks, number, read_document
-from .writing import save, to_toml
+from .writing import OWN, save, to_toml
 
 __all__ = ["library", "load", "save", "to_toml", "variants"]
 
@@ -85,6 +85,8 @@ def _whole(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
     if base.resolve() in chain:
         raise ShipError(f"{path}: like: {name} is this ship again; one of the files must be whole")
     inherited = {key: value for key, value in _whole(base, chain).items() if key not in ("name", "of")}
+    if isinstance(notes := inherited.get("notes"), Mapping):
+        inherited["notes"] = {key: value for key, value in notes.items() if key not in OWN}
     return _over(inherited, document)
 
 

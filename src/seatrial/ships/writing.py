@@ -20,6 +20,9 @@ from .networks import USUAL as USUAL_WEIGHTS
 from .networks import network_lines, settle, weights_name, write_weights
 from .numbers import PARTICULARS, Yardsticks, resolve
 
+OWN = ("published", "unverified")
+"""Notes that hold of the numbers of one file alone: no ship made from it, by a fit or by `like`, takes them over."""
+
 
 def save(
     ship: Ship, path: str | Path, provenance: Mapping[str, Any] | None = None, *, comments: bool = False
@@ -47,6 +50,8 @@ def save(
 def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None, weights: str = USUAL_WEIGHTS) -> str:
     """`ship` as the text of a ship file; `provenance` (how it was fitted) goes to [notes.provenance].
 
+    The notes of `OWN` are left out: what is written is a ship of its own, a copy to edit, a fit or another scale.
+
     Args:
         weights: name of the file of a network's weights.
     """
@@ -64,7 +69,8 @@ def to_toml(ship: Ship, provenance: Mapping[str, Any] | None = None, weights: st
     if ship.validity:
         lines += ["", "[validity]"]
         lines += [f"{key} = [{float(a)!r}, {float(b)!r}]" for key, (a, b) in ship.validity.items()]
-    notes = dict(ship.notes) | ({"provenance": dict(provenance)} if provenance else {})
+    notes = {key: value for key, value in ship.notes.items() if key not in OWN}
+    notes |= {"provenance": dict(provenance)} if provenance else {}
     text = "\n".join(lines) + "\n"
     if not notes:
         return text
