@@ -79,7 +79,7 @@ def _drawn(ship: Ship, runs: Mapping[str, Trial]) -> Section:
 
 
 def _checks(findings: Sequence[tuple[str, str, str]]) -> Section:
-    return Section("Checks", table(("check", "", "found"), findings, words=(0, 1, 2)),
+    return Section("Checks", f'<div class="wrap">{table(("check", "", "found"), findings, words=(0, 1, 2))}</div>',
                    {"checks": [{"check": a, "state": b, "found": c} for a, b, c in findings]})  # fmt: skip
 
 
