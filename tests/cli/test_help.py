@@ -1,4 +1,4 @@
-"""What `--help` says, and what README.md says of the commands, the ships and the manoeuvres."""
+"""What `--help` says, and what README.md and docs/commands.md say of the commands, the ships and the manoeuvres."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from seatrial.ships.files import library
 from seatrial.workflow.simulation import known
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "commands.md").read_text(encoding="utf-8")
 COMMANDS: Any = typer.main.get_command(app)
 NAMES = sorted(COMMANDS.commands)
 TENS = dict(enumerate(("", "", "twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")))
@@ -87,17 +88,17 @@ def test_a_cold_start_imports_only_what_it_needs(arguments: str, absent: tuple[s
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_readme_has_every_command(name: str) -> None:
-    assert re.search(rf"`seatrial {name}\b", README)
+def test_the_page_of_commands_has_every_command(name: str) -> None:
+    assert re.search(rf"`seatrial {name}\b", PAGE)
 
 
-def test_readme_has_no_command_that_there_is_not() -> None:
-    assert set(re.findall(r"`seatrial ([a-z][a-z-]*)", README)) <= set(NAMES)
+def test_the_pages_have_no_command_that_there_is_not() -> None:
+    assert set(re.findall(r"`seatrial ([a-z][a-z-]*)", README + PAGE)) <= set(NAMES)
 
 
 def test_readme_counts_ships_and_manoeuvres() -> None:
     assert f"{in_words(len(library())).capitalize()} ships, every number of a file with its source" in README
-    assert f"one of {in_words(len(known()))} manoeuvres" in README
+    assert f"one of {in_words(len(known()))} manoeuvres" in PAGE
 
 
 def test_type_checkers_of_others_read_our_types() -> None:
