@@ -52,7 +52,7 @@ class Kicks:
     Where the field has nothing near on any lane of a block they are left out: there they must not change a bit.
 
     Attributes:
-        first: (h, state, rates, acting, parameters) -> (*state, kept): the impulse before a step of `h` [s].
+        first: (h, state, rates, acting, parameters) -> (state and what is kept): the impulse before a step of `h` [s].
         last: (h, state, kept, acting, parameters) -> state: the one after it.
         substeps: steps of the motion in a time step.
     """
