@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -72,6 +73,12 @@ class Quay:
         to_go = gap + self.heading * np.abs(state[:, 2])
         return Start(state, np.zeros((len(draws), 0)), to_go[:, None])
 
+    def guide(self, scale: Scale, goal: Sequence[float], x: float, y: float) -> Sequence[Sequence[tuple[float, float]]]:
+        """The quay, and the line of its fenders along the berth."""
+        far, half = 7.0 * scale.L, 0.5 * scale.L
+        fenders = tuple((self.middle + side * half, -self.height) for side in (-1.0, 1.0))
+        return (((self.middle - far, 0.0), (self.middle + far, 0.0)), fenders)
+
     def judge(
         self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0
     ) -> Judged:
@@ -139,6 +146,11 @@ class Canal:
         state[:, 2] = spread(draws[:, 1], -0.05, 0.05)
         state[:, 3] = scale.U * spread(draws[:, 2], *self.way)
         return Start(state, np.zeros((len(draws), 0)), np.zeros((len(draws), 0)))
+
+    def guide(self, scale: Scale, goal: Sequence[float], x: float, y: float) -> Sequence[Sequence[tuple[float, float]]]:
+        """The middle of the canal."""
+        far = 7.0 * scale.L
+        return (((x - far, 0.0), (x + far, 0.0)),)
 
     def judge(
         self, scale: Scale, state: Scalars, controls: Scalars, goal: Scalars, memory: Scalars, beyond: Scalar = 0.0
