@@ -23,11 +23,17 @@ _NEEDS = ("added_mass", "radiation_damping", "inertia_matrix", "hydrostatic_stif
 _LARGEST = 1_000_000_000
 
 
-def read_capytaine(path: Path) -> Rao:
+def read_capytaine(path: Path, roll_damping: float = 0.0) -> Rao:
     """Operators from a Capytaine data set at its forward speed, motions about midship where its axes begin.
 
     (-omega_e^2 (M + A) - i omega_e B + C) xi = F, solved at each frequency and direction for the degrees of freedom
     that it has; others are at rest.
+
+    Args:
+        path: the data set.
+        roll_damping: damping of roll that waves do not carry away (keels, eddies, hull lift) over the critical one,
+            2 sqrt(C_44 (I_44 + A_44)); some hundredths for ships.  Without it roll at resonance is several times too
+            large.
 
     Raises:
         DataError: not netCDF, a variable or a motion that is missing, several speeds or depths, no numbers.
@@ -51,7 +57,7 @@ def read_capytaine(path: Path) -> Rao:
     omega = np.asarray(data["omega"].values, dtype=np.float64)
     direction = np.asarray(data["wave_direction"].values, dtype=np.float64)
     _plain(path, omega, direction)
-    xi = _solved(data, omega, direction, force)
+    xi = _solved(data, omega, direction, force, (modes.index(3), roll_damping) if 3 in modes else (0, 0.0))
     R = np.zeros((omega.size, direction.size, 6), dtype=np.complex128)
     R[:, :, modes] = xi.conj() * _TO_SHIP[modes]
     order = np.argsort(omega)
@@ -115,13 +121,19 @@ def _complex(path: Path, data: Any, name: str) -> Complex:
 
 def _plain(path: Path, omega: Array, direction: Array) -> None:
     if not (omega > 0.0).all() or not np.isfinite(omega).all():
-        raise DataError(f"{path}: frequencies of 0 or infinity, which have no motion; leave them out with .sel(omega=...)")
+        raise DataError(
+            f"{path}: frequencies of 0 or infinity, which have no motion; leave them out with .sel(omega=...)"
+        )
     if np.abs(direction).max() > 2.0 * math.pi + 1e-6:
         raise DataError(f"{path}: a wave_direction of {np.abs(direction).max():g} rad; convert degrees to radians")
 
 
-def _solved(data: Any, omega: Array, direction: Array, force: Complex) -> Complex:
-    """Motions of shape (omega, wave_direction, influenced_dof); Capytaine's sign of time."""
+def _solved(data: Any, omega: Array, direction: Array, force: Complex, roll: tuple[int, float]) -> Complex:
+    """Motions of shape (omega, wave_direction, influenced_dof); Capytaine's sign of time.
+
+    `roll` is the place of roll and its further damping.
+    """
+
     def over(name: str) -> Array:
         one = data[name]
         for wanted, values in (("omega", omega), ("wave_direction", direction)):
@@ -139,5 +151,9 @@ def _solved(data: Any, omega: Array, direction: Array, force: Complex) -> Comple
             met = np.asarray(found.transpose("omega", "wave_direction").values)
     w = met[..., None, None]
     inertia = over("inertia_matrix") + over("added_mass")
-    system = -(w**2) * inertia - 1j * w * over("radiation_damping") + over("hydrostatic_stiffness")
+    damping, stiffness = over("radiation_damping").copy(), over("hydrostatic_stiffness")
+    k, further = roll
+    if further:
+        damping[..., k, k] += 2.0 * further * np.sqrt(np.maximum(stiffness[..., k, k] * inertia[..., k, k], 0.0))
+    system = -(w**2) * inertia - 1j * w * damping + stiffness
     return np.linalg.solve(system, force[..., None])[..., 0]

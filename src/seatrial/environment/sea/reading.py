@@ -51,20 +51,25 @@ def read_sea(text: str, seed: int = 0) -> Sea:
     return Sea(Jonswap(H_S, T_P), math.radians(direction), seed=seed)
 
 
-def read_rao(path: str | Path) -> Rao:
-    """Operators from a Capytaine data set (.nc) or from a table (.csv).
+def read_rao(path: str | Path, roll_damping: float | None = None) -> Rao:
+    """Operators from a Capytaine data set (.nc), with further damping of roll, or from a table (.csv).
 
     Raises:
-        DataError, WeatherError: no such file, another ending, or what the readers refuse.
+        DataError, WeatherError: no such file, another ending, what the readers refuse, or damping of a table, whose
+            operators have theirs already.
     """
     from .capytaine import read_capytaine
     from .tables import read_table
 
     here = existing(path)
-    kinds = {".nc": read_capytaine, ".csv": read_table}
-    if here.suffix.lower() not in kinds:
+    kind = here.suffix.lower()
+    if kind not in (".nc", ".csv"):
         raise DataError(f"{here}: operators are read from .nc (Capytaine) or .csv (a table)")
-    return kinds[here.suffix.lower()](here)
+    if roll_damping is not None and kind == ".csv":
+        raise DataError(f"{here}: the operators of a table include their damping; leave --roll-damping out")
+    if roll_damping is not None and not 0.0 <= roll_damping < 1.0:
+        raise DataError(f"--roll-damping is {roll_damping:g}; it is a share of the critical damping, such as 0.05")
+    return read_table(here) if kind == ".csv" else read_capytaine(here, roll_damping or 0.0)
 
 
 def _from_file(path: Path, seed: int) -> Sea:

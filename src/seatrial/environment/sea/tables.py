@@ -97,7 +97,9 @@ def _no_gap(path: Path, table: Array, heads: Sequence[str], rows: Sequence[int])
     holes = np.argwhere(np.isnan(table))
     if holes.size:
         row, column = holes[0]
-        raise DataError(f"{path}: column '{heads[column]}', line {rows[row]}: a gap; give a number, operators have none")
+        raise DataError(
+            f"{path}: column '{heads[column]}', line {rows[row]}: a gap; give a number, operators have none"
+        )
 
 
 def _as_said(path: Path, name: str, column: Array, rows: Sequence[int]) -> None:
