@@ -68,7 +68,8 @@ def simulate(
     if json:
         emit({"ship": ran.ship.name, "manoeuvre": name, "settings": ran.settings, "complete": ran.complete,
               "reason": ran.reason, "time": ran.trial.duration, "indices": indices,
-              **({"motions": {key: vars(one) for key, one in ran.motions.items()}} if ran.motions else {})})  # fmt: skip
+              **({"motions": {name: vars(one) for name, one in ran.motions.items()}} if ran.motions else {})
+              })  # fmt: skip
     else:
         show_indices(f"{ran.ship.name}, {ran.policy.kind}", indices)
         if ran.motions:

@@ -1,9 +1,9 @@
 """The motion of a ship in waves, superposed on a run: manoeuvring is slow, waves are fast.
 
-The manoeuvre is simulated with the mean forces alone; the motions to first order are read from operators at the place,
-the heading and the velocity of that slow run and are added to it.  This holds as long as the waves are much faster than
-the rudder's loop and the heel is small.  Parametric roll, broaching and what waves do to rudder and propeller are not in
-it.
+The manoeuvre is simulated with the mean forces alone; the motions to first order are read from operators at the
+place, the heading and the velocity of that slow run and are added to it.  This holds as long as the waves are much
+faster than the rudder's loop and the heel is small.  Parametric roll, broaching and what waves do to rudder and
+propeller are not in it.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ UNITS = {"z": "m", "w": "m/s", "p": "rad/s", "q": "rad/s", "zeta": "m", "psi_slo
 def in_waves(run: Trial, sea: Sea, rao: Rao) -> Trial:
     """The run as instruments at midship would see it.
 
-    x, y, psi, u, v_m and r become totals; phi, theta and heave z (down) with their rates p, q and w are added, phi and p
-    to those of a model that heels, with the wave surface zeta (up) above midship, and `psi_slow`, the heading without
-    waves.
+    x, y, psi, u, v_m and r become totals; phi, theta and heave z (down) with their rates p, q and w are added, phi
+    and p to those of a model that heels, with the wave surface zeta (up) above midship, and `psi_slow`, the heading
+    without waves.
 
     Raises:
         WeatherError: operators that do not cover the frequencies of the sea.
@@ -38,7 +38,7 @@ def in_waves(run: Trial, sea: Sea, rao: Rao) -> Trial:
     none = np.zeros_like(run.t)
 
     def with_slow(name: str, fast: Array) -> Array:
-        return (run[name] if name in run else none) + fast
+        return run.channels.get(name, none) + fast
 
     seen = run.having(
         x=x + c * surge - s * sway, y=y + s * surge + c * sway, psi=psi + yaw,

@@ -28,8 +28,8 @@ from ..ships.felt import driven
 from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.approach import approach, step_doubt, surge_balance, time_step
 from . import RequestError
-from .seaway import Motion, bound_for
 from .request import DEGREE, Around, Note, doubts, finite, make_folder, positive, ship_of, silent, surroundings
+from .seaway import Motion, bound_for
 
 # A manoeuvre that is not over after this many ship lengths of way never will be.
 _FIRST, _LAST = 30.0, 2000.0
@@ -163,8 +163,7 @@ def simulate(
     positive(speed=speed, duration=duration, dt=dt, depth=around.get("depth"))
     device_of(device)
     finite(rps=rps)
-    if seed is not None and seed < 0:
-        raise RequestError(f"--seed is {seed}; it is zero or above")
+    _check_seed(seed)
     takes = manoeuvre.takes if isinstance(manoeuvre, Manoeuvre) else find(manoeuvre).takes
     vessel = ship_of(ship)
     if isinstance(manoeuvre, str):
@@ -196,6 +195,11 @@ def simulate(
     settings = {"speed": U, **ahead, **_set_points(vessel, policy, side), "duration": run.duration,
                 "dt": dt or time_step(vessel), **place.settings, **seaway.settings}  # fmt: skip
     return Simulated(vessel, policy, run, settings, reason is None, reason, motions)
+
+
+def _check_seed(seed: int | None) -> None:
+    if seed is not None and seed < 0:
+        raise RequestError(f"--seed is {seed}; it is zero or above")
 
 
 def helm_of(ship: Ship, manoeuvre: str, rudder: float | None, steer: float | None) -> float | None:

@@ -156,4 +156,4 @@ def _solved(data: Any, omega: Array, direction: Array, force: Complex, roll: tup
     if further:
         damping[..., k, k] += 2.0 * further * np.sqrt(np.maximum(stiffness[..., k, k] * inertia[..., k, k], 0.0))
     system = -(w**2) * inertia - 1j * w * damping + stiffness
-    return np.linalg.solve(system, force[..., None])[..., 0]
+    return np.asarray(np.linalg.solve(system, force[..., None])[..., 0], dtype=np.complex128)

@@ -56,14 +56,14 @@ class Rao:
         turn = np.mod(chi, 2.0 * math.pi)
         turn[turn > 2.0 * math.pi - 1e-6] = 0.0
         first = np.unique(np.round(turn, 6), return_index=True)[1]
-        turn, R = turn[first], R[:, first]
+        turn, whole = turn[first], R[:, first]
         sides = (turn > 1e-6) & (np.abs(turn - math.pi) > 1e-6)
         starboard = turn < math.pi
         if sides.any() and (starboard[sides].all() or not starboard[sides].any()):
             turn = np.concatenate([turn, 2.0 * math.pi - turn[sides]])
-            R = np.concatenate([R, R[:, sides] * MIRROR], axis=1)
+            whole = np.concatenate([whole, whole[:, sides] * MIRROR], axis=1)
             order = np.argsort(turn)
-            turn, R = turn[order], R[:, order]
+            turn, whole = turn[order], whole[:, order]
         gaps = np.diff(turn, append=turn[0] + 2.0 * math.pi)
         if (widest := int(np.argmax(gaps))) >= 0 and gaps[widest] > _WIDEST + 1e-6:
             begin = math.degrees(turn[widest])
@@ -71,7 +71,7 @@ class Rao:
                 f"{name}: no directions between {begin:g} and {begin + math.degrees(gaps[widest]):g} deg from the bow; "
                 f"give steps of at most {math.degrees(_WIDEST):g} deg, from 0 (following) to 180 (head sea) at least"
             )
-        return cls(omega, turn, R, name)
+        return cls(omega, turn, whole, name)
 
     def at(self, omega: Array) -> Complex:
         """Operators at frequencies [rad/s], shape (len(omega), m, 6).

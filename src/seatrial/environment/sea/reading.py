@@ -79,8 +79,9 @@ def _from_file(path: Path, seed: int) -> Sea:
     if abs(said.direction) > 360.0:
         raise DataError(f"{path}: direction is {said.direction:g}; it is from 0 to 360 deg")
     try:
-        return Sea(_spectrum(path, said), math.radians(said.direction),
-                   math.inf if said.spread is None else said.spread, seed if said.seed is None else said.seed)  # fmt: skip
+        spread = math.inf if said.spread is None else said.spread
+        own = seed if said.seed is None else said.seed
+        return Sea(_spectrum(path, said), math.radians(said.direction), spread, own)
     except WeatherError as error:
         raise DataError(f"{path}: {error}") from None
 

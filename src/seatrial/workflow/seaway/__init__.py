@@ -57,8 +57,9 @@ class Seaway:
         c, s = np.cos(run["psi"]), np.sin(run["psi"])
         north, east = total["x"] - run["x"], total["y"] - run["y"]
         none = np.zeros_like(run.t)
-        found = (c * north + s * east, c * east - s * north, total["z"],
-                 total["phi"] - (run["phi"] if "phi" in run else none), total["theta"], total["psi"] - run["psi"])  # fmt: skip
+        roll = total["phi"] - run.channels.get("phi", none)
+        along, aside, yaw = c * north + s * east, c * east - s * north, total["psi"] - run["psi"]
+        found = (along, aside, total["z"], roll, total["theta"], yaw)
         motions = {
             mode: Motion(math.sqrt(variances[k]), float(np.std(found[k])), float(np.abs(found[k]).max()),
                          "m" if k < 3 else "rad")
