@@ -43,8 +43,7 @@ def integral(rao: Rao, spectrum: Ittc | Jonswap, chi: float, mode: int) -> float
     return float(np.trapezoid(spectrum.density(rao.omega) * np.abs(rao.R[:, column, mode]) ** 2, rao.omega))
 
 
-@pytest.mark.parametrize("spectrum", [Jonswap(3.0, 9.0, 3.3), Ittc(3.0, 9.0)])
-@pytest.mark.parametrize("chi", [60.0, 135.0])
+@pytest.mark.parametrize(("spectrum", "chi"), [(Jonswap(3.0, 9.0, 3.3), 60.0), (Ittc(3.0, 9.0), 135.0)])
 def test_variance_of_an_hour_is_that_of_spectrum_and_operator(spectrum: Ittc | Jonswap, chi: float) -> None:
     """Heave, roll and pitch within 3 % of the mean over twelve seas; a single hour scatters as the sea itself does."""
     rao, psi = ship(), 0.3

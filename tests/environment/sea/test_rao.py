@@ -57,13 +57,6 @@ def raft(first: str = "complex", names: list[str] = DOFS) -> object:
     )  # fmt: skip
 
 
-@pytest.fixture
-def nc(tmp_path: Path) -> Path:
-    path = tmp_path / "raft.nc"
-    raft().to_netcdf(path, engine="h5netcdf")  # type: ignore[attr-defined]
-    return path
-
-
 @pytest.mark.parametrize("first", ["complex", "influenced_dof"])
 def test_a_raft_follows_the_water(tmp_path: Path, first: str) -> None:
     """In ship axes: waves towards chi, y to starboard, z down, bow up; any order of the dimension of parts."""
@@ -83,9 +76,22 @@ def test_names_of_the_body_before_the_motions(tmp_path: Path) -> None:
     assert read_rao(tmp_path / "a.nc").R.shape == (OMEGA.size, 8, 6)
 
 
-def test_damping_of_roll_lowers_roll(nc: Path) -> None:
-    calm, plain = read_rao(nc, 0.3), read_rao(nc)
-    assert np.abs(calm.R[:, 2, 3]).max() < 0.9 * np.abs(plain.R[:, 2, 3]).max()
+def test_further_damping_is_a_share_of_the_critical_one(tmp_path: Path) -> None:
+    """At its natural frequency an oscillator without damping of its own moves by F / (2 zeta C)."""
+    own = ("radiating_dof", "influenced_dof")
+    one = np.ones((3, 1, 1))
+    data = xr.Dataset(
+        {"added_mass": (("omega", *own), 2.0 * one), "radiation_damping": (("omega", *own), 0.0 * one),
+         "inertia_matrix": (own, [[6.0]]), "hydrostatic_stiffness": (own, [[8.0]]),
+         "excitation_force": (("complex", "omega", "wave_direction", "influenced_dof"),
+                              np.stack([0.4 * np.ones((3, 5, 1)), np.zeros((3, 5, 1))]))},
+        {"omega": [0.5, 1.0, 2.0], "wave_direction": WD, "radiating_dof": ["Roll"], "influenced_dof": ["Roll"],
+         "complex": ["re", "im"]},
+    )  # fmt: skip
+    data.to_netcdf(tmp_path / "roll.nc", engine="h5netcdf")
+    assert np.abs(read_rao(tmp_path / "roll.nc", 0.05).R[1, :, 3]) == pytest.approx(0.4 / (2.0 * 0.05 * 8.0))
+    with pytest.raises(DataError, match="share of the critical damping"):
+        read_rao(tmp_path / "roll.nc", 5.0)
 
 
 @pytest.mark.parametrize(
@@ -188,7 +194,7 @@ def test_a_table_that_is_refused(tmp_path: Path, text: str, said: str) -> None:
 
 def test_operators_that_miss_the_sea(tmp_path: Path) -> None:
     rao = read(tmp_path, table())
-    rao.covers(Sea(Ittc(3.0, 9.0)))
+    rao.covers(Sea(Jonswap(3.0, 13.0, 5.0)))
     with pytest.raises(WeatherError, match=r"of the variance of the sea lies outside 0.3 to 1.2 rad/s"):
         rao.covers(Sea(Ittc(1.0, 3.0)))
 
@@ -198,7 +204,7 @@ def test_between_two_directions_parts_are_interpolated_not_phases() -> None:
     chi = np.radians(np.arange(0.0, 360.0, 45.0))
     R = np.ones((2, 8, 6), dtype=np.complex128) * np.exp(1j * np.radians(np.where(np.arange(8) % 2, 170.0, -170.0)))[
         None, :, None]  # fmt: skip
-    rao = Rao.of(np.array([0.2, 3.0]), chi, R)
+    rao = Rao.of(np.array([0.2, 6.0]), chi, R)
     sea = Sea(Jonswap(2.0, 8.0), math.pi)  # travels north
     t, psi = np.zeros(1), np.array([math.radians(-22.5)])
     seen = rao.motions(sea.waves, t, t, t, psi, np.zeros((1, 2)))[0][0, 2]
@@ -208,7 +214,9 @@ def test_between_two_directions_parts_are_interpolated_not_phases() -> None:
 def test_seas_by_numbers_and_by_file(tmp_path: Path) -> None:
     assert read_sea("3,9,60", 4) == Sea(Jonswap(3.0, 9.0), math.radians(60.0), seed=4)
     path = tmp_path / "sea.toml"
-    path.write_text('schema = "seatrial-sea/1"\nspectrum = "pierson-moskowitz"\nwind = 15\ndirection = 90\nspread = 8\n')
+    path.write_text(
+        'schema = "seatrial-sea/1"\nspectrum = "pierson-moskowitz"\nwind = 15\ndirection = 90\nspread = 8\n'
+    )
     assert read_sea(str(path), 2) == Sea(PiersonMoskowitz(15.0), math.pi / 2, 8.0, 2)
 
 
@@ -234,3 +242,27 @@ def test_a_sea_file_that_is_refused(tmp_path: Path, text: str, said: str) -> Non
 def test_a_sea_that_is_refused(text: str) -> None:
     with pytest.raises(WeatherError, match="write M,S,DEG"):
         read_sea(text)
+
+
+def test_a_box_as_capytaine_itself_has_it(tmp_path: Path) -> None:
+    """Its file and its own operators, conjugated and turned into ship axes; needs Capytaine."""
+    cpt = pytest.importorskip("capytaine")
+    from capytaine.io.xarray import export_dataset
+
+    mesh = cpt.mesh_parallelepiped(size=(40.0, 10.0, 8.0), resolution=(16, 6, 6), center=(0.0, 0.0, 0.0), name="box")
+    dofs = cpt.rigid_body_dofs(rotation_center=(0.0, 0.0, 0.0))
+    box = cpt.FloatingBody(mesh.immersed_part(), dofs=dofs, center_of_mass=(0.0, 0.0, -1.0), name="box")
+    box.inertia_matrix = box.compute_rigid_body_inertia(rho=1025.0)
+    box.hydrostatic_stiffness = box.compute_hydrostatic_stiffness(rho=1025.0)
+    asked = xr.Dataset(coords={"omega": [0.2, 0.6, 1.0, 1.6], "wave_direction": WD, "radiating_dof": list(box.dofs),
+                               "rho": 1025.0})  # fmt: skip
+    data = cpt.BEMSolver().fill_dataset(asked, [box], hydrostatics=True)
+    export_dataset(tmp_path / "box.nc", data, format="netcdf")
+    own = cpt.post_pro.rao(data).transpose("omega", "wave_direction", "radiating_dof").values
+    rao = read_rao(tmp_path / "box.nc")
+    for k, b in enumerate(WD):
+        here = int(np.argmin(np.abs(np.mod(rao.chi + b + 1.0, 2.0 * math.pi) - 1.0)))
+        assert rao.R[:, here] == pytest.approx(own[:, k].conj() * [1, -1, -1, 1, -1, -1], rel=0.01, abs=1e-9)
+    long, head = (0.2**2 / G), int(np.argmin(np.abs(rao.chi - math.pi)))
+    assert rao.R[0, head, 2] == pytest.approx(-1.0, abs=0.01)  # long waves lift it,
+    assert rao.R[0, head, 4] == pytest.approx(1j * long, rel=0.01)  # and it pitches with their slope, bow up first

@@ -75,9 +75,7 @@ def test_a_sea_does_not_repeat_itself() -> None:
 def test_waves_from_the_west_travel_east() -> None:
     """The crest is later by k x / omega at a place further east, and no later further north."""
     waves = Sea(Ittc(3.0, 9.0), 1.5 * math.pi).waves
-    here, east, north = (
-        waves.phase(np.zeros(1), np.array([x]), np.array([y])) for x, y in ((0, 0), (0, 50), (50, 0))
-    )
+    here, east, north = (waves.phase(np.zeros(1), np.array([x]), np.array([y])) for x, y in ((0, 0), (0, 50), (50, 0)))
     assert here - east == pytest.approx(50.0 * waves.k[None, :])
     assert here - north == pytest.approx(np.zeros((1, waves.k.size)), abs=1e-9)
 

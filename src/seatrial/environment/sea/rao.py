@@ -117,9 +117,11 @@ class Rao:
             unit = waves.a * np.exp(1j * waves.phase(t[rows], x[rows], y[rows]))
             along = np.outer(rate[rows, 0], np.cos(waves.beta)) + np.outer(rate[rows, 1], np.sin(waves.beta))
             met = waves.omega - waves.k * along
-            own = _turned(R, self.chi, np.mod(waves.beta - psi[rows, None], 2.0 * math.pi))
-            out[rows] = np.einsum("tj,tjm->tm", unit, own).real
-            speed[rows] = np.einsum("tj,tjm->tm", 1j * met * unit, own).real
+            steady = bool((psi[rows] == psi[start]).all())
+            headings = psi[start : start + 1] if steady else psi[rows]
+            own = _turned(R, self.chi, np.mod(waves.beta - headings[:, None], 2.0 * math.pi))
+            for kept, parts in ((out, unit), (speed, 1j * met * unit)):
+                kept[rows] = (parts @ own[0] if steady else np.einsum("tj,tjm->tm", parts, own)).real
         return out, speed
 
 

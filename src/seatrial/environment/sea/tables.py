@@ -52,9 +52,7 @@ def read_table(path: Path) -> Rao:
         raise DataError(f"{path}: line {rows[int(np.argmin(omega))]}: a frequency of zero or less; give those above 0")
     for name, column in seen.items():
         _as_said(path, name, column, rows)
-    falling = "T" in seen
-    grid, angles = _grid(path, omega[::-1] if falling else omega, seen["chi"][::-1] if falling else seen["chi"],
-                         rows[::-1] if falling else rows)  # fmt: skip
+    grid, angles = _grid(path, omega, seen["chi"], rows)
     R = np.zeros((grid.size, angles.size, 6), dtype=np.complex128)
     place = np.searchsorted(grid, omega), np.searchsorted(angles, seen["chi"])
     for k, mode in enumerate(MODES):
@@ -118,11 +116,11 @@ def _as_said(path: Path, name: str, column: Array, rows: Sequence[int]) -> None:
 
 def _grid(path: Path, omega: Array, chi: Array, rows: Sequence[int]) -> tuple[Array, Array]:
     """Frequencies and directions of a table that holds each pair once, in order."""
-    orders = (np.lexsort((omega, chi)), np.lexsort((chi, omega)))
     straight = np.arange(omega.size)
-    if not any(np.array_equal(order, straight) for order in orders):
-        first = max(int(np.argmax(order != straight)) for order in orders)
-        raise DataError(f"{path}: line {rows[first]}: not sorted; sort the rows by direction, then by frequency")
+    orders = [np.lexsort(keys) for w in (omega, -omega) for keys in ((w, chi), (chi, w))]
+    agree = max(int(np.argmax(order != straight)) if (order != straight).any() else omega.size for order in orders)
+    if agree < omega.size:
+        raise DataError(f"{path}: line {rows[agree]}: not sorted; sort the rows by direction, then by frequency")
     pairs = list(zip(omega.tolist(), chi.tolist(), strict=True))
     for k in range(1, len(pairs)):
         if pairs[k] == pairs[k - 1]:
