@@ -68,7 +68,7 @@ def test_a_raft_follows_the_water(tmp_path: Path, first: str) -> None:
     water = np.stack(np.broadcast_arrays(
         -1j * np.cos(rao.chi), -1j * np.sin(rao.chi), -1.0 + 0.0 * k, 1j * k * np.sin(rao.chi),
         -1j * k * np.cos(rao.chi), 0.0 * k), axis=-1)  # fmt: skip
-    assert rao.R == pytest.approx(water, abs=1e-9)
+    assert pytest.approx(water, abs=1e-9) == rao.R
 
 
 def test_names_of_the_body_before_the_motions(tmp_path: Path) -> None:
@@ -154,10 +154,10 @@ def test_a_table_by_periods_or_by_frequencies_first_is_the_same(tmp_path: Path) 
     plain = read(tmp_path, table())
     lines = table().splitlines()
     first = sorted(lines[1:], key=lambda row: (float(row.split(",")[0]), float(row.split(",")[1])))
-    assert read(tmp_path, table(rows=first)).R == pytest.approx(plain.R)
+    assert pytest.approx(plain.R) == read(tmp_path, table(rows=first)).R
     periods = [",".join([repr(2.0 * math.pi / float(row.split(",")[0])), *row.split(",")[1:]]) for row in lines[1:]]
     periods.sort(key=lambda row: (float(row.split(",")[1]), float(row.split(",")[0])))
-    assert read(tmp_path, table(HEAD.replace("omega [rad/s]", "T [s]"), periods)).R == pytest.approx(plain.R)
+    assert pytest.approx(plain.R) == read(tmp_path, table(HEAD.replace("omega [rad/s]", "T [s]"), periods)).R
 
 
 ROWS = table().splitlines()[1:]
