@@ -132,7 +132,8 @@ def steer(
     speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None, current: o.Current = None,
     gusts: o.Gusts = None, waves: o.Waves = None, depth: o.Depth = None, other: o.Other = None,
     mmsi: o.Mmsi = None, sensors: o.WithSensors = False, seed: o.InstrumentSeed = 0, log: o.SentenceLog = None,
-    out: o.Record = None, beside: o.Beside = None, simulator: o.Simulator = False, json: o.Json = False,
+    out: o.Record = None, beside: o.Beside = None, simulator: o.Simulator = False, sea: o.Sea = None,
+    rao: o.RaoFile = None, roll_damping: o.RollDamping = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Run a ship as an NMEA 0183 device in real time."""
     from ..engine import SimulationError
@@ -142,6 +143,7 @@ def steer(
               rate=rate, factor=factor, duration=duration, hold=hold, commander=commander or (), speed=speed,
               heading=heading, wind=wind, current=current, gusts=gusts, waves=waves, depth=depth, other=other or (),
               mmsi=mmsi, sensors=sensors, seed=seed, log=log, out=out, beside=beside, simulator=simulator, note=note,
+              sea=sea, rao=rao, roll_damping=roll_damping,
               printed=lambda text: hand_on(text, aside=json))  # fmt: skip
     _summarise(ran, json)
     if ran.failure is not None:

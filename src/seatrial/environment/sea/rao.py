@@ -102,15 +102,18 @@ class Rao:
         amplitude = np.abs(_turned(R, self.chi, np.mod(waves.beta - psi, 2.0 * math.pi)[None, :])[0])
         return 0.5 * (waves.a**2) @ amplitude**2
 
-    def motions(self, waves: Waves, t: Array, x: Array, y: Array, psi: Array, rate: Array) -> tuple[Array, Array]:
+    def motions(
+        self, waves: Waves, t: Array, x: Array, y: Array, psi: Array, rate: Array, table: Complex | None = None
+    ) -> tuple[Array, Array]:
         """Motions along a slow track and their rates, each of shape (samples, 6).
 
         Args:
             waves: components of the sea.
             t, x, y, psi: times [s], places [m] and headings [rad] of midship without waves, shape (samples,).
             rate: velocity of midship over ground, north and east [m/s], shape (samples, 2).
+            table: the operators `at` the waves, where a caller has kept them.
         """
-        R = self.at(waves.omega)
+        R = self.at(waves.omega) if table is None else table
         out, speed = np.empty((2, t.size, 6))
         for start in range(0, t.size, _ROWS):
             rows = slice(start, start + _ROWS)

@@ -6,18 +6,25 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...data import Trial
-from ...environment.sea import Sea
+from ...environment.sea import Sea, encountered
 from ...environment.sea.rao import MODES, Rao
 from ...ships import Ship
 from ...ships.felt import feels
 from .. import RequestError
 from ..request import Around, Note
 
+if TYPE_CHECKING:
+    from ...realtime.conning import SteeringControl
+    from ...realtime.fleet import Vessel
+
 _MOST_ROLL = math.radians(30.0)
+_SLOWEST = 0.4
+"""Lowest frequency of a wave filter [rad/s]: the floor of trackers of the encounter; slower is the rudder's own."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +76,19 @@ class Seaway:
             note(f"warning: --rao: roll reaches {math.degrees(most):.3g} deg; operators hold for small angles "
                  "(computed ones lack the damping of keels and eddies; see --roll-damping)")  # fmt: skip
         return total, motions
+
+    def rock(self, vessel: Vessel, control: SteeringControl) -> None:
+        """Let the instruments of a running ship see its motion in waves, and its autopilot filter it out."""
+        from ...realtime.wave_filter import WaveFilter
+        from ...sensors.seaway import Seen
+
+        if self.sea is None or self.rao is None:
+            return
+        plant = vessel.plant
+        vessel.seen = Seen(plant, self.sea, self.rao).at(plant.t)
+        chi = self.sea.gamma_W + math.pi - plant["psi"]
+        met = encountered(np.array([self.sea.spectrum.omega_P]), math.hypot(plant["u"], plant["v_m"]), chi)
+        control.filter = WaveFilter(max(abs(float(met[0])), _SLOWEST))
 
 
 def bound_for(
