@@ -116,6 +116,9 @@ Wind = Annotated[str | None, Option(help="Set the true wind M/S,DEG: speed and d
 Gusts = Annotated[str | None, Option(help="Add gusts of a spectrum such as davenport.")]
 Current = Annotated[str | None, Option(help="Set the current M/S,DEG: speed and direction it flows towards.")]
 Waves = Annotated[str | None, Option(help="Set waves M,S,DEG: height, mean period, direction they come from.")]
+Sea = Annotated[str | None, Option(help="Set an irregular sea: a file, or M,S,DEG (JONSWAP, peak period).")]
+RaoFile = Annotated[Path | None, Option("--rao", help="Read operators of the motion in waves: .nc or .csv.")]
+RollDamping = Annotated[float | None, Option(help="Add damping of roll to an .nc file, as a share of critical.")]
 Depth = Annotated[float | None, Option(help="Set the water depth [m]; deep water unless given.")]
 
 # Trials and predictions.

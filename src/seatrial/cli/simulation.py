@@ -18,6 +18,7 @@ from .render import emit, figure, hand_on, note, say, say_lines, show_table
 if TYPE_CHECKING:
     from ..manoeuvres import Index
     from ..workflow.ranges import Ranged
+    from ..workflow.seaway import Motion
     from ..workflow.simulation import Simulated
     from ..workflow.steer import Steered
 
@@ -29,6 +30,7 @@ def simulate(
     steer: o.Steer = None, side: o.Side = None, seed: o.Seed = None, speed: o.ApproachSpeed = None, rps: o.Rps = None,
     throttle: o.Throttle = None, duration: o.Duration = None, dt: o.TimeStep = None, wind: o.Wind = None,
     gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
+    sea: o.Sea = None, rao: o.RaoFile = None, roll_damping: o.RollDamping = None,
     device: o.Device = "cpu", bands: o.Bands = None, draws: o.Draws = None, extrapolate: o.Extrapolate = False,
     out: o.TrialOut = None, of: o.FromCampaign = None, json: o.Json = False,
 ) -> None:  # fmt: skip
@@ -45,6 +47,8 @@ def simulate(
     if bands is not None:
         from ..workflow.evidence.bands import DRAWS, simulate_with_bands
 
+        if sea is not None or rao is not None or roll_damping is not None:
+            raise RequestError("--sea and --rao: bands are of the motion without waves; leave them or --bands out")
         if device != "cpu":
             raise RequestError(f"--device {device}: bands are computed on the processor; leave the option out")
         banded = simulate_with_bands(
@@ -60,14 +64,27 @@ def simulate(
 
     ran = run(ship, name, rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps,
               duration=duration, dt=dt, device=device, out=out, note=note, wind=wind, gusts=gusts, current=current,
-              waves=waves, depth=depth, steer=steer, throttle=throttle)  # fmt: skip
+              waves=waves, depth=depth, steer=steer, throttle=throttle, sea=sea, rao=rao,
+              roll_damping=roll_damping)  # fmt: skip
     indices = {key: index_document(index) for key, index in ran.indices.items()}
     if json:
         emit({"ship": ran.ship.name, "manoeuvre": name, "settings": ran.settings, "complete": ran.complete,
-              "reason": ran.reason, "time": ran.trial.duration, "indices": indices})  # fmt: skip
+              "reason": ran.reason, "time": ran.trial.duration, "indices": indices,
+              **({"motions": {name: vars(one) for name, one in ran.motions.items()}} if ran.motions else {})
+              })  # fmt: skip
     else:
         show_indices(f"{ran.ship.name}, {ran.policy.kind}", indices)
+        if ran.motions:
+            _show_motions(ran.motions)
     _incomplete(ran)
+
+
+def _show_motions(motions: Mapping[str, Motion]) -> None:
+    """Motions in waves: lengths in m, angles in degrees."""
+    rows = [(name, figure(one.expected * scale), figure(one.found * scale), figure(one.greatest * scale), unit)
+            for name, one in motions.items()
+            for scale, unit in [(1.0, "m") if one.unit == "m" else (1.0 / DEGREE, "deg")]]  # fmt: skip
+    show_table(("motion in waves", "rms on the first heading", "rms", "greatest", "unit"), rows, right=(1, 2, 3))
 
 
 def _incomplete(ran: Simulated) -> None:
@@ -117,7 +134,8 @@ def steer(
     speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None, current: o.Current = None,
     gusts: o.Gusts = None, waves: o.Waves = None, depth: o.Depth = None, other: o.Other = None,
     mmsi: o.Mmsi = None, sensors: o.WithSensors = False, seed: o.InstrumentSeed = 0, log: o.SentenceLog = None,
-    out: o.Record = None, beside: o.Beside = None, simulator: o.Simulator = False, json: o.Json = False,
+    out: o.Record = None, beside: o.Beside = None, simulator: o.Simulator = False, sea: o.Sea = None,
+    rao: o.RaoFile = None, roll_damping: o.RollDamping = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Run a ship as an NMEA 0183 device in real time."""
     from ..engine import SimulationError
@@ -127,6 +145,7 @@ def steer(
               rate=rate, factor=factor, duration=duration, hold=hold, commander=commander or (), speed=speed,
               heading=heading, wind=wind, current=current, gusts=gusts, waves=waves, depth=depth, other=other or (),
               mmsi=mmsi, sensors=sensors, seed=seed, log=log, out=out, beside=beside, simulator=simulator, note=note,
+              sea=sea, rao=rao, roll_damping=roll_damping,
               printed=lambda text: hand_on(text, aside=json))  # fmt: skip
     _summarise(ran, json)
     if ran.failure is not None:

@@ -27,6 +27,7 @@ from ..ships import Ship
 from ..ships.felt import idle
 from .helm import limits, obeying, ranges
 from .loop import Loop
+from .wave_filter import WaveFilter
 from .wire import ANYBODY, Authority
 
 TELEGRAPH: Mapping[str, float] = MappingProxyType({
@@ -329,6 +330,7 @@ class SteeringControl:
         course: heading to steer [rad]; None while it does not steer.
         rate: limit of the rate at which the reference heading approaches `course` [rad/s].
         across: distance to starboard of the track [m]; `course` is then the direction of the track. None: no track.
+        filter: takes what waves add out of heading and rate of turn; None: there are none.
     """
 
     gains: Gains
@@ -337,6 +339,7 @@ class SteeringControl:
     course: float | None = None
     rate: float = math.inf
     across: float | None = None
+    filter: WaveFilter | None = None
     _reference: float | None = None
     _integral: float = 0.0
 
@@ -353,12 +356,17 @@ class SteeringControl:
     def let_go(self) -> None:
         """Stop steering and clear the integral."""
         self.course, self.rate, self.across, self._reference, self._integral = None, math.inf, None, None, 0.0
+        if self.filter is not None:
+            self.filter.reset()
 
     def snapshot(self) -> list[float | None]:
-        return [self.course, self.rate, self.across, self._reference, self._integral]
+        own = [self.course, self.rate, self.across, self._reference, self._integral]
+        return own if self.filter is None else [*own, *self.filter.snapshot()]
 
     def restore(self, saved: Sequence[Any]) -> None:
-        self.course, self.rate, self.across, self._reference, self._integral = saved
+        self.course, self.rate, self.across, self._reference, self._integral = saved[:5]
+        if self.filter is not None:
+            self.filter.restore(saved[5:])
 
     def rudder(self, psi: float, r: float, dt: float, limit: float = math.inf) -> float:
         """Rudder for the next `dt` seconds [rad]; 0 while it does not steer.
@@ -370,6 +378,8 @@ class SteeringControl:
         """
         if self.course is None:
             return 0.0
+        if self.filter is not None:
+            psi, r = self.filter.step(psi, r, dt)
         aim = float(self.course if self.across is None else los_heading(self.course, self.across, self.ahead))
         before = psi if self._reference is None else self._reference
         step = float(wrapped(aim - before))

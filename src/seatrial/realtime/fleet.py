@@ -17,6 +17,7 @@ from ..core.parameters import unknown
 from ..engine import SimulationError
 from ..environment import Environment
 from ..sensors import Reading
+from ..sensors.seaway import Seen
 from ..sensors.suite import Suite, Watch
 from ..ships import ShipError
 from .helm import CommandError, clipped
@@ -64,12 +65,14 @@ class Vessel:
         outside: a state outside the range of validity, if any.
         readings: readings of the instruments during the last tick.
         altered: faults of the instruments: what the readings of a tick become; None without any.
+        seen: the ship in a sea, as its instruments see it; None is calm.
     """
 
     def __init__(self, name: str, plant: Plant) -> None:
         self.name, self.plant = name, plant
         self.watch: Watch | None = None
         self.altered: Callable[[list[Reading]], list[Reading]] | None = None
+        self.seen: Seen | None = None
         self.recall({})
 
     def known(self) -> dict[str, Any]:
@@ -192,11 +195,11 @@ class Fleet:
 
     @staticmethod
     def _sail(vessel: Vessel, steps: int) -> None:
-        plant, watch, readings = vessel.plant, vessel.watch, vessel.readings
+        plant, watch, readings, seen = vessel.plant, vessel.watch, vessel.readings, vessel.seen
         for _ in range(steps):
             plant.step()
             if watch is not None:
-                readings += watch.read(plant.t, plant)
+                readings += watch.read(plant.t, plant if seen is None else seen.at(plant.t))
         if vessel.altered is not None:
             readings[:] = vessel.altered(readings)
 

@@ -7,7 +7,7 @@ import inspect
 import math
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Unpack
@@ -29,6 +29,7 @@ from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.approach import approach, step_doubt, surge_balance, time_step
 from . import RequestError
 from .request import DEGREE, Around, Note, doubts, finite, make_folder, positive, ship_of, silent, surroundings
+from .seaway import Motion, bound_for
 
 # A manoeuvre that is not over after this many ship lengths of way never will be.
 _FIRST, _LAST = 30.0, 2000.0
@@ -118,6 +119,7 @@ class Simulated:
         settings: speed, revolutions, set points, time step and surroundings, in the units of the request.
         complete: whether the manoeuvre ended and a requested duration was reached.
         reason: why the run ended before; None where it is complete.
+        motions: motions in waves by name; empty without a sea.
     """
 
     ship: Ship
@@ -126,6 +128,7 @@ class Simulated:
     settings: Mapping[str, object]
     complete: bool
     reason: str | None = None
+    motions: Mapping[str, Motion] = field(default_factory=dict[str, Motion])
 
     @property
     def indices(self) -> Mapping[str, Index]:
@@ -138,7 +141,8 @@ def simulate(
     ship: str | Path | Ship, manoeuvre: str | Manoeuvre, *, rudder: float | None = None, heading: float | None = None,
     side: str | None = None, seed: int | None = None, speed: float | None = None, rps: float | None = None,
     duration: float | None = None, dt: float | None = None, device: str = "cpu", out: Path | None = None,
-    note: Note = silent, steer: float | None = None, throttle: float | None = None, **around: Unpack[Around],
+    note: Note = silent, steer: float | None = None, throttle: float | None = None, sea: str | None = None,
+    rao: Path | None = None, roll_damping: float | None = None, **around: Unpack[Around],
 ) -> Simulated:  # fmt: skip
     """Run a manoeuvre; without a duration until it holds all its indices.
 
@@ -147,6 +151,7 @@ def simulate(
         manoeuvre: its kind, see `known`, or the manoeuvre itself, which takes no rudder, heading or side.
         steer, throttle: what stands for `rudder` and `rps` where the ship has neither [%].
         note: takes warnings.
+        sea, rao, roll_damping: an irregular sea and the operators of the ship's motion in it, see `seaway`.
         around: weather and depth, see `surroundings`.
 
     The others are the options of `seatrial simulate`, whose help has their meaning and units.
@@ -158,8 +163,7 @@ def simulate(
     positive(speed=speed, duration=duration, dt=dt, depth=around.get("depth"))
     device_of(device)
     finite(rps=rps)
-    if seed is not None and seed < 0:
-        raise RequestError(f"--seed is {seed}; it is zero or above")
+    _check_seed(seed)
     takes = manoeuvre.takes if isinstance(manoeuvre, Manoeuvre) else find(manoeuvre).takes
     vessel = ship_of(ship)
     if isinstance(manoeuvre, str):
@@ -170,15 +174,17 @@ def simulate(
         note(f"warning: {line}")
     if dt is not None and (doubt := step_doubt(vessel, dt)) is not None:
         note(f"warning: --dt: {doubt}")
-    place = surroundings(vessel, 1 if seed is None else seed, note, **around)
+    seaway = bound_for(vessel, sea, rao, roll_damping, 1 if seed is None else seed, around, note)
+    place = surroundings(vessel, 1 if seed is None else seed, note, **seaway.around)
     U, n_P = approach(vessel, speed, rps)
     given = {"rudder": rudder, "heading": heading, "side": side,
-             "seed": seed if not around.get("gusts") or "seed" in takes else None}  # fmt: skip
+             "seed": seed if not (around.get("gusts") or sea) or "seed" in takes else None}  # fmt: skip
     options = {key: value for key, value in given.items() if value is not None}
     policy = manoeuvre if isinstance(manoeuvre, Manoeuvre) else order(manoeuvre, vessel, U, n_P, options)
     run, reason = _run(vessel, policy, U, duration, dt, place.weather, device)
     for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
         note(line)
+    run, motions = seaway.seen(run, note)
     if out is not None:
         from ..data.trialfile import write_trial
 
@@ -187,8 +193,13 @@ def simulate(
         note(f"wrote {out}")
     ahead = {"throttle": 100.0 * n_P} if throttled(vessel) else {"rps": n_P}
     settings = {"speed": U, **ahead, **_set_points(vessel, policy, side), "duration": run.duration,
-                "dt": dt or time_step(vessel), **place.settings}  # fmt: skip
-    return Simulated(vessel, policy, run, settings, reason is None, reason)
+                "dt": dt or time_step(vessel), **place.settings, **seaway.settings}  # fmt: skip
+    return Simulated(vessel, policy, run, settings, reason is None, reason, motions)
+
+
+def _check_seed(seed: int | None) -> None:
+    if seed is not None and seed < 0:
+        raise RequestError(f"--seed is {seed}; it is zero or above")
 
 
 def helm_of(ship: Ship, manoeuvre: str, rudder: float | None, steer: float | None) -> float | None:

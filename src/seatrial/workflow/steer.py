@@ -42,6 +42,7 @@ from .request import (
     speed_of,
     surroundings,
 )
+from .seaway import bound_for
 
 OWN = "ship"
 
@@ -80,7 +81,7 @@ def steer(
     speed: float | None = None, heading: float = 0.0, other: Sequence[str] = (), mmsi: int | None = None,
     sensors: bool = False, seed: int = 0, log: Path | None = None, out: Path | None = None,
     beside: str | None = None, simulator: bool = False, note: Note = silent, printed: Note = silent,
-    **around: Unpack[Around],
+    sea: str | None = None, rao: Path | None = None, roll_damping: float | None = None, **around: Unpack[Around],
 ) -> Steered:  # fmt: skip
     """Run a ship as an NMEA 0183 device until the duration is over, Ctrl-C, or the end of the program beside it.
 
@@ -88,6 +89,7 @@ def steer(
         ship: a name of the library, a ship file or a ship.
         note: takes the address and events.
         printed: takes the standard output of the program beside the ship.
+        sea, rao, roll_damping: an irregular sea and the operators of the ship's motion in it, see `seaway`.
         around: weather and depth, see `surroundings`.
 
     The others are the options of `seatrial steer`, whose help has their meaning and units.
@@ -101,7 +103,8 @@ def steer(
     vessel = ship_of(ship)
     start = (0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), 0.0, 0.0)
     offset = None if antenna is None else pair("--antenna", antenna, "FORWARD,STARBOARD in metres")
-    weather = surroundings(vessel, seed, note, **around).weather
+    seaway = bound_for(vessel, sea, rao, roll_damping, seed, around, note)
+    weather = surroundings(vessel, seed, note, **seaway.around).weather
     try:
         address, *targets = (Address.parse(one, anywhere) for one in (nmea, *to))
         loop = _loop(vessel, start, rate, factor, weather, other, seed, note,
@@ -113,6 +116,7 @@ def steer(
         raise RequestError(str(error)) from None
     try:
         on_wire = _on_wire(loop, wire, speech, hold, authority)
+        seaway.rock(loop.vessels[OWN], on_wire.conning.control)
         record = None if out is None else _recording(loop, out, speech.fittings, place is not None)
         _hear_others(loop, on_wire)
         with writing(log) as on_wire.log:
