@@ -156,9 +156,9 @@ def bridge(
     gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
     seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = None, place: o.Place = None,
     chart: o.BridgeChart = None, out: o.RecordingFolder = Path(), hold: o.Hold = 5.0,
-    scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None, to: o.To = None, framed: o.Framed = False, only: o.Sentences = None, commander: o.Commander = None,
-    mmsi: o.Mmsi = None, simulator: o.Simulator = False, log: o.SentenceLog = None, signalk: o.WithSignalK = False,
-    rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
+    scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None, to: o.To = None, framed: o.Framed = False,
+    only: o.Sentences = None, commander: o.Commander = None, mmsi: o.Mmsi = None, simulator: o.Simulator = False,
+    log: o.SentenceLog = None, signalk: o.WithSignalK = False, rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
     if scenario is not None or nmea is not None or signalk or rosbridge or can is not None:

@@ -7,7 +7,7 @@ import { DEGREE, KNOT, angle, course, fixed, sided, utc } from "./shared/units.j
 const CELLS = [
   ["heading", "Heading", "°"], ["course", "Course", "°"], ["turn", "Rate of turn", "°/min"],
   ["speed", "Speed, ground", "kn"], ["water", "Ahead, water", "kn"], ["drift", "Drift angle", ""],
-  ["across", "Sideways", "kn"], ["wind", "Wind, relative", "kn"], ["from", "from the bow", ""],
+  ["across", "Sideways", "kn"], ["wind", "Wind, relative", "kn"], ["from", "Wind from bow", ""],
   ["depth", "Depth", "m"], ["keel", "Under keel", "m"], ["gap", "Ghost, distance", "m"], ["off", "Ghost, heading", ""],
 ];
 
@@ -84,7 +84,7 @@ export class Conning {
     for (let degrees = Math.ceil((now - TAPE) / 5) * 5; degrees <= now + TAPE; degrees += 5) {
       const x = middle + (degrees - now) * per;
       g.beginPath(); g.moveTo(x, 4 * k); g.lineTo(x, (degrees % 10 ? 8 : 12) * k); g.stroke();
-      if (degrees % 10 === 0) g.fillText(course(degrees * DEGREE).slice(0, 3), x, 25 * k);
+      if (degrees % 10 === 0 && Math.abs(x - middle) < middle - 12 * k) g.fillText(course(degrees * DEGREE).slice(0, 3), x, 25 * k);
     }
     g.fillStyle = c.actual;
     g.beginPath(); g.moveTo(middle, 13 * k); g.lineTo(middle - 6 * k, 0); g.lineTo(middle + 6 * k, 0); g.fill();
