@@ -175,10 +175,10 @@ def bridge(
     factor: o.Factor = 1.0, speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None,
     gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
     seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = None, place: o.Place = None,
-    out: o.RecordingFolder = Path(), hold: o.Hold = 5.0, scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None,
-    to: o.To = None, framed: o.Framed = False, only: o.Sentences = None, commander: o.Commander = None,
-    mmsi: o.Mmsi = None, simulator: o.Simulator = False, log: o.SentenceLog = None, signalk: o.WithSignalK = False,
-    rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
+    chart: o.BridgeChart = None, out: o.RecordingFolder = Path(), hold: o.Hold = 5.0,
+    scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None, to: o.To = None, framed: o.Framed = False,
+    only: o.Sentences = None, commander: o.Commander = None, mmsi: o.Mmsi = None, simulator: o.Simulator = False,
+    log: o.SentenceLog = None, signalk: o.WithSignalK = False, rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
     if scenario is not None or nmea is not None or signalk or rosbridge or can is not None:
@@ -188,8 +188,8 @@ def bridge(
             raise RequestError("--ghost: a measured trial is shown without --nmea and --scenario only")
         rigged = rig(ship, nmea, scenario, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed,
                      heading=heading, wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed,
-                     other=other or (), place=place, out=out, hold=hold, to=to or (), framed=framed, only=only,
-                     commander=commander or (), mmsi=mmsi, simulator=simulator, log=log, signalk=signalk,
+                     other=other or (), place=place, chart=chart, out=out, hold=hold, to=to or (), framed=framed,
+                     only=only, commander=commander or (), mmsi=mmsi, simulator=simulator, log=log, signalk=signalk,
                      rosbridge=rosbridge, can=can, note=note)  # fmt: skip
         say_lines(*rigged.written)
         return
@@ -199,7 +199,7 @@ def bridge(
 
     recordings = run(ship, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed, heading=heading,
                      wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed, ghost=ghost,
-                     other=other or (), place=place, out=out, hold=hold, note=note)  # fmt: skip
+                     other=other or (), place=place, chart=chart, out=out, hold=hold, note=note)  # fmt: skip
     say_lines(*recordings)
 
 

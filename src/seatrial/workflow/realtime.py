@@ -11,17 +11,18 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Unpack
 
+from ..core.errors import ChartError
 from ..data.geodesy import Datum
 from ..environment import Weather
 from ..manoeuvres import Manoeuvre
 from ..models import unit
 from ..realtime.bridge.deck import Deck, Outfit
 from ..realtime.bridge.ghost import Ghost
+from ..realtime.bridge.situation import Situation, read_chart
 from ..realtime.bridge.view import OWN
 from ..realtime.conning import CourseKeeper
 from ..realtime.loop import Loop, LoopError
 from ..realtime.plant import Plant, plant_of, rate_of
-from ..realtime.recording import dated
 from ..ships import Ship
 from . import RequestError
 from .request import DEGREE, Around, Note, numbers, obeyed, positive, ship_of, silent, speed_of, surroundings
@@ -147,14 +148,14 @@ def address(listening: socket.socket, key: str = "") -> str:
 def bridge(
     ship: str | Path | Ship, *, host: str = HERE, port: int = 8020, anywhere: bool = False, factor: float = 1.0,
     speed: float | None = None, heading: float = 0.0, seed: int = 1, ghost: Path | None = None,
-    other: Sequence[str] = (), place: str | None = None, out: Path = Path(), hold: float = 5.0, note: Note = silent,
-    **around: Unpack[Around],
+    other: Sequence[str] = (), place: str | None = None, chart: str | None = None, out: Path = Path(),
+    hold: float = 5.0, note: Note = silent, **around: Unpack[Around],
 ) -> list[Path]:  # fmt: skip
     """Serve a page on which a ship is steered by hand, until Ctrl-C.
 
     Args:
         ship: a name of the library, a ship file or a ship.
-        place: initial ``LAT,LON`` [deg], for the recordings; a ghost gives its own.
+        place: ``LAT,LON`` [deg] of the start, for the page and the recordings; a ghost gives its own.
         note: takes the address of the page and events.
         around: weather and depth, see `surroundings`.
 
@@ -171,10 +172,8 @@ def bridge(
         raise RequestError("--place and --ghost both set the position; leave out --place")
     datum = datum_of(place)
     with listen(host, port, anywhere) as listening:
-        serve = server_of(anywhere)
-        vessel = ship_of(ship)
-        beside = _ghost(vessel, ghost, note)
-        rate = rate_of(vessel, _RATE)
+        serve, vessel = server_of(anywhere), ship_of(ship)
+        beside, rate = _ghost(vessel, ghost, note), rate_of(vessel, _RATE)
         weather = surroundings(vessel, seed, note, **around).weather
         start = (0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), 0.0, 0.0)
         own = plant_of(vessel, rate, weather, start if beside is None else beside.start, seed, beside is None)
@@ -186,8 +185,8 @@ def bridge(
             what = "a file" if out.exists() else "no such folder"
             raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
         keep_course(loop, (name for name in loop.vessels if name != OWN), note)
-        meta = dated(round(time.time()), datum if beside is None else beside.datum)
-        deck = Deck(loop, Outfit(drills(vessel), out, beside, hold, cannot(vessel), meta))
+        situation = situation_of(chart, datum if beside is None else beside.datum, round(time.time()))
+        deck = Deck(loop, Outfit(drills(vessel), out, beside, hold, cannot(vessel), situation.meta, None, situation))
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")
         try:
@@ -196,6 +195,21 @@ def bridge(
             obeyed()
             note("ended")
         return [*deck.close()]
+
+
+def situation_of(chart: str | None, datum: Datum | None, epoch: float) -> Situation:
+    """Place, date and chart of a page.
+
+    Raises:
+        RequestError: a file that is no chart, or one that is elsewhere.
+    """
+    if chart is None:
+        return Situation(datum, epoch)
+    try:
+        shown, here = read_chart(chart, datum)
+    except ChartError as error:
+        raise RequestError(f"--chart: {error}") from None
+    return Situation(here, epoch, shown)
 
 
 Routes = Callable[[Any], None]

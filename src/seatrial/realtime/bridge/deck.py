@@ -22,8 +22,10 @@ from ...simulate.approach import approach
 from ..helm import CommandError
 from ..loop import Loop
 from ..recording import Recording, orders_path
+from .autopilot import Autopilot
 from .drill import Drill
 from .ghost import Ghost
+from .situation import Situation
 from .view import OWN, Moment, Trail, bells, gear, indices_json, motion, order_json, outline
 
 PERIOD = 0.05
@@ -82,6 +84,7 @@ class Outfit:
         cannot: manoeuvres that the ship cannot perform, with the reason.
         meta: further sidecar entries of the recordings, such as `recording.dated`.
         companion: a range around the ship, if there is one.
+        situation: place, date and chart.
     """
 
     drills: Mapping[str, Orderer] = field(default_factory=dict[str, Orderer])
@@ -91,6 +94,7 @@ class Outfit:
     cannot: Mapping[str, str] = field(default_factory=dict[str, str])
     meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
     companion: Companion | None = None
+    situation: Situation = field(default_factory=Situation)
 
 
 class Deck:
@@ -113,6 +117,7 @@ class Deck:
         self.command = Command(outfit.hold)
         self.fresh: Callable[[], None] = lambda: None
         self._trail = Trail(self._vessel.plant, self._speed)
+        self._autopilot = Autopilot(self._vessel.plant)
         self._drill: Drill | None = None
         self._drill_name, self._drill_turns = "", 0.0
         self._recorder = Recorder(loop, outfit.folder, outfit.meta)
@@ -123,6 +128,7 @@ class Deck:
         self._seen = motion(loop, self._gear)
         self._doing: Mapping[str, Callable[[Request], None]] = {
             "order": self._order, "around": self._around, "drill": self._begin, "end": lambda _: self._let_go(),
+            "hold": self._hold, "manual": lambda _: self._let_go(),
             "record": lambda _: self._recorder.start(), "unrecord": self._stop_recording, "ghost": self._lay_ghost,
             "pause": lambda _: loop.pause(), "resume": lambda _: loop.resume(), "step": self._step, "pace": self._pace,
             "reset": lambda _: loop.reset(), "save": self._save, "back": self._back,
@@ -165,6 +171,7 @@ class Deck:
             "ghost": None if ghost is None else {"name": ghost.name, "duration": ghost.duration, "ship": ghost.ship},
             "feels": {what: feels(plant.ship, channel) for what, channel in _FELT.items()},
             "trail": self._trail.rows(), "hold": self._outfit.hold,
+            "autopilot": self._autopilot.able, **self._outfit.situation.hello(plant),
             "range": None if self._outfit.companion is None else self._outfit.companion.hello(),
         }  # fmt: skip
 
@@ -187,7 +194,8 @@ class Deck:
             "record": self._recorder.told, "kept": None if self._kept is None else self._kept[0],
             "drill": None if drill is None else
             [self._drill_name, drill.over, drill.complete, indices_json(drill.indices)],
-            "following": self._following,
+            "following": self._following, "held": self._autopilot.course,
+            **self._outfit.situation.frame(vessel.plant),
             "range": None if self._outfit.companion is None else self._outfit.companion.frame(),
         }  # fmt: skip
 
@@ -201,6 +209,7 @@ class Deck:
         """Restore the result of `snapshot`."""
         self.reset()
         ghost = self._outfit.ghost
+        self._autopilot.restore(saved["autopilot"])
         if saved["drill"] is not None:
             name, turns, state = saved["drill"]
             self._set_about(name, turns).restore(state)
@@ -253,6 +262,8 @@ class Deck:
                           "rudder midships")  # fmt: skip
         elif self._following and ghost is not None:
             orders = ghost.orders(loop.t)
+        elif self._autopilot.course is not None:
+            orders = {"delta": self._autopilot.rudder(1.0 / loop.rate)}
         else:
             return
         for name, value in orders.items():
@@ -263,8 +274,18 @@ class Deck:
         if name not in self._vessel.plant.orders:
             raise CommandError("no such control")
         self._steers()
-        self._let_go()
+        kind = next((order.kind for order in self._gear if order.name == name), "")
+        if self._autopilot.course is None or kind != "engine":  # a held heading leaves the engine to the mariner
+            self._let_go()
         self._loop.order(OWN, str(name), value)
+
+    def _hold(self, said: Request) -> None:
+        course = number(said, "psi")
+        self._steers()
+        self._sails()
+        if self._autopilot.course is None:
+            self._let_go()
+        self._autopilot.engage(course)
 
     def _around(self, said: Request) -> None:
         U_T, U_C = number(said, "U_T"), number(said, "U_C")
@@ -301,6 +322,7 @@ class Deck:
     def _let_go(self) -> None:
         """End automatic steering; a manual order does so."""
         self._following = False
+        self._autopilot.disengage()
         if self._drill is not None:
             self._drill.over = True
 

@@ -1,6 +1,6 @@
-// Drawing: a canvas at the resolution of the screen, round numbers, day and night colours.
+// Drawing: a canvas at the resolution of the screen, round numbers, the colours and the size of text of the page.
 
-let palette = null, moved = () => {};
+let palette = null, wide = 0, grown = 1;
 
 /** Present colours of the style sheet by name. */
 export function colours(names) {
@@ -25,22 +25,16 @@ export function nice(wanted) {
   return [1, 2, 5, 10].map(m => m * decade).find(step => step >= wanted);
 }
 
-/** Day or night colours by a button; initially as the last time, else as the system prefers. */
-export function nightly(button, each = () => {}) {
-  moved = each;
-  const kept = localStorage.getItem("seatrial-night");
-  night(button, kept === null ? matchMedia("(prefers-color-scheme: dark)").matches : kept === "true");
-  const turn = () => {
-    night(button, document.documentElement.dataset.theme !== "night");
-    localStorage.setItem("seatrial-night", String(document.documentElement.dataset.theme === "night"));
-  };
-  button.onclick = turn;
-  return turn;
+/** Take the colours from the style sheet again, after a change of palette. */
+export function repaint() { palette = null; }
+
+/** Font of a size [pixels at the usual size of text], which grows with the text of the page. */
+export function font(size, weight = "") {
+  return `${weight} ${size * scale()}px system-ui, sans-serif`;
 }
 
-function night(button, on) {
-  document.documentElement.dataset.theme = on ? "night" : "day";
-  button.setAttribute("aria-pressed", String(on));
-  palette = null;
-  moved();
+/** Size of the text of the page relative to the usual one, for lengths in a drawing. */
+export function scale() {
+  if (innerWidth !== wide) { wide = innerWidth; grown = parseFloat(getComputedStyle(document.documentElement).fontSize) / 16; }
+  return grown;
 }

@@ -1,7 +1,8 @@
 // Conversion to the units of the page: degrees, knots, revolutions per minute.  All other data are SI and radians.
 
 export const DEGREE = Math.PI / 180;
-export const KNOT = 1852 / 3600;
+export const MILE = 1852;
+export const KNOT = MILE / 3600;
 
 const SHOWN = { "rad": ["°", 1 / DEGREE], "1/s": ["rpm", 60] };
 
@@ -26,6 +27,12 @@ export function sided(value, digits = 1, unit = "") {
   return Number(text) === 0 ? `${text}${unit}` : `${text}${unit} ${value < 0 ? "P" : "S"}`;
 }
 
+/** A distance in nautical miles, in metres where it is below a fiftieth of one. */
+export function miles(metres) {
+  const nm = metres / MILE;
+  return nm < 0.02 ? `${Number(metres.toPrecision(2))} m` : `${Number(nm.toPrecision(3))} NM`;
+}
+
 /** Seconds as h:mm:ss. */
 export function clock(t) {
   const s = Math.floor(t + 1e-6), two = n => String(n).padStart(2, "0");
@@ -40,3 +47,12 @@ export function figure([name, value, unit, lengths]) {
   return [name.replaceAll("_", " "), `${fixed(number, Math.abs(number) < 10 ? 2 : 1)} ${to === "-" ? "" : to}`,
     lengths === null ? "" : `${lengths.toFixed(2)} L`];
 }
+
+/** Latitude or longitude as degrees and minutes with its side. */
+export function angle(value, plus, minus, digits) {
+  const size = Math.round(Math.abs(value) * 60000) / 1000, whole = Math.floor(size / 60);
+  return `${String(whole).padStart(digits, "0")}°${(size - 60 * whole).toFixed(3).padStart(6, "0")}′${value < 0 ? minus : plus}`;
+}
+
+/** Time of day of seconds since 1970. */
+export const utc = seconds => new Date(1000 * seconds).toISOString().slice(11, 19);

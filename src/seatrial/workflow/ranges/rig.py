@@ -19,11 +19,10 @@ from ...realtime.loop import LoopError
 from ...realtime.range.panel import Panel
 from ...realtime.range.scenario import Other, Own, Sailing, Scenario, Weather
 from ...realtime.range.stage import Line, Stage
-from ...realtime.recording import dated
 from ...realtime.wire import Authority, Mute, WireError
 from ...ships import Ship
 from .. import RequestError
-from ..realtime import HERE, Routes, address, cannot, datum_of, drills, listen, other_of, server_of
+from ..realtime import HERE, Routes, address, cannot, datum_of, drills, listen, other_of, server_of, situation_of
 from ..request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
 from ..steer import writing
 from . import opened, split
@@ -45,8 +44,9 @@ class Rigged:
 def rig(
     ship: str | Path | Ship, nmea: str | None, scenario: Path | None = None, *, host: str = HERE, port: int = 8020,
     anywhere: bool = False, factor: float = 1.0, speed: float | None = None, heading: float = 0.0, seed: int = 1,
-    other: Sequence[str] = (), place: str | None = None, out: Path = Path(), hold: float = 5.0, to: Sequence[str] = (),
-    framed: bool = False, only: str | None = None, commander: Sequence[str] = (), mmsi: int | None = None,
+    other: Sequence[str] = (), place: str | None = None, chart: str | None = None, out: Path = Path(),
+    hold: float = 5.0, to: Sequence[str] = (), framed: bool = False, only: str | None = None,
+    commander: Sequence[str] = (), mmsi: int | None = None,
     simulator: bool = False, log: Path | None = None, signalk: bool = False, rosbridge: bool = False,
     can: str | None = None, note: Note = silent, **around: Unpack[Around],
 ) -> Rigged:  # fmt: skip
@@ -82,8 +82,9 @@ def rig(
         tied = Mute() if wire is None and (signalk or rosbridge or can is not None) else wire
         line = None if tied is None else Line(tied, framed, own, reports, max(hold, 10.0), authority, simulator, file)
         stage = _stage(played, factor, line)
-        meta = dated(played.epoch, played.datum)
-        deck = Deck(stage.loop, Outfit(drills(vessel), out, None, hold, cannot(vessel), meta, Panel(stage)))
+        situation = situation_of(chart, played.datum, played.epoch)
+        outfit = Outfit(drills(vessel), out, None, hold, cannot(vessel), situation.meta, Panel(stage), situation)
+        deck = Deck(stage.loop, outfit)
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{played.title}: {address(listening, key)} (Ctrl-C ends it)")
         if wire is not None:

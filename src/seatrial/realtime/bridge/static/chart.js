@@ -1,8 +1,11 @@
-// The chart: north up, in metres, with the ship to scale, its track, other ships, wind and current.
+// The chart: the ship to scale with its track, other ships, wind and current, over what `land` and `rings` draw.
 
-import { fitted, nice } from "./shared/canvas.js";
+import { Land } from "./land.js";
+import { Rings } from "./rings.js";
+import { View } from "./view.js";
+import { fitted, font, nice, scale } from "./shared/canvas.js";
 import { drawn, make } from "./shared/dom.js";
-import { KNOT, course, fixed } from "./shared/units.js";
+import { KNOT, MILE, course, fixed, miles } from "./shared/units.js";
 
 const SHAPE = [[0.5, 0], [0.42, 0.3], [0.3, 0.5], [-0.44, 0.5], [-0.5, 0.38]];
 const HULL = [...SHAPE, ...SHAPE.slice(1).reverse().map(([x, y]) => [x, -y])];
@@ -11,10 +14,10 @@ const MOST = 8000;
 export class Chart {
   constructor(section, colours) {
     this.canvas = section.querySelector("canvas");
-    this.weather = section.querySelector("#weather");
+    this.weather = section.querySelector("#weather"); this.reads = section.querySelector("#reads");
     this.colours = colours;
     this.track = []; this.ghostTrack = []; this.tracks = {};
-    this.follow = true; this.centre = [0, 0]; this.metre = null;
+    this.view = new View(); this.rings = new Rings(); this.land = new Land(); this.own = null;
     this.#pointers = new Map();
     this.#listen(section);
   }
@@ -22,8 +25,9 @@ export class Chart {
   #pointers;
 
   begin(hello) {
-    if (this.hello?.ship.L !== hello.ship.L) this.metre = null;
+    if (this.hello?.ship.L !== hello.ship.L) this.view.metre = null;
     this.hello = hello;
+    this.land.begin(hello);
     this.track = hello.trail.map(row => [row[1], row[2]]);
     this.ghostTrack = []; this.tracks = {};
   }
@@ -43,63 +47,50 @@ export class Chart {
     for (const [name, pose] of Object.entries(frame.others)) add(this.tracks[name] ??= [], pose);
   }
 
-  zoom(by, at = null) {
-    const { width, height } = this.size, [px, py] = at ?? [width / 2, height / 2];
-    const low = 2 / this.hello.ship.L, next = Math.min(Math.max(this.metre * by, low / 40), low * 300);
-    if (!this.follow) {
-      const dx = (px - width / 2) * (1 / this.metre - 1 / next), dy = (py - height / 2) * (1 / this.metre - 1 / next);
-      this.centre = [this.centre[0] - dy, this.centre[1] + dx];
-    }
-    this.metre = next;
-  }
+  zoom(by, at = null) { this.view.zoom(by, this.hello.ship.L, at); }
 
-  draw(state) {
-    const { g, width, height } = fitted(this.canvas), c = this.colours();
-    this.metre ??= Math.min(width, height) / (9 * this.hello.ship.L);
-    if (this.follow) this.centre = [state.own[0], state.own[1]];
+  /** Turn bearing line and range marker on or off. */
+  marker() { if (this.own) this.rings.toggle(this.own, this.view); }
+
+  draw(state, range) {
+    const { g, width, height } = fitted(this.canvas), c = this.colours(), view = this.view;
+    view.metre ??= Math.min(width, height) / (9 * this.hello.ship.L);
+    view.fit(width, height, state.own);
+    this.own = state.own;
     g.fillStyle = c.water;
     g.fillRect(0, 0, width, height);
-    this.#grid(g, c);
+    this.land.draw(g, view, range?.leg?.[0], c);
+    this.rings.draw(g, view, state.own, c);
     this.#line(g, this.track, state.own, c.actual, 2, []);
-    for (const [name, pose] of Object.entries(state.others)) {
-      this.#line(g, this.tracks[name] ?? [], pose, c.other, 1.5, [2, 4]);
-      this.#hull(g, this.hello.others[name], pose, c.other, name.replace(/^\d+ /, ""));
-      this.#vector(g, this.hello.others[name], pose, c.other);
-    }
+    this.#others(g, state, new Set((range?.contacts ?? []).filter(row => row[7]).map(row => row[0])), c);
     if (state.ghost) {
       this.#line(g, this.ghostTrack, state.ghost, c.ghost, 2, [8, 5]);
-      this.#hull(g, this.hello.ship, state.ghost, c.ghost, "ghost", true);
+      this.#hull(g, this.hello.ship, state.ghost, c.ghost, true);
     } else if (this.ghostTrack.length) this.#line(g, this.ghostTrack, this.ghostTrack.at(-1), c.ghost, 2, [8, 5]);
     this.#ahead(g, state.own, c);
-    this.#hull(g, this.hello.ship, state.own, c.actual, "");
+    this.#hull(g, this.hello.ship, state.own, c.actual);
     this.#vector(g, this.hello.ship, state.own, c.actual);
     this.#scale(g, c);
     this.#arrows(state, c);
   }
 
-  get size() { return { width: this.canvas.clientWidth, height: this.canvas.clientHeight }; }
+  #at(x, y) { return this.view.at(x, y); }
 
-  #at(x, y) {
-    const { width, height } = this.size;
-    return [width / 2 + (y - this.centre[1]) * this.metre, height / 2 - (x - this.centre[0]) * this.metre];
-  }
-
-  #grid(g, c) {
-    const step = nice(90 / this.metre), { width, height } = this.size;
-    const [north, east] = [this.centre[0] + height / 2 / this.metre, this.centre[1] - width / 2 / this.metre];
-    g.strokeStyle = c.line; g.lineWidth = 1; g.setLineDash([]);
-    g.beginPath();
-    for (let y = Math.ceil(east / step) * step; ; y += step) {
-      const px = Math.round(this.#at(0, y)[0]) + 0.5;
-      if (px > width) break;
-      g.moveTo(px, 0); g.lineTo(px, height);
+  /** Other ships; names that would cover each other are left out, those of dangerous ships come first. */
+  #others(g, state, dangerous, c) {
+    const names = Object.keys(state.others).sort((a, b) => dangerous.has(b) - dangerous.has(a)), taken = [], k = scale();
+    for (const name of names) {
+      const pose = state.others[name], colour = dangerous.has(name) ? c.ordered : c.other;
+      this.#line(g, this.tracks[name] ?? [], pose, c.other, 1.5, [2, 4]);
+      this.#hull(g, this.hello.others[name], pose, colour);
+      this.#vector(g, this.hello.others[name], pose, colour);
+      const [x, y] = this.#at(pose[0], pose[1]), text = `${dangerous.has(name) ? "! " : ""}${name.replace(/^\d+ /, "")}`;
+      g.font = font(12, dangerous.has(name) ? "600" : "");
+      const box = [x + 9 * k, y - 20 * k, x + 9 * k + g.measureText(text).width, y - 6 * k];
+      if (taken.some(one => box[0] < one[2] && one[0] < box[2] && box[1] < one[3] && one[1] < box[3])) continue;
+      taken.push(box);
+      g.fillStyle = colour; g.fillText(text, box[0], y - 8 * k);
     }
-    for (let x = Math.floor(north / step) * step; ; x -= step) {
-      const py = Math.round(this.#at(x, 0)[1]) + 0.5;
-      if (py > height) break;
-      g.moveTo(0, py); g.lineTo(width, py);
-    }
-    g.stroke();
   }
 
   #line(g, points, end, colour, width, dash) {
@@ -113,10 +104,10 @@ export class Chart {
   }
 
   /** A hull to scale, with a circle where it would be too small to see. */
-  #hull(g, ship, pose, colour, name, hollow = false) {
-    const [px, py] = this.#at(pose[0], pose[1]), L = ship.L * this.metre, B = ship.B * this.metre;
+  #hull(g, ship, pose, colour, hollow = false) {
+    const [px, py] = this.#at(pose[0], pose[1]), L = ship.L * this.view.metre, B = ship.B * this.view.metre;
     g.save();
-    g.translate(px, py); g.rotate(pose[2]);
+    g.translate(px, py); g.rotate(pose[2] - this.view.turned);
     g.beginPath();
     for (const [x, y] of HULL) g.lineTo(y * B, -x * L);
     g.closePath();
@@ -124,9 +115,11 @@ export class Chart {
     if (!hollow) { g.globalAlpha = 0.35; g.fill(); g.globalAlpha = 1; } else g.setLineDash([5, 3]);
     g.stroke();
     g.setLineDash([]);
-    if (L < 12) { g.beginPath(); g.arc(0, 0, 7, 0, 2 * Math.PI); g.stroke(); }
+    if (L < 12) {  // too small to see: a triangle that points where it heads
+      const k = 9 * scale();
+      g.beginPath(); g.moveTo(0, -k); g.lineTo(0.55 * k, 0.8 * k); g.lineTo(-0.55 * k, 0.8 * k); g.closePath(); g.stroke();
+    }
     g.restore();
-    if (name) { g.fillStyle = colour; g.font = "12px system-ui, sans-serif"; g.fillText(name, px + Math.max(B, 8), py - 8); }
   }
 
   /** Heading as a thin line; velocity over ground as an arrow: the distance run in the time of two ship lengths. */
@@ -157,47 +150,54 @@ export class Chart {
   }
 
   #scale(g, c) {
-    const step = nice(90 / this.metre), px = step * this.metre, { height } = this.size, y = height - 14;
-    g.strokeStyle = g.fillStyle = c.ink; g.lineWidth = 2;
-    g.beginPath(); g.moveTo(12, y - 5); g.lineTo(12, y); g.lineTo(12 + px, y); g.lineTo(12 + px, y - 5); g.stroke();
-    g.font = "12px system-ui, sans-serif";
-    g.fillText(step >= 1000 ? `${step / 1000} km` : `${step} m`, 16, y - 6);
+    const step = nice(90 / this.view.metre / MILE) * MILE, px = step * this.view.metre, k = scale(), y = this.view.height - 14 * k;
+    g.strokeStyle = g.fillStyle = c.ink; g.lineWidth = 2 * k;
+    g.beginPath(); g.moveTo(12 * k, y - 5 * k); g.lineTo(12 * k, y); g.lineTo(12 * k + px, y); g.lineTo(12 * k + px, y - 5 * k); g.stroke();
+    g.font = font(12);
+    g.fillText(miles(step), 16 * k, y - 6 * k);
+    const text = [this.view.says, this.rings.shown ? `rings ${miles(Rings.apart(this.view))}` : "", this.rings.marker ? this.rings.says(this.own) : ""].filter(Boolean).join(" · ");
+    if (this.reads.textContent !== text) this.reads.textContent = text;
   }
 
   #arrows(state, c) {
     const [wx, wy, cx, cy] = state.around;  // wind: direction from; current: direction towards
     const wind = Math.hypot(wx, wy), current = Math.hypot(cx, cy);
     const shown = [one("Wind", "from", wind, Math.atan2(wy, wx), Math.PI), one("Current", "to", current, Math.atan2(cy, cx), 0)];
-    const told = JSON.stringify([shown, c.ordered, c.other]);
+    const up = Math.round(this.view.turned / Math.PI * 180), told = JSON.stringify([shown, up, c.ordered, c.other]);
     if (this.weather.dataset.told === told) return;
     this.weather.dataset.told = told;
     this.weather.replaceChildren(...shown.map(([degrees, text], k) => degrees === null ? make("span", { class: "calm" }, text)
-      : make("span", {}, drawn("svg", { viewBox: "-12 -12 24 24", "aria-hidden": "true" }, drawn("g", { transform: `rotate(${degrees})` },
+      : make("span", {}, drawn("svg", { viewBox: "-12 -12 24 24", "aria-hidden": "true" }, drawn("g", { transform: `rotate(${degrees - up})` },
         drawn("path", { d: "M0 10V-9M-5 -3L0 -10L5 -3", stroke: [c.ordered, c.other][k] }))), text)));
   }
 
   #listen(section) {
     const canvas = this.canvas, pointers = this.#pointers;
     canvas.addEventListener("wheel", e => { e.preventDefault(); this.zoom(Math.exp(-e.deltaY / 500), [e.offsetX, e.offsetY]); }, { passive: false });
-    canvas.addEventListener("pointerdown", e => { canvas.setPointerCapture(e.pointerId); pointers.set(e.pointerId, [e.offsetX, e.offsetY]); });
+    let moved = 0;
+    canvas.addEventListener("pointerdown", e => { moved = pointers.size; canvas.setPointerCapture(e.pointerId); pointers.set(e.pointerId, [e.offsetX, e.offsetY]); });
     canvas.addEventListener("pointermove", e => {
       const before = pointers.get(e.pointerId);
       if (!before) return;
-      const now = [e.offsetX, e.offsetY];
+      const now = [e.offsetX, e.offsetY], by = Math.hypot(now[0] - before[0], now[1] - before[1]);
       if (pointers.size === 2) {
         const [other] = [...pointers].filter(([id]) => id !== e.pointerId).map(([, at]) => at);
         const far = p => Math.max(Math.hypot(p[0] - other[0], p[1] - other[1]), 1);
         this.zoom(far(now) / far(before));
-      } else if (Math.hypot(now[0] - before[0], now[1] - before[1]) > 2 || !this.follow) {
-        this.follow = false;
-        this.centre = [this.centre[0] + (now[1] - before[1]) / this.metre, this.centre[1] - (now[0] - before[0]) / this.metre];
-      } else return;
+      } else if (by > 2 || moved) this.view.pan(now[0] - before[0], now[1] - before[1]);
+      else return;
+      moved += 1;
       pointers.set(e.pointerId, now);
+    });
+    canvas.addEventListener("pointerup", e => {
+      if (this.rings.marker && this.own && !moved) this.rings.aim(this.view.place(e.offsetX, e.offsetY), this.own);
     });
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, e => pointers.delete(e.pointerId));
     section.querySelector('[data-zoom="in"]').onclick = () => this.zoom(1.5);
     section.querySelector('[data-zoom="out"]').onclick = () => this.zoom(1 / 1.5);
-    section.querySelector('[data-zoom="centre"]').onclick = () => { this.follow = true; };
+    section.querySelector('[data-zoom="centre"]').onclick = () => { this.view.follow = true; };
+    section.querySelector('[data-zoom="up"]').onclick = () => this.view.next(this.own);
+    section.querySelector('[data-zoom="marker"]').onclick = () => this.marker();
   }
 }
 

@@ -164,7 +164,9 @@ export class Scale extends Control {
     this.bar.querySelector(".zero").style.left = `${share(0)}%`;
     const end = value => [value, fixed(Number((size(value) * this.factor).toPrecision(Math.abs(value * this.factor) < 1000 ? 3 : 4)), 3).replace(/\.?0+$/, "")];
     const marks = this.angle ? [-30, -20, -10, 0, 10, 20, 30].map(d => [d * DEGREE, `${Math.abs(d)}`]) : [...(low ? [end(low)] : []), [0, "0"], end(high)];
-    if (this.order.sided) this.bar.append(make("span", { class: "way" }, "P"), make("span", { class: "way" }, "S"));
+    if (this.order.sided) this.bar.append(make("span", { class: "way port" }, "P"), make("span", { class: "way starboard" }, "S"));
+    this.bar.classList.toggle("sided", this.order.sided);
+    this.bar.style.setProperty("--zero", `${share(0)}%`);
     for (const [value, text] of marks) {
       if (value < low - 1e-9 || value > high + 1e-9) continue;
       const minor = this.angle && value && Math.abs(value) < 29 * DEGREE;
@@ -185,7 +187,8 @@ export class Dial extends Control {
     const ticks = Array.from({ length: 12 }, (_, k) => drawn("path", { class: "tick", transform: `rotate(${30 * k})`, d: "M0 -46V-41" }));
     this.needle = drawn("path", { class: "actual", d: "M-5 14L0 -36L5 14Z" });
     this.mark = drawn("path", { class: "ordered", d: "M0 -30V-46M-5 -38L0 -46L5 -38" });
-    const svg = drawn("svg", { viewBox: "-50 -50 100 100" }, drawn("circle", { r: 46 }), ...ticks, this.needle, this.mark);
+    const svg = drawn("svg", { viewBox: "-50 -50 100 100" }, drawn("circle", { r: 46 }),
+      drawn("path", { class: "port", d: "M0 -48A48 48 0 0 0 0 48" }), drawn("path", { class: "starboard", d: "M0 -48A48 48 0 0 1 0 48" }), ...ticks, this.needle, this.mark);
     this.element.append(svg);
     this.slider(svg, e => {
       const box = svg.getBoundingClientRect();

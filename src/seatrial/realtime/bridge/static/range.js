@@ -1,10 +1,9 @@
 // The range: who steers, alarms to acknowledge, other ships with their nearest approach, faults on buttons.
 
 import { make } from "./shared/dom.js";
-import { DEGREE, KNOT, clock, course, fixed } from "./shared/units.js";
+import { DEGREE, KNOT, MILE, clock, course, fixed } from "./shared/units.js";
 
 const $ = id => document.getElementById(id);
-const MILE = 1852;
 const CALLED = { pilot: "Track pilot steers", wire: "Autopilot on the wire steers", page: "Mariner steers" };
 const TO = { pilot: "Hand to track pilot", wire: "Hand to wire", page: "Take over" };
 const STATES = { V: "to acknowledge", A: "acknowledged", U: "over, to acknowledge" };
@@ -65,8 +64,6 @@ export class Range {
     }
     this.#put("alarms", JSON.stringify([range.alarms, mine]), () => this.#alarms(range.alarms, mine));
     this.#contacts(range.contacts);
-    const place = range.place ? `${degrees(range.place[0], "N", "S", 2)} ${degrees(range.place[1], "E", "W", 3)}  ` : "";
-    $("place").textContent = `${place}${utc(this.hello.epoch + frame.t)} UTC`;
   }
 
   #alarms(alarms, mine) {
@@ -92,11 +89,3 @@ export class Range {
     draw();
   }
 }
-
-/** Degrees and minutes with their side. */
-function degrees(value, plus, minus, digits) {
-  const size = Math.round(Math.abs(value) * 60000) / 1000, whole = Math.floor(size / 60);
-  return `${String(whole).padStart(digits, "0")}°${(size - 60 * whole).toFixed(3).padStart(6, "0")}′${value < 0 ? minus : plus}`;
-}
-
-const utc = seconds => new Date(1000 * seconds).toISOString().slice(11, 19);

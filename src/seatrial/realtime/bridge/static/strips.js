@@ -1,6 +1,6 @@
 // Strips: rudder, heading, rate of turn and speed over the last minutes.
 
-import { fitted, nice } from "./shared/canvas.js";
+import { fitted, font, nice, scale } from "./shared/canvas.js";
 import { DEGREE, KNOT, clock, fixed, shown, sided } from "./shared/units.js";
 
 const ROWS = [
@@ -41,7 +41,7 @@ export class Strips {
     if (!this.canvas.clientWidth || !this.canvas.clientHeight) return;
     const { g, width, height } = fitted(this.canvas), c = this.colours();
     g.clearRect(0, 0, width, height);
-    const columns = [1, 2, 4].find(n => height * n / 4 >= 88 && (n > 1 || width < 560)) ?? (width > 560 ? 4 : 2), rows = Math.ceil(this.rows.length / columns);
+    const grown = scale(), columns = [1, 2, 4].find(n => height * n / 4 >= 88 * grown && (n > 1 || width < 560 * grown)) ?? (width > 560 * grown ? 4 : 2), rows = Math.ceil(this.rows.length / columns);
     const seen = this.samples.filter(s => s.t >= t - this.span && s.t <= t + 1e-6);
     this.rows.forEach((row, k) => {
       const w = width / columns, h = height / rows;
@@ -50,19 +50,19 @@ export class Strips {
   }
 
   #strip(g, c, row, seen, t, x0, y0, w, h) {
-    const left = x0 + 44, top = y0 + 18, wide = w - 44, high = h - 34;
-    const [low, top_, step, round] = range(seen, row, Math.min(Math.max(Math.floor(high / 18), 1), 4));
+    const k = scale(), left = x0 + 44 * k, top = y0 + 18 * k, wide = w - 44 * k, high = h - 34 * k;
+    const [low, top_, step, round] = range(seen, row, Math.min(Math.max(Math.floor(high / 18 / k), 1), 4));
     const px = s => left + wide * (1 - (t - s.t) / this.span), py = value => top + high * (top_ - value) / (top_ - low);
-    g.font = "12px system-ui, sans-serif"; g.fillStyle = c.ink; g.textAlign = "left";
-    g.fillText(`${row.name} [${row.unit}]`, left, y0 + 12);
+    g.font = font(12); g.fillStyle = c.ink; g.textAlign = "left";
+    g.fillText(`${row.name} [${row.unit}]`, left, y0 + 12 * k);
     g.fillStyle = c.muted; g.strokeStyle = c.line; g.lineWidth = 1; g.textAlign = "right";
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    for (let k = 0; k <= Math.round((top_ - low) / step); k += 1) {
-      const value = low + k * step, y = Math.round(py(value)) + 0.5;
+    for (let n = 0; n <= Math.round((top_ - low) / step); n += 1) {
+      const value = low + n * step, y = Math.round(py(value)) + 0.5;
       g.beginPath(); g.moveTo(left, y); g.lineTo(left + wide, y); g.stroke();
-      g.fillText(row.even ? sided(value, digits) : fixed(row.round && !round ? modulo(value, row.round) : value, digits), left - 5, y + 4);
+      g.fillText(row.even ? sided(value, digits) : fixed(row.round && !round ? modulo(value, row.round) : value, digits), left - 5 * k, y + 4 * k);
     }
-    if (wide > 200) g.fillText(`${clock(this.span)} back`, left + wide, y0 + 12);
+    if (wide > 200) g.fillText(`${clock(this.span)} back`, left + wide, y0 + 12 * k);
     g.textAlign = "left";
     g.save(); g.beginPath(); g.rect(left, top - 2, wide, high + 4); g.clip();
     const line = (read, colour, dash, width) => {

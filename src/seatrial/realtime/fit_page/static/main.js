@@ -3,7 +3,8 @@
 import { Curves } from "./curves.js";
 import { Ranges } from "./ranges.js";
 import { Tracks } from "./tracks.js";
-import { colours as palette, nightly } from "./shared/canvas.js";
+import { colours as palette } from "./shared/canvas.js";
+import { palettes } from "./shared/palettes.js";
 import { line } from "./shared/line.js";
 import { clock } from "./shared/units.js";
 
@@ -16,7 +17,7 @@ const RUNS = new Set(["fitting", "writing the report"]);
 let over = false, down = false, last = null, came = 0, due = false;
 /** State of the page, for tests. */
 const seatrial = globalThis.seatrial = { pictures: 0, drawn: 0, curves, tracks, ranges, get last() { return last; } };
-const turn = nightly($("night"), () => draw());
+const turn = palettes($("palette"), () => draw());
 addEventListener("keydown", event => { if (event.key.toLowerCase() === "n" && !event.ctrlKey && !event.altKey && !event.metaKey) turn(); });
 new ResizeObserver(() => draw()).observe(document.querySelector("main"));
 
