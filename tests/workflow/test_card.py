@@ -177,8 +177,8 @@ def test_bands_are_written_beside_the_run(run: Path, tmp_path: Path, capsys: pyt
 
 def test_what_is_extrapolated_says_so(run: Path) -> None:
     found = simulate_with_bands(str(run), "turning", 95.0, draws=300, side="port", rudder=35.0, extrapolate=True)
-    assert {one.channel for one in found.beyond} >= {"delta"}
-    assert any(line.startswith("extrapolated: ") for line in found.caveats)
+    assert {one.channel for one in found.sailed.beyond} >= {"delta"}
+    assert any(line.startswith("extrapolated: ") for line in found.sailed.caveats)
 
 
 def left_out(run: Path, factor: float = 9.0, **more: object) -> Path:
@@ -196,11 +196,11 @@ def test_left_out_trials_widen_bands_and_give_them_beyond_the_trials(run: Path) 
     with pytest.raises(RequestError, match="--left-out"):
         simulate_with_bands(str(run), "turning", 95.0, **settings)
     after = simulate_with_bands(str(left_out(run)), "turning", 95.0, **settings)
-    assert {one.channel for one in after.beyond} >= {"delta"}
-    assert "left out of the fit in turn" in after.caveats[0]
-    assert "each of 4 trials is missed by 6.4 times" in after.caveats[1]
+    assert {one.channel for one in after.sailed.beyond} >= {"delta"}
+    assert "left out of the fit in turn" in after.sailed.caveats[0]
+    assert "each of 4 trials is missed by 6.4 times" in after.sailed.caveats[1]
     assert any("as wide as the priors of what the trials leave open (0 of 3 free parameters)" in line
-               for line in after.caveats)  # fmt: skip
+               for line in after.sailed.caveats)  # fmt: skip
     widths = [found[2].value - found[1].value for found in (one.indices["advance"] for one in (before, after))]
     assert widths[1] > 2.0 * widths[0]
 

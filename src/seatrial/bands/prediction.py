@@ -11,12 +11,12 @@ import numpy as np
 
 from ..data import Array, Trial
 from ..engine.rollout import simulator
-from ..environment import Weather
+from ..environment import CHANNELS, Weather
 from ..manoeuvres import Policy
 from ..models import STATES
 from ..ships import Ship
 from ..simulate.lanes import prepare
-from ..simulate.replay import prepared
+from ..simulate.replay import Prepared, prepared
 from ..study.grounds import kind_of
 from ..study.stored import Posterior
 from .calibrating import spread
@@ -75,16 +75,41 @@ def fan(
         ShipError: a model that cannot be disturbed.
     """
     kind, ready = kind_of(trial), prepared(held.ship, trial, restart=restart)
-    own = Lanes(ready.begun, np.repeat(ready.lanes, ready.each, axis=1), ready.dt / ready.each,
-                ready.each * max(-(-(ready.steps - 1) // _ROWS), 1))  # fmt: skip
-    runs = sailed(held.ship, whole(own), uncertain(held, found, draws, seed), seed)
-    width, at = spread(runs, found.noise), whole(own).t
+    at, width = _spread(held, found, ready, draws, seed)
     since, half = np.zeros(len(ready.t)), np.full((len(ready.t), len(STATES)), np.nan)
     for lane, (a, b) in enumerate(pairwise((*ready.starts, len(ready.t)))):
         since[a:b] = ready.t[a:b] - ready.t[a]
         own_width = np.column_stack([np.interp(since[a:b], at, column) for column in width[lane].T])
         half[a:b] = found.half(since[a:b], own_width, kind, level)
     return Fan(predicted, since, half, level, kind, _notes(found, kind, level, float(since.max(initial=0.0))))
+
+
+def _spread(held: Posterior, found: Calibration, ready: Prepared, draws: int, seed: int) -> tuple[Array, Array]:
+    """Times since the start [s], shape (rows,), and spread of the draws there, shape (windows, rows, 6)."""
+    own = whole(Lanes(ready.begun, np.repeat(ready.lanes, ready.each, axis=1), ready.dt / ready.each,
+                      ready.each * max(-(-(ready.steps - 1) // _ROWS), 1)))  # fmt: skip
+    return own.t, spread(sailed(held.ship, own, uncertain(held, found, draws, seed), seed), found.noise)
+
+
+def scale_of(
+    held: Posterior, found: Calibration, run: Trial, kind: str, level: float, *, draws: int = 200, seed: int = 1
+) -> float:  # fmt: skip
+    """How many times as far apart draws must be for the bands of a run to be the calibrated ones.
+
+    The run is predicted by its own controls; the scale is the geometric mean over the calibrated horizons that it
+    reaches and all states.
+
+    Raises:
+        RequestError: too few recordings for the level.
+        ShipError: a model that cannot be disturbed.
+    """
+    at, width = _spread(held, found, prepared(held.ship, run, restart=None), draws, seed)
+    h = found.left.horizons
+    ahead = h[h <= max(min(found.reach(level), float(at[-1])), float(h[0]))]
+    own = np.column_stack([np.interp(ahead, at, column) for column in width[0].T])
+    with np.errstate(divide="ignore"):
+        ratio = np.log(found.half(ahead, own, kind, level) / (NormalDist().inv_cdf(0.5 * (1.0 + level)) * own))
+    return float(np.exp(np.mean(ratio[np.isfinite(ratio)]))) if np.isfinite(ratio).any() else 1.0
 
 
 def whole(lanes: Lanes) -> Lanes:
@@ -168,7 +193,8 @@ def manoeuvre(
     steps = round(duration / dt) + 1
     every = every or max(-(-(steps - 1) // _ROWS), 1)
     around = weather.series(dt, steps)[None]
-    start = np.array([[0.0, 0.0, 0.0, speed, 0.0, 0.0]])
+    north, east = (around[0, 0, CHANNELS.index(name)] for name in ("current_x", "current_y"))
+    start = np.array([[0.0, 0.0, 0.0, speed + north, east, 0.0]])
     loop = _Loop(held.ship, policy, dt, around, start, every, every * -(-(steps - 1) // every) + 1)
     calm = Disturbance(tuple(replace(one, sigma=0.0) for one in found.disturbance.processes))
     own = replace(uncertain(held, found, draws, seed), start=np.zeros(len(STATES)))

@@ -148,7 +148,7 @@ def _lacking(case: Case, tally: Tally, t: Array, rows: Array) -> dict[str, float
     if case.manoeuvre.memory:
         return {}
     trial = Trial("run", t, {name: rows[: len(t), k] for k, name in enumerate(names)})
-    found = _read(case.manoeuvre, trial, case.ship.L_pp)
+    found = read(case.manoeuvre, trial, case.ship.L_pp)
     return {name: value for name, value in found.items() if name not in tally.figures}
 
 
@@ -173,7 +173,7 @@ def _whole(
         for lane, (policy, trial, failed) in enumerate(runs, low):
             over[lane] = failed
             _keep(t, tracks[lane], trial)
-            found.append(_read(policy, trial, case.ship.L_pp))
+            found.append(read(policy, trial, case.ship.L_pp))
     return Bands(t, tracks, _columns(found), over)
 
 
@@ -191,8 +191,8 @@ def _keep(t: Array, track: Array, trial: Trial) -> None:
         track[here, k] = np.interp(t[here], trial.t, trial[name])
 
 
-def _read(policy: Manoeuvre, trial: Trial, L_pp: float) -> dict[str, float]:
-    """Indices of one run; none of a run that is over before it began."""
+def read(policy: Manoeuvre, trial: Trial, L_pp: float) -> dict[str, float]:
+    """Indices of one run by name, SI units; none of a run that is over before it began."""
     if len(trial) < _LEAST:
         return {}
     try:

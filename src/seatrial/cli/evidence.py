@@ -44,18 +44,21 @@ def calibrate(
 
 def show_bands(banded: Banded, json: bool) -> None:
     """Print the indices with their bands, and what these leave out."""
-    ran = banded.run
-    found = {name: _index(*three) for name, three in banded.indices.items()}
+    from ..report.judging.bands import numbers
+
+    ran, found = banded.run, banded.sailed
+    indices = {name: _index(*three) for name, three in banded.indices.items()}
     if json:
         emit({"ship": ran.ship.name, "manoeuvre": ran.policy.kind, "settings": ran.settings, "complete": ran.complete,
-              "reason": ran.reason, "time": ran.trial.duration, "level": banded.level, "draws": len(banded.draws),
-              "indices": found, "caveats": list(banded.caveats), "fit": banded.posterior.digest})  # fmt: skip
+              "reason": ran.reason, "time": ran.trial.duration, "level": banded.level, "draws": len(found.draws),
+              "basis": numbers(found.basis), "indices": indices, "caveats": list(found.caveats),
+              "fit": banded.posterior.digest})  # fmt: skip
         return
     rows = [(name.replace("_", " "), *(figure(one[key], 5) for key in ("value", "low", "high")), one["unit"])
-            for name, one in found.items()]  # fmt: skip
+            for name, one in indices.items()]  # fmt: skip
     title = f"{ran.ship.name}, {ran.policy.kind}"
     show_table((title, "value", "from", "to", "unit"), rows, right=(1, 2, 3))
-    say_lines(f"from, to: {100 * banded.level:g} % of {len(banded.draws)} draws from the posterior of the fit",
+    say_lines(f"from, to: {100 * banded.level:g} % of {len(found.draws)} draws",
               "–: too few of them reach it, or it is read of single runs only")  # fmt: skip
 
 

@@ -45,14 +45,14 @@ def simulate(
     if name is None:
         raise RequestError("name a manoeuvre after the ship; seatrial simulate --help lists them")
     if bands is not None:
-        from ..workflow.evidence.bands import DRAWS, simulate_with_bands
+        from ..workflow.evidence.bands import simulate_with_bands
 
         if sea is not None or rao is not None or roll_damping is not None:
             raise RequestError("--sea and --rao: bands are of the motion without waves; leave them or --bands out")
         if device != "cpu":
             raise RequestError(f"--device {device}: bands are computed on the processor; leave the option out")
         banded = simulate_with_bands(
-            ship, name, bands, draws=DRAWS if draws is None else draws, extrapolate=extrapolate, out=out,
+            ship, name, bands, draws=draws, extrapolate=extrapolate, out=out,
             rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps, duration=duration, dt=dt,
             wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, steer=steer, throttle=throttle,
             note=note,

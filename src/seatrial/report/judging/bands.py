@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,16 +16,41 @@ from ...study.grounds import Beyond
 from .. import figures
 from ..page import Page, Section, figure, gallery, note, number, provenance, soft, table
 
-PARAMETERS_ONLY = (
-    "these bands count only what the fit leaves open about its parameters, not the error of the model's form, of the "
-    "weather or of instruments: a real ship may lie outside more often than they say"
-)
-"""What no band of this kind counts; shown wherever one is given."""
-LEFT_OUT = (
+
+@dataclass(frozen=True)
+class Basis:
+    """What bands stand on.
+
+    Attributes:
+        kind: "calibrated", "left out" or "parameters".
+        words: what they count, one sentence.
+        recordings: left-out ones that they are calibrated on; 0 where they are not.
+    """
+
+    kind: str
+    words: str
+    recordings: int = 0
+
+    def on(self, recordings: int) -> Basis:
+        """The same with its number of recordings."""
+        return replace(self, words=self.words.format(recordings), recordings=recordings)
+
+
+CALIBRATED = Basis("calibrated", (
+    "these bands are calibrated on {} left-out recordings: they count the errors of the model's form, of the weather "
+    "and of the instruments as those trials had them"
+))  # fmt: skip
+"""What bands count where a calibration is beside the model; `on` fills in the number."""
+LEFT_OUT = Basis("left out", (
     "these bands are as wide as the errors of trials that were left out of the fit in turn, and so count the error of "
     "the model's form there; weather and instruments count only as those trials had them"
-)
+))  # fmt: skip
 """What bands count whose posterior left-out trials have widened."""
+PARAMETERS_ONLY = Basis("parameters", (
+    "these bands count only what the fit leaves open about its parameters, not the error of the model's form, of the "
+    "weather or of instruments: a real ship may lie outside more often than they say"
+))  # fmt: skip
+"""What bands count that nothing but the covariance of the fit stands behind."""
 
 _DEGREES = math.degrees(1.0)
 _SIGNS = {"u": ("surge speed", "m/s", 1.0), "v_m": ("sway speed", "m/s", 1.0), "r": ("rate of turn", "°/s", _DEGREES),
@@ -59,11 +85,11 @@ def reach(one: Beyond) -> str:
 
 def page(
     title: str, found: Bands, level: float, run: Trial, indices: Mapping[str, tuple[Index, Index, Index]],
-    caveats: Sequence[str], settings: Mapping[str, str],
+    caveats: Sequence[str], settings: Mapping[str, str], basis: Basis,
 ) -> Page:  # fmt: skip
     """The whole page; the numbers are those of the indices, SI units."""
     said = f"Heading and speeds: the run and the band of {100 * level:g} %"
-    drawn = gallery(figure(_fan(found, level, run), "Track: the run and draws from the posterior, at equal scale"),
+    drawn = gallery(figure(_fan(found, level, run), "Track: the run and draws, at equal scale"),
                     figure(_motion(found, level, run), said))  # fmt: skip
     remark = ("A dash: fewer draws than the level reach it, or it is read of single runs only. Quantiles of the draws, "
               "each index and each time by itself.")  # fmt: skip
@@ -73,7 +99,12 @@ def page(
                 + soft(remark), {"indices": {n: _numbers(*three) for n, three in indices.items()}}),
         Section("Motion", drawn),
         provenance(settings),
-    ), {"schema": "seatrial-bands/1", "level": level, "caveats": list(caveats)})  # fmt: skip
+    ), {"schema": "seatrial-bands/1", "level": level, "basis": numbers(basis), "caveats": list(caveats)})  # fmt: skip
+
+
+def numbers(basis: Basis) -> dict[str, Any]:
+    """What bands stand on, for JSON."""
+    return {"kind": basis.kind, "recordings": basis.recordings or None, "words": basis.words}
 
 
 def _numbers(value: Index, low: Index, high: Index) -> dict[str, Any]:

@@ -1,0 +1,254 @@
+"""Draws of a manoeuvre of a fitted ship, and what their bands stand on.
+
+That is the calibration beside the model where there is one, else the posterior that trials left out in turn have
+widened, else the covariance of the fit alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...bands.calibration import Calibration, beside, load
+from ...bands.prediction import Runs, manoeuvre, scale_of
+from ...bands.sailing import draws_of
+from ...campaign.bands import Bands, bands, read, step_of
+from ...data import Array, Trial
+from ...environment import Weather
+from ...manoeuvres import Manoeuvre
+from ...models import STATES
+from ...report.judging.bands import CALIBRATED, LEFT_OUT, PARAMETERS_ONLY, Basis, reach
+from ...ships import Ship
+from ...simulate.run import recorded
+from ...study.grounds import SURROUNDINGS, Beyond, beyond, kind_of
+from ...study.store import load_fit_summary
+from ...study.stored import Posterior, posterior
+from .. import RequestError
+
+DRAWS, MOST = 1000, 20_000
+# A quantile is worth its name with so many draws beyond it.
+_TAIL = 5
+_SEED = 1
+# A parameter is left open where so much of its prior variance stays.
+_LOOSE = 0.5
+LEAVE_OUT = "; or let trials left out in turn widen them (seatrial identify STUDY -o RUN --left-out)"
+# Rows of each calibrated run: indices of a manoeuvre with memory hang on the instant of its reversals.
+_ROWS, _SWITCHED = 200, 600
+
+
+@dataclass(frozen=True)
+class Sailed:
+    """A manoeuvre with every draw.
+
+    Attributes:
+        bands: of the draws.
+        draws: parameters of each run, shape (draws, free).
+        basis: what the bands stand on.
+        beyond: channels in which the run leaves the trials of the fit.
+        caveats: what the bands do not say, one line each, the first that of the basis.
+    """
+
+    bands: Bands
+    draws: Array
+    basis: Basis
+    beyond: tuple[Beyond, ...]
+    caveats: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What draws are made with.
+
+    Attributes:
+        held: posterior of the fit.
+        found: calibration beside the model; None where there is none.
+        level: of 0 to 1.
+        count: number of draws.
+        extrapolate: whether bands are given beyond the ranges of the trials of the fit.
+        explained: whether the model explains the trials of its fit.
+    """
+
+    held: Posterior
+    found: Calibration | None
+    level: float
+    count: int
+    extrapolate: bool
+    explained: bool
+
+    @staticmethod
+    def of(model: str, level: float, draws: int | None, *, extrapolate: bool) -> Drawing:
+        """From the options, `level` in percent.
+
+        Raises:
+            RequestError: a level or number of draws that makes no band, or too few recordings for it.
+            StudyError: the model has no posterior (says which command makes one), or the calibration of another fit.
+        """
+        if not 0.0 < level < 100.0:
+            raise RequestError(f"--bands is {level:g} percent; it is above 0 and below 100, such as 95")
+        count, least = DRAWS if draws is None else draws, round(_TAIL * 200.0 / (100.0 - level) + 0.5)
+        if not least <= count <= MOST:
+            raise RequestError(f"--draws is {count}; bands of {level:g} percent take {least} to {MOST}")
+        held = posterior(model)
+        found = load(model, held) if beside(model).is_file() else None
+        if found is not None:
+            found.factors(0.01 * level)
+        tested = load_fit_summary(Path(model).parent).get("diagnosis")
+        return Drawing(held, found, 0.01 * level, count, extrapolate,
+                       tested is None or bool(tested.get("explained", True)))  # fmt: skip
+
+    def beyond(self, run: Trial) -> tuple[Beyond, ...]:
+        """Where a run leaves the trials of the fit.
+
+        Raises:
+            RequestError: it does, and that was not accepted.
+        """
+        if not self.held.covered and not self.extrapolate:
+            raise RequestError(
+                f"--bands: the fit of {self.held.ship.name} did not keep the ranges of its trials (an older version); "
+                "fit it again, or accept bands of unknown validity with --extrapolate"
+            )
+        out = beyond(self.held.covered, run, self.held.ship.model.controls)
+        if out and not self.extrapolate and not self._told(out):
+            raise RequestError(
+                f"--bands: the run leaves the trials of the fit: {'; '.join(map(reach, out))}; nothing is known of the "
+                "error there; fit trials that go so far, or accept it with --extrapolate"
+                f"{'' if self.held.power is not None else LEAVE_OUT}"
+            )
+        return out
+
+    def _told(self, out: tuple[Beyond, ...]) -> bool:
+        """Whether a posterior widened by left-out trials says what is open there."""
+        return self.held.power is not None and not any(one.channel in SURROUNDINGS for one in out)
+
+    def sail(
+        self, ship: Ship, policy: Manoeuvre, run: Trial, *, speed: float, dt: float, weather: Weather,
+        balanced: bool = True,
+    ) -> Sailed:  # fmt: skip
+        """Sail a manoeuvre with every draw.
+
+        Args:
+            run: by the fitted numbers.
+            speed: initial speed ahead through the water [m/s].
+            dt: time step of a single run [s].
+            balanced: whether draws of a fit without calibration each start with the revolutions that hold their speed.
+
+        Raises:
+            RequestError: the run leaves the trials of the fit, and that was not accepted.
+            ShipError: a calibrated model that cannot be disturbed.
+        """
+        out_of = self.beyond(run)
+        found = self.found if not out_of or not self._told(out_of) or self.extrapolate else None
+        if found is None:
+            drawn = self.held.draws(self.count, _SEED)
+            made = bands(ship, policy, self.held.names, drawn, speed=speed, duration=run.duration, dt=dt,
+                         weather=weather, held=balanced)  # fmt: skip
+            basis = PARAMETERS_ONLY if self.held.power is None else LEFT_OUT
+            lines = () if self.held.power is None else self.held.power.words
+        else:
+            drawn, kind = draws_of(self.held, self.count, _SEED), kind_of(run)
+            made, scale = _calibrated(self, found, policy, run, speed, dt, weather, kind)
+            basis = CALIBRATED.on(len(set(found.left.groups)))
+            lines = _unsure(found, self.level, kind, run.duration, scale)
+        return Sailed(made, drawn, basis, out_of, (basis.words, *lines, *self._caveats(run, out_of, basis, made)))
+
+    def _caveats(self, run: Trial, out_of: tuple[Beyond, ...], basis: Basis, made: Bands) -> list[str]:
+        lines: list[str] = []
+        if basis is PARAMETERS_ONLY and not self.explained:
+            lines.append("the model does not explain the trials of its fit: the bands are too narrow")
+        if out_of:
+            lines.append(f"extrapolated: {'; '.join(map(reach, out_of))}; {self._open_there(basis)}")
+        kinds, kind = self.held.grounds.get("kinds", ()), kind_of(run)
+        if kinds and kind not in kinds:
+            lines.append(f"no trial of the fit is of this kind ({kind}); they are {', '.join(kinds)}")
+        if lost := int(np.isfinite(made.failed).sum()):
+            lines.append(f"{lost} of {len(made.failed)} draws left the validity of the ship file or blew up on their "
+                         "way")  # fmt: skip
+        return lines
+
+    def _open_there(self, basis: Basis) -> str:
+        """What the bands count beyond the trials."""
+        if basis.kind == CALIBRATED.kind:
+            return "no left-out trial has tested the bands there"
+        if self.held.power is None:
+            return "the bands are not widened for it"
+        loose = int((self.held.power.shares(self.held.free, self.held.covariance) > _LOOSE).sum())
+        return (f"there the bands are as wide as the priors of what the trials leave open ({loose} of "
+                f"{len(self.held.free)} free parameters), which no trial has tested; what the study holds counts as "
+                "exact")  # fmt: skip
+
+
+def _unsure(found: Calibration, level: float, kind: str, longest: float, scale: float | None) -> tuple[str, ...]:
+    """Where left-out trials say less than the bands."""
+    lines: list[str] = []
+    kinds, far = found.factors(level).kinds[:-1], found.reach(level)
+    if scale is not None:
+        lines.append(f"the manoeuvre answers the ship: indices are {scale:.3g} times as far apart as those of the "
+                     "draws, which is the mean factor of the calibration over times and states")  # fmt: skip
+    if kind not in kinds:
+        lines.append(f"no left-out trial is of this kind ({kind}): the widest bands of {', '.join(kinds)} are taken")
+    if longest > far * (1.0 + 1e-6):
+        lines.append(f"calibrated up to {far:.4g} s from the start; beyond, the factor of that time is kept, which no "
+                     "left-out trial has tested")  # fmt: skip
+    return tuple(lines)
+
+
+def _calibrated(
+    asked: Drawing, found: Calibration, policy: Manoeuvre, run: Trial, speed: float, dt: float, weather: Weather,
+    kind: str,
+) -> tuple[Bands, float | None]:  # fmt: skip
+    """Draws that also differ by what the model lacks, their bands, and the factor on indices.
+
+    Tracks are put as far apart at each time as the calibrated edges are.  Under fixed orders that is what indices are
+    read of.  A manoeuvre that answers the ship has the instants of its orders from the draw as it was sailed: headings
+    that are stretched about those of another instant have no overshoot that a ship has.  There indices are read of the
+    draws as they are, and put apart by the mean factor of the calibration.
+    """
+    ship = asked.held.ship
+    step = step_of(ship, policy, dt)
+    every = max(round(run.duration / step) // (_SWITCHED if policy.memory else _ROWS), 1)
+    runs = manoeuvre(asked.held, found, policy, asked.level, speed=0.0 if policy.from_rest else speed,
+                     duration=run.duration, dt=step, weather=weather, kind=kind, draws=asked.count, every=every,
+                     seed=_SEED)  # fmt: skip
+    bad = np.maximum.accumulate(~np.isfinite(runs.drawn).all(axis=2), axis=1)
+    tracks, raw = (np.where(bad[:, :, None], np.nan, one) for one in (runs.tracks, runs.drawn[:, :, : len(STATES)]))
+    failed = np.where(bad[:, -1], runs.t[bad.argmax(axis=1)], np.nan)
+    around = weather.series(step, every * (len(runs.t) - 1) + 1)
+    plain = recorded(ship, policy, runs.t, runs.fitted, around, dt=step, every=every)
+    if not policy.memory:
+        return Bands(runs.t, tracks, _figures(policy, ship.L_pp, plain, runs, tracks), failed), None
+    scale = scale_of(asked.held, found, plain, kind, asked.level)
+    return Bands(runs.t, tracks, _apart(_figures(policy, ship.L_pp, plain, runs, raw),
+                                        read(policy, plain, ship.L_pp), scale), failed), scale  # fmt: skip
+
+
+def _apart(indices: Mapping[str, Array], fitted: Mapping[str, float], scale: float) -> dict[str, Array]:
+    """Indices so many times as far from those of the fitted run; none changes its sign that no draw changes."""
+    out: dict[str, Array] = {}
+    for name, values in indices.items():
+        middle = fitted.get(name, float(np.nanmedian(values)))
+        moved = middle + scale * (values - middle)
+        out[name] = np.maximum(moved, 0.0) if np.nanmin(values) >= 0.0 else moved
+    return out
+
+
+def _figures(policy: Manoeuvre, L_pp: float, plain: Trial, runs: Runs, tracks: Array) -> dict[str, Array]:
+    """Indices of every draw by the manoeuvre itself; NaN where it did not reach one.
+
+    Args:
+        plain: the run by the fitted numbers, on the rows of the draws.
+        tracks: of the draws; NaN from where one failed.
+    """
+    own = {name: runs.stored.index(name) for name in plain.channels if name in runs.stored}
+    out: dict[str, Array] = {}
+    for k, (track, rows) in enumerate(zip(tracks, runs.drawn, strict=True)):
+        columns = {name: rows[:, at] for name, at in own.items()}
+        columns |= {name: track[:, j] for j, name in enumerate(STATES)}
+        one, good = plain.having(**columns), np.isfinite(track[:, 0])
+        if not good.all():
+            one = one.rows(slice(0, int(good.argmin())))
+        for name, value in read(policy, one, L_pp).items():
+            out.setdefault(name, np.full(len(tracks), np.nan))[k] = value
+    return out
