@@ -232,7 +232,7 @@ Beside = Annotated[str | None, Option(help="Run a program until the end; {addres
 Simulator = Annotated[bool, Option("--simulator", help="Mark the sentences as those of a simulator.")]
 Host = Annotated[str, Option(help="Serve at this address.")]
 Port = Annotated[int, Option(help="Serve at this port; 0 takes a free one.")]
-BridgeChart = Annotated[str | None, Option("--chart", help="Draw this chart (.geojson) on the page.")]
+BridgeChart = Annotated[str | None, Option("--chart", help="Show this chart (.geojson) on the page.")]
 Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the ship.")]
 
 # Scenarios.

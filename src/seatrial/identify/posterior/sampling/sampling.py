@@ -33,8 +33,8 @@ _WARM, _SHARE = 100, 0.5
 _SPREAD, _HALVINGS, _FALL = 1.0, 12, 1.0
 # The Gaussian that a walk leaves as it is is so many times as wide as Laplace's, where a parameter has no prior.
 _WIDE = 30.0
-# Climbs to the greatest density: their number, the steps of each, the gain of the logarithm that ends them, the weight of
-# a squared sigma beyond the bounds, and what stands for a model that blows up.
+# Climbs to the greatest density: their number, the steps of each, the gain of the logarithm that ends them, the weight
+# of a squared sigma beyond the bounds, and what stands for a model that blows up.
 _CLIMBS, _STEPS, _GAIN, _WALL, _BLOWN = 8, 200, 0.05, 100.0, 1e12
 # Time between writings of the checkpoint [s].
 _PAUSE = 5.0
