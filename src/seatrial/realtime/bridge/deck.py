@@ -203,13 +203,14 @@ class Deck:
         """Manoeuvre and ghost in progress, for JSON."""
         drill, ghost = self._drill, self._outfit.ghost
         under_way = None if drill is None or drill.over else [self._drill_name, self._drill_turns, drill.snapshot()]
-        return {"drill": under_way, "ghost": None if ghost is None else ghost.laid, "following": self._following}
+        return {"drill": under_way, "ghost": None if ghost is None else ghost.laid, "following": self._following,
+                "autopilot": self._autopilot.snapshot()}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Restore the result of `snapshot`."""
         self.reset()
         ghost = self._outfit.ghost
-        self._autopilot.restore(saved["autopilot"])
+        self._autopilot.restore(saved.get("autopilot"))
         if saved["drill"] is not None:
             name, turns, state = saved["drill"]
             self._set_about(name, turns).restore(state)
