@@ -119,7 +119,7 @@ def read_chart(path: str | Path, datum: Datum | None) -> tuple[Shown, Datum | No
     if own is None:
         return Shown(chart), datum
     there = Datum(own["latitude"], own["longitude"])
-    return Shown(chart if datum in (None, there) else _moved(chart, there, cast("Datum", datum))), datum or there
+    return Shown(chart if datum in (None, there) else _moved(chart, there, datum)), datum or there
 
 
 def _moved(chart: Chart, there: Datum, here: Datum) -> Chart:
