@@ -62,6 +62,13 @@ class TestLike:
             load(write(tmp_path, f"{self.HEAD}like = {like}\n"))
 
 
+def test_the_folder_of_a_fit_is_answered_with_the_ship_in_it(tmp_path: Path) -> None:
+    (tmp_path / "fit").mkdir()
+    (tmp_path / "fit" / "model.toml").write_text("schema = 1\n", encoding="utf-8")
+    with pytest.raises(ShipError, match=r"fit/model\.toml$"):
+        load(tmp_path / "fit")
+
+
 def usual_values(thing: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
     """Path and default of each number that a class is well without."""
     for f in fields(thing):

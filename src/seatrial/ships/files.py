@@ -103,6 +103,8 @@ def _over(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
 def _find(name_or_path: str | Path) -> Path:
     text = str(name_or_path)
     path = Path(text).expanduser()
+    if (path / "model.toml").is_file() and text not in (*library(), *variants()):
+        raise ShipError(f"{path}: a folder, not a ship file; the ship that was fitted there is {path / 'model.toml'}")
     if path.suffix == ".toml" or len(path.parts) > 1 or isinstance(name_or_path, Path):
         if not path.is_file():
             raise ShipError(f"{path}: no such ship file")
