@@ -23,6 +23,7 @@ from makes import TRACED
 from seatrial.core.errors import RequestError
 from seatrial.data import Array
 from seatrial.engine import System, cache, trace
+from seatrial.engine.compilers import Compiler, compiler
 from seatrial.engine.cuda import DeviceError, gpu, lanes, source
 from seatrial.engine.cuda.named import device_of
 from seatrial.engine.rollout import sensitivity, simulator
@@ -54,7 +55,7 @@ def device(request: Any) -> Any:
 @pytest.fixture
 def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     """Both sources compiled without changing an operation, and printed with the divisions of the C printer."""
-    monkeypatch.setattr(cache, "FLAGS", PLAIN)
+    monkeypatch.setattr(Compiler, "flags", property(lambda _: PLAIN))
     monkeypatch.setattr(source, "shared_reciprocals", lambda found, scope: found)
     lanes.rollout_code.cache_clear()
     lanes.sensitivity_code.cache_clear()
@@ -282,7 +283,7 @@ def test_the_way_to_a_gpu_by_a_stand_in_for_its_driver(tmp_path: Path) -> None:
     pytest.importorskip("cuda.core")
     tests = Path(__file__).parents[1]
     build = [
-        cache.compiler(),
+        *compiler().command,
         "-O1",
         "-shared",
         "-fPIC",

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from ..core.executors import Pool
 from ..engine import EngineNotice
-from ..engine.cache import no_compiler
+from ..engine.compilers import no_compiler
 from . import Campaign, CampaignError
 from .folder import Held, begin, write_part
 from .places import Place, place_of

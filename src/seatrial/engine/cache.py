@@ -25,12 +25,8 @@ from functools import cache
 from pathlib import Path
 
 from ..core.errors import CompilerError as CompilerError
+from .compilers import LIBRARIES, Compiler, compiler
 
-FLAGS = (
-    "-O2", "-ftree-vectorize", "-march=native", "-mprefer-vector-width=512", "-fopenmp-simd",
-    "-fno-math-errno", "-fno-trapping-math", "-fno-builtin", "-shared", "-fPIC",
-)  # fmt: skip
-LIBRARIES = ("-lmvec", "-lm")
 DIGEST = 32
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 _ABANDONED = 7200.0
@@ -44,41 +40,15 @@ def directory() -> Path:
     return base / "kernels"
 
 
-def compiler() -> str:
-    """Path of the C compiler: `SEATRIAL_CC`, else gcc, else cc.
-
-    Raises:
-        CompilerError: there is none, or `SEATRIAL_CC` is "none".
-    """
-    named = os.environ.get("SEATRIAL_CC")
-    if named == "none":
-        raise CompilerError("SEATRIAL_CC is 'none'")
-    for name in (named,) if named else ("gcc", "cc"):
-        found = shutil.which(name)
-        if found:
-            return found
-    raise CompilerError(f"no C compiler found ({named or 'gcc, cc'}); install one, or set SEATRIAL_CC")
-
-
-def no_compiler() -> str:
-    """Why there is no C compiler; empty where there is one."""
-    try:
-        compiler()
-    except CompilerError as error:
-        return str(error)
-    return ""
-
-
 @cache
-def _machine(cc: str) -> bytes:
+def _machine(cc: Compiler) -> bytes:
     """What besides source and flags decides the machine code."""
-    version = subprocess.run([cc, "-dumpfullversion", "-dumpmachine"], capture_output=True, check=False).stdout
     features = b""
     if Path("/proc/cpuinfo").exists():
         lines = Path("/proc/cpuinfo").read_bytes().splitlines()
         features = next((x for x in lines if x.lower().startswith((b"flags", b"features"))), b"")
     libc = os.confstr("CS_GNU_LIBC_VERSION") if hasattr(os, "confstr") else ""
-    return b"|".join([cc.encode(), version, features, (libc or "").encode()])
+    return b"|".join([" ".join(cc.command).encode(), cc.identity, features, (libc or "").encode()])
 
 
 def library(source: str) -> ctypes.CDLL:
@@ -89,7 +59,7 @@ def library(source: str) -> ctypes.CDLL:
             load here.
     """
     cc, text = compiler(), source.encode()
-    parts = [text, " ".join((*FLAGS, *LIBRARIES)).encode(), _machine(cc)]
+    parts = [text, " ".join((*cc.flags, *LIBRARIES)).encode(), _machine(cc)]
     path = kept(parts, "so", lambda scratch: _compiled(cc, text, scratch))
     try:
         return ctypes.CDLL(str(path))
@@ -165,10 +135,11 @@ def _sweep(folder: Path) -> None:
                 shutil.rmtree(left)
 
 
-def _compiled(cc: str, text: bytes, scratch: Path) -> bytes:
+def _compiled(cc: Compiler, text: bytes, scratch: Path) -> bytes:
     c, so = scratch / "kernel.c", scratch / "kernel.so"
     c.write_bytes(text)
-    done = subprocess.run([cc, *FLAGS, str(c), "-o", str(so), *LIBRARIES], capture_output=True, text=True, check=False)
+    command = [*cc.command, *cc.flags, str(c), "-o", str(so), *LIBRARIES]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise CompilerError(f"{cc} failed: {done.stderr.strip().splitlines()[-1:] or done.returncode}")
+        raise CompilerError(f"{cc.name} failed: {done.stderr.strip().splitlines()[-1:] or done.returncode}")
     return so.read_bytes()

@@ -21,8 +21,9 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from ...core.errors import CompilerError
 from ...core.parameters import Parts, Scalar, parts
-from ...engine.cache import CompilerError, compiler
+from ...engine.compilers import compiler
 from ...environment import Environment
 from ...forces import Flow, Force, ForceModule
 from ...forces.body import Body
@@ -205,11 +206,11 @@ def _compiled(files: Mapping[str, str], which: Sequence[str], name: str, target:
                 Path(scratch, file).write_text(text, encoding="utf-8")
             # Its own scratch files go where ours went: Python passes over a TMPDIR that is full, a compiler does not.
             done = subprocess.run(
-                [cc, *FLAGS, *strip, *which, "-o", name, "-lm"], env={**os.environ, "TMPDIR": scratch},
+                [*cc.command, *FLAGS, *strip, *which, "-o", name, "-lm"], env={**os.environ, "TMPDIR": scratch},
                 cwd=scratch, capture_output=True, text=True, check=False,
             )  # fmt: skip
             if done.returncode:
-                raise ShipError(f"{target}: {Path(cc).name} failed: {_why(done.stderr) or f'exit {done.returncode}'}")
+                raise ShipError(f"{target}: {cc.name} failed: {_why(done.stderr) or f'exit {done.returncode}'}")
             return Path(scratch, name).read_bytes()
     except OSError as error:
         folder = tempfile.gettempdir()
