@@ -52,7 +52,7 @@ class Compiler:
 
 
 def compiler() -> Compiler:
-    """The C compiler: `SEATRIAL_CC` ("clang", "zig cc"), else gcc, cc or clang of the path, else that of the package ziglang.
+    """The C compiler: `SEATRIAL_CC` ("clang", "zig cc"), else gcc, cc or clang of the path, else the package ziglang.
 
     Raises:
         CompilerError: there is none, or `SEATRIAL_CC` is "none".
