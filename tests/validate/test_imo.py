@@ -128,16 +128,16 @@ def test_page_holds_every_verdict_and_asks_for_nothing_outside(kvlcc2):
 
 @pytest.mark.long
 def test_command(tmp_path, capsys):
-    imo("kvlcc2", tmp_path / "imo.html", True)
+    imo("kvlcc2", tmp_path / "imo.html", json=True)
     found = json.loads(capsys.readouterr().out)
     assert found["ship"] == "kvlcc2"
     assert found["L_over_V"]["value"] == pytest.approx(40.13, abs=0.01)
     assert len(found["criteria"]) == 13
     assert {row["verdict"] for row in found["criteria"]} == {PASS, NOT_APPLICABLE}
     assert (tmp_path / "imo.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
-    imo("kvlcc2", None, False)
+    imo("kvlcc2", None)
     text = capsys.readouterr().out
     assert "Meets every criterion that could be judged (12)" in text
     for wrong in (tmp_path / "imo.txt", tmp_path / "nowhere" / "imo.html"):
         with pytest.raises(RequestError):
-            imo("kvlcc2", wrong, False)
+            imo("kvlcc2", wrong)

@@ -47,29 +47,34 @@ def design(
         _show_plan(made.ship.name, made.plan)
 
 
-def imo(ship: o.ShipName, out: o.Page = None, json: o.Json = False) -> None:
+def imo(
+    ship: o.ShipName, out: o.Page = None, bands: o.Bands = None, draws: o.Draws = None,
+    extrapolate: o.Extrapolate = False, json: o.Json = False,
+) -> None:  # fmt: skip
     """Judge a ship by the criteria of IMO MSC.137(76)."""
-    from ..report.judging.imo import numbers
+    from ..report.judging.imo import banded, edges, numbers
     from ..workflow.judging import imo as run
 
-    table = run(ship, out, note)
+    table = run(ship, out, note, bands=bands, draws=draws, extrapolate=extrapolate)
     if json:
         emit(numbers(table))
         return
-    head = ("criterion", "side", "value", "limit", "unit", "verdict", "why")
-    show_table(head, map(_criterion, table.rows), right=(2, 3))
+    head = ("criterion", "side", "value", *(("from", "to") if banded(table) else ()), "limit", "unit", "verdict", "why")
+    rows = (_criterion(row, edges(row) if banded(table) else ()) for row in table.rows)
+    show_table(head, rows, right=tuple(range(2, len(head) - 3)))
     say_lines(*(f"{name}: {value}" for name, value in table.conditions.items()),
               *(f"caveat: {line}" for line in table.caveats), table.verdict)  # fmt: skip
 
 
 def requirements(
-    ship: o.ShipName, scope: o.Scope = "collision-avoidance", out: o.Page = None, json: o.Json = False
-) -> None:
+    ship: o.ShipName, scope: o.Scope = "collision-avoidance", out: o.Page = None, bands: o.Bands = None,
+    examined: o.Examined = None, json: o.Json = False,
+) -> None:  # fmt: skip
     """Judge a ship by the requirements of Sawada 2024 section 6."""
     from ..report.judging.requirements import numbers, verdict
     from ..workflow.judging import requirements as run
 
-    found = run(ship, scope, out, note)
+    found = run(ship, scope, out, note, bands=bands, draws=examined)
     if json:
         emit(numbers(found))
         return
@@ -78,8 +83,8 @@ def requirements(
     say(f"{found.ship}, {found.scope}: {verdict(found)}\n")
 
 
-def _criterion(row: Criterion) -> tuple[str, ...]:
-    return (row.name, row.side or "–", figure(row.value), figure(row.limit), row.unit, row.verdict, row.reason)
+def _criterion(row: Criterion, band: Sequence[str]) -> tuple[str, ...]:
+    return (row.name, row.side or "–", figure(row.value), *band, figure(row.limit), row.unit, row.verdict, row.reason)
 
 
 def _show(families: Sequence[Assessment]) -> None:

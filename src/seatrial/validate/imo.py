@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from ..ships import Ship
 from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.run import approach, simulate, straight, surge_balance
 
-PASS, FAIL, NOT_APPLICABLE = "pass", "fail", "not applicable"
+PASS, FAIL, NOT_APPLICABLE, UNDECIDED = "pass", "fail", "not applicable", "undecided"
 ADVANCE, TACTICAL_DIAMETER, INITIAL_TURNING = 4.5, 5.0, 2.5  # MSC.137(76) 5.3.1, 5.3.2; in ship lengths
 OVERSHOOT_20 = 25.0  # 5.3.3.3 [deg]
 TRACK_REACH, TRACK_REACH_RELAXED = 15.0, 20.0  # 5.3.4; in ship lengths
@@ -47,6 +47,31 @@ _SHIP_LENGTH = 100.0
 
 
 @dataclass(frozen=True)
+class Band:
+    """What draws of a fitted ship do, beside what its fitted numbers do.
+
+    Attributes:
+        low, high: edges in the unit of the criterion; NaN where too few draws give the value.
+        met: share of all draws that meet the criterion; one that does not give the value does not meet it.
+        draws: their number.
+    """
+
+    low: float
+    high: float
+    met: float
+    draws: int
+
+
+@dataclass(frozen=True)
+class Source:
+    """The run that a value is read of: its policy, what came of it, and the index of the manoeuvre."""
+
+    policy: Manoeuvre
+    run: Trial
+    index: str
+
+
+@dataclass(frozen=True)
 class Criterion:
     """One line of the table.
 
@@ -54,8 +79,10 @@ class Criterion:
         name: what is judged; `side` the side of the first rudder, empty where there is none.
         value: what the ship does, in `unit`; None where the run did not yield it.
         limit: the greatest value that passes, in `unit` ("L" ship lengths, or "deg").
-        verdict: "pass", "fail" or "not applicable".
+        verdict: "pass", "fail", "not applicable", or "undecided" where draws of the ship differ about it.
         reason: why nothing can be judged, or what to know about the verdict.
+        source: the run of the value; None where there is none.
+        band: of draws; None where none were made.
     """
 
     name: str
@@ -65,6 +92,20 @@ class Criterion:
     limit: float
     verdict: str
     reason: str = ""
+    source: Source | None = field(default=None, repr=False, compare=False)
+    band: Band | None = None
+
+    @property
+    def title(self) -> str:
+        """Name and side."""
+        return f"{self.name}{f' ({self.side})' if self.side else ''}"
+
+    def judged_by(self, band: Band, level: float) -> Criterion:
+        """The same with the verdict of draws: it stands where the whole band of `level` (0 to 1) is on its side."""
+        tail = 0.5 * (1.0 - level)
+        verdict = PASS if band.met >= 1.0 - tail else FAIL if band.met <= tail else UNDECIDED
+        told = f"met by {band.met:.3g} of the draws" if 0.0 < band.met < 1.0 else ""
+        return replace(self, verdict=verdict, band=band, reason="; ".join(filter(None, (told, self.reason))))
 
 
 @dataclass(frozen=True)
@@ -97,11 +138,15 @@ class ImoTable:
     @property
     def verdict(self) -> str:
         """One sentence on the whole."""
-        failed = [f"{row.name}{f' ({row.side})' if row.side else ''}" for row in self.rows if row.verdict == FAIL]
+        failed, unsure = ([row.title for row in self.rows if row.verdict == one] for one in (FAIL, UNDECIDED))
         left = self.count(NOT_APPLICABLE)
         open_ = f"; {left} of {len(self.rows)} criteria could not be judged" if left else ""
+        if unsure:
+            open_ = f"; undecided: {', '.join(unsure)}{open_}"
         if failed:
             return f"Does not meet: {', '.join(failed)}{open_}."
+        if unsure:
+            return f"Meets {self.count(PASS)} criteria{open_}."
         return f"Meets every criterion that could be judged ({self.count(PASS)}){open_}."
 
 
@@ -174,7 +219,8 @@ def _steering(ship: Ship, settings: Settings) -> Iterator[Criterion]:
                 for name, one in policy.indices(run, ship.L_pp).items()
             }  # fmt: skip
             for name, index, unit, limit in figures:
-                yield _judged(name, word, found.get(index), unit, limit, reason, over)
+                row = _judged(name, word, found.get(index), unit, limit, reason, over)
+                yield row if run is None else replace(row, source=Source(policy, run, index))
 
 
 def _run(ship: Ship, policy: Manoeuvre, V: float) -> tuple[Trial | None, str, bool]:
@@ -221,7 +267,7 @@ def _stop(ship: Ship, settings: Settings, astern: float) -> Criterion:
     doubts = unreliable_stop(ship, astern, run.rows(slice(0, int(stopped[0]) if stopped.size else None)))
     if doubts:
         return Criterion(name, "", value, unit, TRACK_REACH, NOT_APPLICABLE, f"extrapolates: {doubts}")
-    row = _judged(name, "", value, unit, TRACK_REACH, "")
+    row = replace(_judged(name, "", value, unit, TRACK_REACH, ""), source=Source(policy, run, "track_reach"))
     relaxed = f"up to {TRACK_REACH_RELAXED:g} L if the Administration allows it for a ship of large displacement"
     return replace(row, reason=relaxed) if TRACK_REACH < value <= TRACK_REACH_RELAXED else row
 

@@ -317,16 +317,30 @@ def _in_words(deviations: Mapping[str, float]) -> str:
     )
 
 
-def imo(ship: str | Path | Ship, out: Path | None = None, note: Note = silent) -> ImoTable:
+def imo(
+    ship: str | Path | Ship, out: Path | None = None, note: Note = silent, *, bands: float | None = None,
+    draws: int | None = None, extrapolate: bool = False,
+) -> ImoTable:  # fmt: skip
     """Judge a ship by the criteria of IMO MSC.137(76); writes a page where `out` is given.
 
+    Args:
+        bands: level [%] at which draws of a fitted ship judge; None judges its numbers.
+        draws, extrapolate: with `bands`, see `judged.imo_with_bands`.
+
     Raises:
-        RequestError: an output that is no page, or whose folder does not exist.
+        RequestError: an output that is no page, or whose folder does not exist; draws without bands.
+        StudyError: bands of a ship without a posterior.
         ShipError: a ship that cannot be read, or has no steady approach.
     """
     from ..report.judging.imo import page
     from ..validate.imo import imo_table
 
+    if bands is not None:
+        from .evidence.judged import imo_with_bands
+
+        model = _fitted(ship, bands)
+        return imo_with_bands(model, bands, draws=draws, extrapolate=extrapolate, out=out, note=note)
+    _no_draws(draws, extrapolate=extrapolate)
     check_output(out, PAGES, "the page of the criteria")
     table = imo_table(ship_of(ship))
     _write(out, lambda: page(table), note)
@@ -334,12 +348,18 @@ def imo(ship: str | Path | Ship, out: Path | None = None, note: Note = silent) -
 
 
 def requirements(
-    ship: str | Path | Ship, scope: str = "collision-avoidance", out: Path | None = None, note: Note = silent
-) -> Table:
+    ship: str | Path | Ship, scope: str = "collision-avoidance", out: Path | None = None, note: Note = silent, *,
+    bands: float | None = None, draws: int | None = None,
+) -> Table:  # fmt: skip
     """Judge a ship by Sawada 2024 section 6; writes a page where `out` is given.
 
+    Args:
+        bands: level [%] at which draws of a fitted ship judge; None judges its numbers.
+        draws: their number; None takes 100.
+
     Raises:
-        RequestError: an unknown scope, or an output that is no page or whose folder does not exist.
+        RequestError: an unknown scope, an output that is no page or whose folder does not exist, draws without bands.
+        StudyError: bands of a ship without a posterior.
         ShipError: a ship that cannot be read.
     """
     from ..exchange.equations import equations
@@ -350,9 +370,29 @@ def requirements(
     if scope not in SCOPES:
         raise RequestError(f"--scope is '{scope}'; known: {', '.join(SCOPES)}")
     check_output(out, PAGES, "the page of the requirements")
-    found = judge(ship_of(ship), scope, elsewhere={"3": connection, "4": equations, "N2": equations})
+    elsewhere = {"3": connection, "4": equations, "N2": equations}
+    if bands is not None:
+        from .evidence.judged import requirements_with_bands
+
+        found = requirements_with_bands(_fitted(ship, bands), scope, bands, elsewhere, draws=draws, note=note)
+    else:
+        _no_draws(draws, extrapolate=False)
+        found = judge(ship_of(ship), scope, elsewhere=elsewhere)
     _write(out, lambda: page(found), note)
     return found
+
+
+def _fitted(ship: str | Path | Ship, bands: float) -> str:
+    """The file of a fitted ship, whose posterior lies beside it."""
+    if isinstance(ship, Ship):
+        raise RequestError(f"bands of {bands:g} percent are of a fitted ship's file, not of a ship in memory: name it")
+    return str(ship)
+
+
+def _no_draws(draws: int | None, *, extrapolate: bool) -> None:
+    """Refuse options that belong to bands."""
+    if draws is not None or extrapolate:
+        raise RequestError(f"{'--draws' if draws is not None else '--extrapolate'} needs --bands, such as --bands 95")
 
 
 def _write(out: Path | None, page: Callable[[], Page], note: Note) -> None:

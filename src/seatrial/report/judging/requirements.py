@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from ...core.version import __version__
-from ...validate.requirements import Finding, Item, Judgement, Table
+from ...validate.requirements import Drawn, Finding, Item, Judgement, Table
 from .. import figures
 from ..page import Page, Section, entries, figure, gallery, lead, number, soft, table, text
 
-_MARK = {"pass": "✓ pass", "fail": "✗ fail", "not applicable": "– not applicable", "not judged": "– not judged"}
+_MARK = {"pass": "✓ pass", "fail": "✗ fail", "undecided": "? undecided", "not applicable": "– not applicable",
+         "not judged": "– not judged"}  # fmt: skip
 _SOURCES = {
     "collision-avoidance": "Sawada et al. 2024, section 6.2: heading control for collision avoidance",
     "berthing": "Sawada et al. 2024, section 6.2: berthing",
@@ -20,6 +23,8 @@ def verdict(found: Table) -> str:
     passed, failed, aside, open_ = (found.count(v) for v in ("pass", "fail", "not applicable", "not judged"))
     words = f"{passed} of {len(found.rows)} items pass"
     words += f", {failed} fail ({', '.join(found.failed)})" if failed else ""
+    unsure = [item.number for item, j in found.rows if j.verdict == "undecided"]
+    words += f", {len(unsure)} undecided ({', '.join(unsure)})" if unsure else ""
     words += f", {aside} not applicable" if aside else ""
     return words + (f", {open_} not judged" if open_ else "")
 
@@ -46,21 +51,30 @@ def numbers(found: Table) -> dict[str, object]:
         "ship": found.ship, "scope": found.scope, "verdict": verdict(found), "failed": list(found.failed),
         "items": [
             {"item": item.number, "requirement": item.text, "verdict": j.verdict, "reason": j.reason,
-             "evidence": {one.what: _finding(one) for one in j.findings}}
+             "evidence": {one.what: _finding(one, j.drawn) for one in j.findings},
+             **({"met": j.drawn.met, "draws": j.drawn.draws} if j.drawn else {})}
             for item, j in found.rows
         ],
     }  # fmt: skip
 
 
-def _finding(one: Finding) -> dict[str, object]:
+def _finding(one: Finding, drawn: Drawn | None) -> dict[str, object]:
+    low, high = _band(one, drawn)
+    band = {} if math.isnan(low) else {"band": {"low": low, "high": high}}
     if one.bound is None:
-        return {"value": one.value, "unit": one.unit}
+        return {"value": one.value, "unit": one.unit, **band}
     bound = {"low": one.bound.low, "high": one.bound.high, "holds": one.holds, "why": one.bound.why}
-    return {"value": one.value, "unit": one.unit, **bound, **({} if one.holds else {"wrong": one.wrong})}
+    return {"value": one.value, "unit": one.unit, **band, **bound, **({} if one.holds else {"wrong": one.wrong})}
 
 
-def _row(one: Finding) -> tuple[str, ...]:
-    value = number(one.value, 4) + (f" {one.unit}" if one.unit != "-" else "")
+def _band(one: Finding, drawn: Drawn | None) -> tuple[float, float]:
+    return drawn.bands.get(one.what, (math.nan, math.nan)) if drawn else (math.nan, math.nan)
+
+
+def _row(one: Finding, drawn: Drawn | None) -> tuple[str, ...]:
+    low, high = _band(one, drawn)
+    value = number(one.value, 4) + ("" if math.isnan(low) else f" ({number(low, 3)} to {number(high, 3)})")
+    value += f" {one.unit}" if one.unit != "-" else ""
     if one.bound is None:
         return one.what, value, "", "", ""
     return one.what, value, str(one.bound), "✓ holds" if one.holds else f"✗ {one.wrong}", one.bound.why
@@ -71,6 +85,8 @@ def _item(item: Item, found: Judgement) -> Section:
              for plot in found.plots)  # fmt: skip
     body = f"<p><strong>{text(_MARK[found.verdict])}</strong>: {text(found.reason)}.</p>"
     if found.findings:
-        head = ("measured; of many points, the worst", "value", "threshold", "verdict", "because")
-        body += f'<div class="wrap">{table(head, map(_row, found.findings), words=(0, 2, 3, 4))}</div>'
+        value = "value" if found.drawn is None else "value (band)"
+        head = ("measured; of many points, the worst", value, "threshold", "verdict", "because")
+        rows = (_row(one, found.drawn) for one in found.findings)
+        body += f'<div class="wrap">{table(head, rows, words=(0, 2, 3, 4))}</div>'
     return Section(f"{item.number}. {item.text}", body + gallery(*drawn))

@@ -19,7 +19,7 @@ from .thresholds import Bound
 if TYPE_CHECKING:
     from .probe import Probe
 
-Verdict = Literal["pass", "fail", "not applicable", "not judged"]
+Verdict = Literal["pass", "fail", "undecided", "not applicable", "not judged"]
 
 _SAID = 3
 
@@ -58,18 +58,36 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class Drawn:
+    """What draws of a fitted ship make of one item.
+
+    Attributes:
+        met: share of the draws that pass it.
+        draws: their number.
+        bands: lower and upper edge by what was measured; NaN where too few draws give it.
+    """
+
+    met: float
+    draws: int
+    bands: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
 class Judgement:
     """What became of one item.
 
     Attributes:
+        verdict: "undecided" where draws of a fitted ship differ about it.
         reason: why, in one sentence; of a failure, which physics is wrong or missing.
         findings: the measured values it rests on, each with its bound.
+        drawn: what draws make of it; None where none were made.
     """
 
     verdict: Verdict
     reason: str
     findings: tuple[Finding, ...] = ()
     plots: tuple[Plot, ...] = ()
+    drawn: Drawn | None = None
 
     @property
     def evidence(self) -> Mapping[str, tuple[float, str]]:

@@ -135,6 +135,8 @@ def _elsewhere(p: Probe) -> Judgement:
     return Judgement("not judged", "`seatrial requirements` tests it; `judge` alone examines motion only")
 
 
+CHECKED_ONCE = (_step, _real_time, _open_source, _elsewhere)
+"""Checks of the computation, the source or an interface, which no draw of the numbers changes."""
 _OPEN = ("MIT", "BSD-3-Clause", "BSD-2-Clause", "Apache-2.0")
 FUNCTIONAL = (
     Item("1a", "The propulsion answers its order", lambda p: control.delay(p, p.propulsion)),

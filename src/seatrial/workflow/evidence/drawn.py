@@ -31,9 +31,10 @@ from .. import RequestError
 DRAWS, MOST = 1000, 20_000
 # A quantile is worth its name with so many draws beyond it.
 _TAIL = 5
-_SEED = 1
+SEED = 1
 # A parameter is left open where so much of its prior variance stays.
 _LOOSE = 0.5
+UNKNOWN = "; nothing is known of the error there; "
 LEAVE_OUT = "; or let trials left out in turn widen them (seatrial identify STUDY -o RUN --left-out)"
 # Rows of each calibrated run: indices of a manoeuvre with memory hang on the instant of its reversals.
 _ROWS, _SWITCHED = 200, 600
@@ -105,19 +106,23 @@ class Drawing:
         Raises:
             RequestError: it does, and that was not accepted.
         """
-        if not self.held.covered and not self.extrapolate:
-            raise RequestError(
-                f"--bands: the fit of {self.held.ship.name} did not keep the ranges of its trials (an older version); "
-                "fit it again, or accept bands of unknown validity with --extrapolate"
-            )
+        if refused := self.refusal(run):
+            raise RequestError(f"--bands: {refused}")
+        return beyond(self.held.covered, run, self.held.ship.model.controls)
+
+    def refusal(self, run: Trial) -> str:
+        """Why no bands are given for a run; empty where they are."""
+        if self.extrapolate:
+            return ""
+        if not self.held.covered:
+            return (f"the fit of {self.held.ship.name} did not keep the ranges of its trials (an older version); "
+                    "fit it again, or accept bands of unknown validity with --extrapolate")  # fmt: skip
         out = beyond(self.held.covered, run, self.held.ship.model.controls)
-        if out and not self.extrapolate and not self._told(out):
-            raise RequestError(
-                f"--bands: the run leaves the trials of the fit: {'; '.join(map(reach, out))}; nothing is known of the "
-                "error there; fit trials that go so far, or accept it with --extrapolate"
-                f"{'' if self.held.power is not None else LEAVE_OUT}"
-            )
-        return out
+        if not out or self._told(out):
+            return ""
+        return (f"the run leaves the trials of the fit: {'; '.join(map(reach, out))}{UNKNOWN}"
+                "fit trials that go so far, or accept it with --extrapolate"
+                f"{'' if self.held.power is not None else LEAVE_OUT}")  # fmt: skip
 
     def _told(self, out: tuple[Beyond, ...]) -> bool:
         """Whether a posterior widened by left-out trials says what is open there."""
@@ -142,13 +147,13 @@ class Drawing:
         out_of = self.beyond(run)
         found = self.found if not out_of or not self._told(out_of) or self.extrapolate else None
         if found is None:
-            drawn = self.held.draws(self.count, _SEED)
+            drawn = self.held.draws(self.count, SEED)
             made = bands(ship, policy, self.held.names, drawn, speed=speed, duration=run.duration, dt=dt,
                          weather=weather, held=balanced)  # fmt: skip
             basis = PARAMETERS_ONLY if self.held.power is None else LEFT_OUT
             lines = () if self.held.power is None else self.held.power.words
         else:
-            drawn, kind = draws_of(self.held, self.count, _SEED), kind_of(run)
+            drawn, kind = draws_of(self.held, self.count, SEED), kind_of(run)
             made, scale = _calibrated(self, found, policy, run, speed, dt, weather, kind)
             basis = CALIBRATED.on(len(set(found.left.groups)))
             lines = _unsure(found, self.level, kind, run.duration, scale)
@@ -211,7 +216,7 @@ def _calibrated(
     every = max(round(run.duration / step) // (_SWITCHED if policy.memory else _ROWS), 1)
     runs = manoeuvre(asked.held, found, policy, asked.level, speed=0.0 if policy.from_rest else speed,
                      duration=run.duration, dt=step, weather=weather, kind=kind, draws=asked.count, every=every,
-                     seed=_SEED)  # fmt: skip
+                     seed=SEED)  # fmt: skip
     bad = np.maximum.accumulate(~np.isfinite(runs.drawn).all(axis=2), axis=1)
     tracks, raw = (np.where(bad[:, :, None], np.nan, one) for one in (runs.tracks, runs.drawn[:, :, : len(STATES)]))
     failed = np.where(bad[:, -1], runs.t[bad.argmax(axis=1)], np.nan)
