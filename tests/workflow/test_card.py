@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calibrated_run import calibrated
 from fitted_run import saved, trial
 from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trials, write_trial
@@ -218,3 +219,44 @@ def test_no_left_out_trial_tells_of_other_surroundings(run: Path) -> None:
 def test_what_left_out_trials_say_is_not_edited(run: Path, wrong: dict[str, object]) -> None:
     with pytest.raises(StudyError, match=r"fit\.json: left_out cannot be read .* --left-out makes it again"):
         simulate_with_bands(str(left_out(run, **wrong)), "turning", 95.0)  # type: ignore[arg-type]
+
+
+def test_a_card_of_a_calibrated_model_says_how_often_its_bands_held(run: Path, tmp_path: Path) -> None:
+    """Errors of the calibration are normal and of known size, so left-out coverage is the level up to chance."""
+    calibrated(run, size=3.0)
+    page = tmp_path / "card.html"
+    assert main(["card", str(run), "-o", str(page), "--json"]) == 0
+    found = json.loads(page.with_suffix(".json").read_text())["bands"]
+    assert (found["recordings"], found["kinds"], found["level"]) == (24, ["turning", "zigzag"], 0.95)
+    rows = [row for row in found["left_out"] if row["kind"] == "all kinds"]
+    assert [row["windows"] for row in rows] == [144, 144, 144]
+    for row in rows:
+        for share in row["inside"].values():
+            assert share == pytest.approx(0.95, abs=0.05)
+    assert found["unseen"][-1]["inside"]["position"] == 1.0, "a good fit lies within bands that are wide for it"
+    assert "hold up to" in page.read_text(encoding="utf-8")
+
+
+def test_bands_that_are_too_narrow_are_seen_on_unseen_trials_and_forbidden(run: Path, tmp_path: Path) -> None:
+    """The adversary: a calibration of errors a hundredth of the real ones."""
+    calibrated(run, size=0.01)
+    page = tmp_path / "card.html"
+    assert main(["card", str(run), "-o", str(page), "--json"]) == 0
+    found = json.loads(page.with_suffix(".json").read_text())
+    assert found["bands"]["unseen"][0]["inside"]["position"] < 0.5
+    assert any(line.startswith("with its bands as a margin") for line in found["must_not"])
+
+
+def test_a_model_without_calibration_has_no_bands_that_were_held_against_errors(run: Path, tmp_path: Path) -> None:
+    page = tmp_path / "card.html"
+    assert main(["card", str(run), "-o", str(page), "--json"]) == 0
+    assert json.loads(page.with_suffix(".json").read_text())["bands"] is None
+    assert "seatrial calibrate MODEL" in page.read_text(encoding="utf-8")
+
+
+def test_a_calibration_of_another_fit_makes_no_card(run: Path, tmp_path: Path) -> None:
+    calibrated(run)
+    beside = run.with_suffix(".bands.json")
+    beside.write_text(beside.read_text().replace('"fit": "', '"fit": "x'))
+    assert main(["card", str(run), "-o", str(tmp_path / "card.html")]) == 2
+    assert not (tmp_path / "card.html").exists()

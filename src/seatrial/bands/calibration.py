@@ -31,7 +31,8 @@ HOW = "seatrial calibrate MODEL makes them from fits that leave trials out"
 # Spreads of the draws count by this power; the rest is the usual error at the horizon.
 SHARES = (0.0, 0.5, 1.0)
 # North and east are names: position has one factor, so that bands do not depend on where the trials went.
-_ALIKE = ([STATES.index("x"), STATES.index("y")],)
+ALIKE = ([STATES.index("x"), STATES.index("y")],)
+"""Channels that share a factor."""
 # So many digits of each number are kept.
 _DIGITS = 4
 
@@ -61,7 +62,7 @@ class Left:
         known = np.isfinite(self.error)
         total = (weight * np.where(known, self.error, 0.0) ** 2).sum(axis=0)
         mean = total / np.maximum((weight * known).sum(axis=0), 1e-300)
-        for some in _ALIKE:
+        for some in ALIKE:
             mean[:, some] = mean[:, some].mean(axis=1, keepdims=True)
         return np.sqrt(np.maximum(mean, 1e-300))
 
@@ -138,7 +139,7 @@ class Calibration:
 
 
 def _factors(left: Left, share: float, level: float) -> Factors:
-    return factors(left.scores(share), left.groups, left.kinds, level, _ALIKE)
+    return factors(left.scores(share), left.groups, left.kinds, level, ALIKE)
 
 
 def _extended(x: Array, at: Array, values: Array) -> Array:

@@ -8,12 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from ...bands.held import Held
 from ...identify import Fit
 from ...study.grounds import Ranges
 from ...validate.ahead import Row
 from ...validate.fitness import FIT, NOT_FIT, Fitness
 from ..page import Page, Section, bullets, entries, lead, note, number, soft, table, tiles
 from .bands import channel, span
+from .fans import held_table
 from .fitness import numbers as fitness_numbers
 
 _DEGREES = math.degrees(1.0)
@@ -26,6 +28,30 @@ _BANDS = (
     "in these bands only as far as trials left out of the fit in turn have widened it (identify --left-out): where "
     "they hold less often than 95 %, take the errors, not the bands."
 )
+_NOT_CALIBRATED = (
+    "No calibration is beside the model: seatrial calibrate MODEL makes one from fits that leave trials out in turn. "
+    "Without it no band of this model has been held against an error."
+)
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """What is known of the bands of a model that has a calibration beside it.
+
+    Attributes:
+        recordings: that fits left out to calibrate it; `kinds` of theirs.
+        reach: longest time from a start for which bands hold [s].
+        unseen: coverage and widths on the unseen trials of the card.
+        left_out: the same on the recordings of the calibration, each judged by the others; empty where too few.
+        doubts: where the bands say less, a line each.
+    """
+
+    recordings: int
+    kinds: tuple[str, ...]
+    reach: float
+    unseen: tuple[Held, ...]
+    left_out: tuple[Held, ...]
+    doubts: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -42,6 +68,7 @@ class Card:
         missing: what could not be judged, one line each.
         unseen: name, kind and length [s] of the trials that judged it.
         banded: whether its fit has a covariance.
+        calibrated: its bands by left-out trials; None where no calibration is beside the model.
         repeat, versions: commands and digests; programs.
     """
 
@@ -55,6 +82,7 @@ class Card:
     missing: tuple[str, ...]
     unseen: tuple[tuple[str, str, float], ...]
     banded: bool
+    calibrated: Calibrated | None
     repeat: Mapping[str, str]
     versions: Mapping[str, str]
 
@@ -79,6 +107,7 @@ def page(card: Card) -> Page:
         Section("Error and coverage on unseen trials", _errors(card), {
             "rows": [asdict(row) for row in card.rows], "standardised": dict(card.pooled), "restart": card.restart,
             "unseen": [one[0] for one in card.unseen]}),
+        Section("Bands that hold", _calibrated(card), {"bands": _bands_document(card)}),
         Section("Fit for which purpose", _purposes(card), {
             "fitness": {use.purpose: fitness_numbers(use) for use in card.uses}, "not_judged": dict(card.unjudged)}),
         Section("It must not be used", bullets(forbidden(card)), {"must_not": list(forbidden(card))}),
@@ -114,7 +143,9 @@ def _head(card: Card) -> str:
     best = [row for row in card.rows if row.horizon == card.rows[-1].horizon][-1:]
     shown = [(f"{number(row.error['position'], 2)} m", f"position error after {row.horizon:.4g} s") for row in best]
     shown += [(f"{number(_DEGREES * row.error['heading'], 2)}°", "heading error") for row in best]
-    shown += [(_percent(row.held["position"]), "of positions within bands of 95 %") for row in best]
+    inside = card.calibrated.unseen if card.calibrated else ()
+    shown += [(_percent(inside[-1].inside["position"] if inside else row.held["position"]),
+               "of positions within bands of 95 %") for row in best]  # fmt: skip
     return lead(words) + note("", warned) + (tiles(shown) if shown else "")
 
 
@@ -148,6 +179,31 @@ def _errors(card: Card) -> str:
     words = (f"Root mean square errors at the end of windows that start in the measured state. {_BANDS} Standardised "
              f"error (Wakita 2022 Eq. 25), restarted every {card.restart:g} s: {pooled}.")  # fmt: skip
     return table(head, map(_row, card.rows)) + soft(words)
+
+
+def _calibrated(card: Card) -> str:
+    found = card.calibrated
+    if found is None:
+        return soft(_NOT_CALIBRATED)
+    words = (f"Bands of 95 %, calibrated on {found.recordings} recordings that fits left out in turn; kinds: "
+             f"{', '.join(found.kinds)}. They hold up to {found.reach:.4g} s from a start.")  # fmt: skip
+    return "".join((
+        soft(words), bullets(found.doubts),
+        "<h3>On the unseen trials</h3>", held_table(found.unseen) if found.unseen
+        else soft("No unseen trial is at hand, or none that bands could be made for."),
+        "<h3>On the recordings of the calibration, each judged by the others</h3>", held_table(found.left_out)
+        if found.left_out else soft("Too few recordings: without one of them the others cannot show 95 %."),
+        soft("Held: share of the measurements within their bands, so long after a start; ±: mean half width."),
+    ))  # fmt: skip
+
+
+def _bands_document(card: Card) -> dict[str, Any] | None:
+    found = card.calibrated
+    if found is None:
+        return None
+    return {"level": _CLAIMED, "recordings": found.recordings, "kinds": list(found.kinds), "reach": found.reach,
+            "unseen": [asdict(row) for row in found.unseen], "left_out": [asdict(row) for row in found.left_out],
+            "doubts": list(found.doubts)}  # fmt: skip
 
 
 def _row(row: Row) -> list[str]:
@@ -210,7 +266,11 @@ def _by_range(covered: Ranges) -> Iterator[str]:
 def _by_evidence(card: Card) -> Iterator[str]:
     if not card.rows:
         yield "where an error must be known: no unseen trial has been judged"
-    if narrow := [share for row in pooled(card) for share in row.held.values() if share < _least(row.windows)]:
+    held = [(row.windows, row.held) for row in pooled(card)]
+    if card.calibrated:
+        every = [row for row in card.calibrated.unseen if row.kind == card.calibrated.unseen[-1].kind]
+        held = [(row.windows, row.inside) for row in every]
+    if narrow := [share for windows, shares in held for share in shares.values() if share < _least(windows)]:
         yield f"with its bands as a margin: where 95 % are claimed, {_percent(min(narrow))} held"
     weak = [v for v in card.fit.verdicts if v.status not in ("identified", "conditional")]
     if weak:

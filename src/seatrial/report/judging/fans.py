@@ -42,11 +42,6 @@ class BandsHeld:
 
 def section(found: BandsHeld) -> Section:
     """Table of coverage and widths, and fans."""
-    head = ["kind", "ahead [s]", "windows", *(f"{name} held" for name in GROUPS),
-            *(f"{name} ± [{unit}]" for name, (unit, _) in _UNITS.items())]  # fmt: skip
-    cells = ([one.kind, number(one.horizon), str(one.windows),
-              *(f"{100 * one.inside[name]:.0f} %" for name in GROUPS),
-              *(number(factor * one.width[name], 2) for name, (_, factor) in _UNITS.items())] for one in found.rows)
     remark = (
         f"Bands of {100 * found.level:g} %, calibrated on {found.recordings} recordings that fits left out. Held: "
         "share of the measurements within their bands, at these times after a start; ±: mean half width."
@@ -54,7 +49,17 @@ def section(found: BandsHeld) -> Section:
     notes = [f"{made.predicted.name}: {line}" for made, _ in found.fans for line in made.notes]
     drawn = gallery(*(figure(fan(made, trial), f"{trial.name}: measured, predicted and its band")
                       for made, trial in found.fans[:_DRAWN]))  # fmt: skip
-    return Section("Bands", table(head, cells) + soft(remark) + bullets(dict.fromkeys(notes)) + drawn)
+    return Section("Bands", held_table(found.rows) + soft(remark) + bullets(dict.fromkeys(notes)) + drawn)
+
+
+def held_table(rows: Sequence[Held]) -> str:
+    """Coverage and widths by kind and horizon."""
+    head = ["kind", "ahead [s]", "windows", *(f"{name} held" for name in GROUPS),
+            *(f"{name} ± [{unit}]" for name, (unit, _) in _UNITS.items())]  # fmt: skip
+    return table(head, ([one.kind, number(one.horizon), str(one.windows),
+                         *(f"{100 * one.inside[name]:.0f} %" for name in GROUPS),
+                         *(number(factor * one.width[name], 2) for name, (_, factor) in _UNITS.items())]
+                        for one in rows))  # fmt: skip
 
 
 def fan(made: Fan, measured: Trial) -> str:

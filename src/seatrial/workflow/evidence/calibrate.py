@@ -96,7 +96,7 @@ def _document(found: Calibration, path: Path) -> dict[str, Any]:
     return {
         "written": str(path), "fit": found.fit, "trials": len(found.trials), "recordings": len(set(found.left.groups)),
         "windows": len(found.left.trials), "kinds": sorted(set(found.left.kinds)), "level": LEVEL,
-        "reach": found.reach(LEVEL), "of_one_day": list(_of_one_day(found)), "share": found.share,
+        "reach": found.reach(LEVEL), "of_one_day": list(of_one_day(found)), "share": found.share,
         "horizons": found.left.horizons.tolist(),
         "disturbance": {"current": found.disturbance.current, "accelerations": [
             vars(one) for one in found.disturbance.processes if one.sigma > 0]},
@@ -111,7 +111,7 @@ def _usual(found: Calibration) -> Array:
     return np.nanmedian(left.spread, axis=0) ** found.share * left.usual ** (1.0 - found.share)
 
 
-def _of_one_day(found: Calibration) -> tuple[str, ...]:
+def of_one_day(found: Calibration) -> tuple[str, ...]:
     """Kinds whose recordings are all of one day, as far as their names tell it: one line each."""
     days: dict[str, set[str]] = {}
     for kind, group in zip(found.left.kinds, found.left.groups, strict=True):
@@ -131,4 +131,4 @@ def _shown(found: Calibration) -> tuple[Table | str, ...]:
     head = ("left out", "ahead [s]", "recordings", "x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
     return (Table(head, tuple(rows), tuple(range(1, 9))),
             f"half widths of usual bands of {100 * LEVEL:g} %, by kind of manoeuvre",
-            f"bands hold up to {found.reach(LEVEL):.4g} s from a start", *_of_one_day(found))  # fmt: skip
+            f"bands hold up to {found.reach(LEVEL):.4g} s from a start", *of_one_day(found))  # fmt: skip

@@ -32,6 +32,7 @@ from ...validate.fitness import Fitness
 from .. import SILENT, Outcome, RequestError, Sink, Table, figure
 from ..comparing import Around, compared, fitness, judged, refuse, scales
 from ..request import PAGES, positive
+from .carded import calibrated_of
 
 # Draws behind the coverage: the edges of 95 % are the fifth from either end.
 _DRAWS = 200
@@ -70,7 +71,8 @@ def card(
     found = Card(
         fit, summary, seconds, by_kind(ahead_of), _pooled(comparisons), uses,
         {**unjudged}, (*missing, *failed, *lost), tuple((t.name, kind_of(t), t.duration) for t in right),
-        ship is not None, _repeat(model, summary, trials), _versions(summary),
+        ship is not None, calibrated_of(model, ship, right, seconds, sink),
+        _repeat(model, summary, trials), _versions(summary),
     )  # fmt: skip
     made = page(found)
     if out is not None:
