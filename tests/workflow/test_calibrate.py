@@ -53,7 +53,11 @@ def test_a_model_without_a_calibration_says_which_command_makes_one(
         assert "seatrial calibrate MODEL" in refused(capsys, *command, "--bands", "95")
     to_bands = ("predict", model, log, "-o", out, "--bands")
     assert "above 0 and below 100" in refused(capsys, *to_bands, "100")
-    assert "leave --fit-first" in refused(capsys, *to_bands, "95", "--fit-first", "20")
+    assert "leave --smooth-start" in refused(capsys, *to_bands, "95", "--smooth-start", "2")
+    assert "give one of the two" in refused(capsys, *to_bands, "95", "--history", "20", "--fit-first", "20")
+    for begin in ("history 20", "fit-first 20"):
+        asked = f"--{begin}".split()
+        assert f"seatrial calibrate MODEL --{begin}" in refused(capsys, *to_bands, "95", *asked)
     assert "ask for them with --bands" in refused(capsys, "validate", model, log, "--draws", "100")
     assert "no posterior" in refused(capsys, "predict", "kvlcc2_l7", log, "-o", out, "--bands", "95")
     assert not (tmp_path / "out").exists()
@@ -99,6 +103,27 @@ def test_bands_from_the_study_to_the_report(
     assert {row["kind"] for row in held["held"]} == {"turning", "zigzag", "all kinds"}
     assert np.mean([share for row in held["held"] for share in row["inside"].values()]) > 0.75
     assert "calibrated on 20 recordings" in Path("report.html").read_text()
+
+    both = ("--history", "10", "--fit-first", "10")
+    status, out, err = told(capsys, "calibrate", "run/model.toml", "--parts", "4", *both, "--json")
+    assert status == 0, err
+    assert {"history 10", "fit-first 10"} <= set(json.loads(out))
+    assert Path("run/model.bands.json").read_bytes() == before
+    for some in (both[:2], both[2:]):
+        where = Path(f"out{some[0]}")
+        to_new = ("run/model.toml", "new", "--bands", "95", *some)
+        restart = ("--restart", "20")
+        status, _, err = told(capsys, "predict", *to_new, *restart, "-o", str(where))
+        assert status == 0, err
+        assert "the past does not fit" not in err
+        for measured in read_trials([Path("new")]):
+            edges, predicted = (read_trials(folder / f"{measured.name}.csv")[0] for folder in (where / "bands", where))
+            assert edges.t.tolist() == predicted.t.tolist()
+            assert (edges["y_low"] < predicted["y"]).all()
+        status, out, err = told(capsys, "validate", *to_new, *restart, "--json")
+        assert status == 0, err
+        held = json.loads(out)["bands"]
+        assert np.mean([share for row in held["held"] for share in row["inside"].values()]) > 0.75
 
     assert "20 recordings, and at least 99" in refused(capsys, "predict", "run/model.toml", "new", "--bands", "99",
                                                        "-o", "more")  # fmt: skip

@@ -19,7 +19,7 @@ from .conformal import needed, too_few
 from .disturbance import Disturbance
 from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
 from .left_out import LeftOut
-from .sailing import draws_of, sailed
+from .sailing import Begins, Lanes, draws_of, sailed
 
 LEVEL = 0.95
 """At which a calibration is made; it serves every level that its trials can show."""
@@ -61,8 +61,64 @@ def horizons_of(trials: Sequence[Trial], time: float, longest: float | None) -> 
     return first * many[many * first <= most * (1.0 + 1e-9)]
 
 
+@dataclass(frozen=True)
+class Grounds:
+    """What calibrations of one fit are made of: left-out trials, and what a model without each part lacks.
+
+    Attributes:
+        held: posterior of the fit to all trials.
+        trials: all that were left out.
+        parts: with the windows of the trials that each left out.
+        horizons: [s].
+        lacks: what a model lacks by the trials of the other parts, for each part.
+        sigma: of the readings, shape (6,).
+        dt: time step [s].
+    """
+
+    held: Posterior
+    trials: tuple[Trial, ...]
+    parts: tuple[Part, ...]
+    horizons: Array
+    lacks: tuple[Disturbance, ...]
+    sigma: Array
+    dt: float
+
+    @staticmethod
+    def of(held: Posterior, parts: Iterable[LeftOut], longest: float | None = None) -> Grounds:
+        """Arguments and errors as of `calibrated`."""
+        every = list(parts)
+        trials = [trial for part in every for trial in part.trials]
+        h = horizons_of(trials, held.ship.L_pp / max(held.ship.speed, 1e-3), longest)
+        level, dt = noise(trials), step_of(trials)
+        sigma = np.array([level.get(name, 0.0) for name in STATES])
+        made: list[Part] = []
+        for out in every:
+            cut = windows_of(out.ship, out.trials, h, dt)
+            made.append(Part(out, cut, variances(out, cut, sigma)))
+        lacks = tuple(_learned([other for other in made if other is not one]) for one in made)
+        return Grounds(held, tuple(trials), tuple(made), h, lacks, sigma, dt)
+
+    def measured(self) -> Calibration:
+        """Of predictions that begin in measured states."""
+        spreads = [spread_of(one.out, one.cut.lanes, who, self.sigma)[:, one.cut.rows]
+                   for one, who in zip(self.parts, self.lacks, strict=True)]  # fmt: skip
+        return self.made("measured", [one.cut for one in self.parts], [one.cut.error for one in self.parts], spreads)
+
+    def made(
+        self, begin: str, cuts: Sequence[Windows], errors: Sequence[Array], spreads: Sequence[Array]
+    ) -> Calibration:  # fmt: skip
+        """A calibration from errors and spreads of the windows of each part."""
+        of = {trial.name: group[0].name for group in recordings(self.trials) for trial in group}
+        names = tuple(name for cut in cuts for name in cut.trials)
+        left = Left(names, tuple(of[name] for name in names), tuple(kind for cut in cuts for kind in cut.kinds),
+                    self.horizons, np.concatenate(errors), np.concatenate(spreads))  # fmt: skip
+        told = {trial.name: trial_digest(trial) for trial in self.trials if trial.name in names}
+        return Calibration(self.held.digest, posterior_digest(self.held), told, begin, self.sigma,
+                           _learned(self.parts), best_share(left, LEVEL), left)  # fmt: skip
+
+
 def calibrated(held: Posterior, parts: Iterable[LeftOut], *, longest: float | None = None) -> Calibration:
-    """Calibrate the predictions of a fit.
+    """Calibrate the predictions of a fit that begin in measured states.
 
     Args:
         held: posterior of the fit to all trials.
@@ -73,25 +129,7 @@ def calibrated(held: Posterior, parts: Iterable[LeftOut], *, longest: float | No
         RequestError: too few recordings.
         DataError: a trial lacks a channel.
     """
-    every = list(parts)
-    trials = [trial for part in every for trial in part.trials]
-    h = horizons_of(trials, held.ship.L_pp / max(held.ship.speed, 1e-3), longest)
-    level, dt = noise(trials), step_of(trials)
-    sigma = np.array([level.get(name, 0.0) for name in STATES])
-    made: list[Part] = []
-    for out in every:
-        cut = windows_of(out.ship, out.trials, h, dt)
-        made.append(Part(out, cut, variances(out, cut, sigma)))
-    spreads = [_spread(one, _learned([other for other in made if other is not one]), sigma) for one in made]
-    whole = [one.cut for one in made]
-    of = {trial.name: group[0].name for group in recordings(trials) for trial in group}
-    names = tuple(name for cut in whole for name in cut.trials)
-    left = Left(names, tuple(of[name] for name in names), tuple(kind for cut in whole for kind in cut.kinds), h,
-                np.concatenate([cut.error for cut in whole]), np.concatenate(spreads))  # fmt: skip
-    return Calibration(
-        held.digest, posterior_digest(held), {trial.name: trial_digest(trial) for trial in trials}, "measured", sigma,
-        _learned(made), best_share(left, LEVEL), left,
-    )  # fmt: skip
+    return Grounds.of(held, parts, longest).measured()
 
 
 def _learned(parts: Sequence[Part]) -> Disturbance:
@@ -103,12 +141,13 @@ def _learned(parts: Sequence[Part]) -> Disturbance:
     return learned(parts[0].out.ship, np.concatenate([cut.error for cut in cuts]), found, by_trial(names))
 
 
-def _spread(part: Part, disturbance: Disturbance, sigma: Array) -> Array:
-    """Standard deviation of the draws in each window, readings included, shape (windows, horizons, 6)."""
-    out = part.out
+def spread_of(
+    out: LeftOut, lanes: Lanes, disturbance: Disturbance, sigma: Array, past: Begins | None = None
+) -> Array:  # fmt: skip
+    """Standard deviation of the draws, readings included, shape (lanes, rows, 6); see `sailing.Uncertain`."""
     uncertain = replace(quiet(out.ship, _DRAWS), names=out.names, draws=draws_of(out, _DRAWS, 1), start=sigma,
-                        disturbance=disturbance)  # fmt: skip
-    return spread(sailed(out.ship, part.cut.lanes, uncertain, 2), sigma)[:, part.cut.rows]
+                        disturbance=disturbance, past=past)  # fmt: skip
+    return spread(sailed(out.ship, lanes, uncertain, 2), sigma)
 
 
 def spread(runs: Array, sigma: Array) -> Array:

@@ -27,6 +27,7 @@ from .conformal import Factors, factors, needed
 from .disturbance import Disturbance, Process
 
 SUFFIX, SCHEMA = ".bands.json", "seatrial-bands/2"
+MEASURED = "measured"
 HOW = "seatrial calibrate MODEL makes them from fits that leave trials out"
 # Spreads of the draws count by this power; the rest is the usual error at the horizon.
 SHARES = (0.0, 0.5, 1.0)
@@ -78,11 +79,14 @@ class Calibration:
     Attributes:
         fit, posterior: digests.
         trials: digest of each trial by name.
-        begin: how predictions start: "measured".
+        begin: how predictions start: "measured", "history S" or "fit-first S", S the seconds before the start.
         noise: standard deviation of the readings of each state, shape (6,).
         disturbance: what the model lacks.
         share: power of the draws' spread, of `SHARES`.
         left: predictions of left-out trials.
+        surprise: greatest one of a left-out past (`past.Past`); inf where none is read.
+        law: of `past.LAWS`, by which what acted before a start acts on; "" where no past is read.
+        doubt: `past.Filter.doubt`.
     """
 
     fit: str
@@ -93,6 +97,9 @@ class Calibration:
     disturbance: Disturbance
     share: float
     left: Left
+    surprise: float = math.inf
+    law: str = ""
+    doubt: float = 1.0
     _known: dict[float, Factors] = field(default_factory=dict[float, Factors], compare=False, repr=False)
 
     def factors(self, level: float) -> Factors:
@@ -170,9 +177,20 @@ def posterior_digest(held: Posterior) -> str:
     return hashlib.sha256(text + held.mean.tobytes() + held.covariance.tobytes()).hexdigest()[:16]
 
 
-def beside(model: str | Path) -> Path:
-    """Where the calibration of a model is kept."""
-    return Path(model).with_suffix(SUFFIX)
+def begin_of(history: float | None, fit_first: float | None) -> str:
+    """`Calibration.begin` of predictions by these options."""
+    known = (("history", history), ("fit-first", fit_first))
+    return next((f"{name} {seconds:g}" for name, seconds in known if seconds is not None), MEASURED)
+
+
+def beside(model: str | Path, begin: str = MEASURED) -> Path:
+    """Where the calibration of a model is kept for predictions that begin so."""
+    path = Path(model)
+    return (
+        path.with_suffix(SUFFIX)
+        if begin == MEASURED
+        else path.with_name(f"{path.stem}.{begin.replace(' ', '-')}{SUFFIX}")
+    )
 
 
 def save(found: Calibration, path: Path) -> Path:
@@ -189,6 +207,7 @@ def save(found: Calibration, path: Path) -> Path:
         "share": found.share, "horizons": left.horizons.tolist(), "states": list(STATES),
         "trials": [{"name": name, "digest": found.trials[name], "recording": left.groups[k], "kind": left.kinds[k],
                     "windows": left.trials.count(name)} for name, k in zip(names, first, strict=True)],
+        **({} if math.isinf(found.surprise) else {"surprise": found.surprise, "law": found.law, "doubt": found.doubt}),
         "error": _listed(left.error), "spread": _listed(left.spread),
     }  # fmt: skip
     return write_whole(path, json.dumps(plain(document)) + "\n")
@@ -203,25 +222,29 @@ def _listed(values: Array) -> list[Any]:
     return [[[_short(v) for v in row] for row in window] for window in values.tolist()]
 
 
-def load(model: str | Path, held: Posterior) -> Calibration:
+def load(model: str | Path, held: Posterior, begin: str = MEASURED) -> Calibration:
     """The calibration beside a fitted model.
 
     Args:
         held: the posterior of the model.
+        begin: how the predictions start, as `Calibration.begin`.
 
     Raises:
         StudyError: there is none, it cannot be read, or it is of another fit; says which command makes one.
     """
-    path = beside(model)
+    path = beside(model, begin)
+    how = HOW if begin == MEASURED else HOW.replace("MODEL", f"MODEL --{begin}")
     if not path.is_file():
-        raise StudyError(f"{model}: its predictions have no bands ({path.name} is not beside it); {HOW}")
+        raise StudyError(f"{model}: its predictions have no bands ({path.name} is not beside it); {how}")
     try:
         found = _read(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise StudyError(f"{path}: cannot be read ({error}); {HOW}") from None
+        raise StudyError(f"{path}: cannot be read ({error}); {how}") from None
     if (found.fit, found.posterior) != (held.digest, posterior_digest(held)):
         raise StudyError(f"{path}: is of fit {found.fit}, the model beside it of fit {held.digest} with another "
-                         f"posterior; {HOW}")  # fmt: skip
+                         f"posterior; {how}")  # fmt: skip
+    if found.begin != begin:
+        raise StudyError(f"{path}: is of predictions that begin by '{found.begin}', not '{begin}'; {how}")
     return found
 
 
@@ -244,7 +267,8 @@ def _read(given: Mapping[str, Any]) -> Calibration:
         str(given["fit"]), str(given["posterior"]), {str(one["name"]): str(one["digest"]) for one in each},
         str(given["begin"]), np.array([given["noise"][name] for name in STATES], dtype=np.float64),
         Disturbance(processes, float(said["current"])), float(given["share"]),
-        Left(trials, groups, kinds, horizons, error, spread),
+        Left(trials, groups, kinds, horizons, error, spread), float(given.get("surprise", math.inf)),
+        str(given.get("law", "")), float(given.get("doubt", 1.0)),
     )  # fmt: skip
 
 

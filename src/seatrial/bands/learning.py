@@ -8,7 +8,7 @@ freedom, as some trials are much unlike the others.  Sizes of zero are common: t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..data import Array, Trial
 from ..identify import Loss
-from ..identify.record import even, windows
+from ..identify.record import Record, even, windows
 from ..models import STATES
 from ..ships import Ship
 from ..study.grounds import kind_of
@@ -46,6 +46,8 @@ class Windows:
         lanes: what is sailed.
         horizons: [s], shape (horizons,).
         error: predicted minus measured, shape (windows, horizons, 6); NaN where a window is over or nothing measured.
+        measured: shape (windows, horizons, 6), with NaN there.
+        begins: row of the trial on even steps at which each begins, shape (windows,).
     """
 
     trials: tuple[str, ...]
@@ -53,19 +55,31 @@ class Windows:
     lanes: Lanes
     horizons: Array
     error: Array
+    measured: Array
+    begins: NDArray[np.intp]
 
     @property
     def rows(self) -> NDArray[np.intp]:
         """Rows of the horizons in what is sailed."""
         return np.round(self.horizons / (self.lanes.dt * self.lanes.every)).astype(np.intp)
 
+    def some(self, which: NDArray[np.bool_]) -> Windows:
+        """Those windows."""
+        lanes = replace(self.lanes, state0=self.lanes.state0[which], series=self.lanes.series[which])
+        names, kinds = (tuple(one for one, here in zip(each, which, strict=True) if here)
+                        for each in (self.trials, self.kinds))  # fmt: skip
+        return Windows(names, kinds, lanes, self.horizons, self.error[which], self.measured[which], self.begins[which])
 
-def windows_of(ship: Ship, trials: Sequence[Trial], horizons: Array, dt: float) -> Windows:
+
+def windows_of(
+    ship: Ship, trials: Sequence[Trial], horizons: Array, dt: float, begun: Mapping[str, Array] | None = None
+) -> Windows:
     """Each trial in windows as long as the longest horizon, which begin at equal intervals, and their errors.
 
     Args:
         horizons: multiples of the first [s].
         dt: time step [s].
+        begun: states in which the first windows of some trials begin in place of the measured ones, shape (6,).
 
     Raises:
         DataError: a trial lacks a channel.
@@ -78,18 +92,28 @@ def windows_of(ship: Ship, trials: Sequence[Trial], horizons: Array, dt: float) 
         stride = max(record.duration / _MOST, every * dt)
         cut = windows([record], ship.model, Loss(correlation=0.0), dict.fromkeys(STATES, 1.0), window=span, dt=dt,
                       every=every, stride=stride)  # fmt: skip
-        lanes = Lanes(cut.state0, cut.series, cut.dt, cut.every)
+        state0 = cut.state0.copy()
+        if begun is not None and trial.name in begun:
+            state0[0, : len(STATES)] = begun[trial.name]
+        lanes = Lanes(state0, cut.series, cut.dt, cut.every)
         measured = np.where(cut.scale > 0, cut.measured, np.nan)
         error = sailed(ship, lanes, quiet(ship, 1), 0, "rk4")[0] - measured
         known = np.round(horizons / (every * dt)).astype(np.intp)
         own = np.full((len(error), len(horizons), len(STATES)), np.nan)
-        here = known < error.shape[1]
-        own[:, here] = error[:, known[here]]
+        read, here = own.copy(), known < error.shape[1]
+        own[:, here], read[:, here] = error[:, known[here]], measured[:, known[here]]
         some = np.isfinite(own).any(axis=(1, 2))
         lanes = replace(lanes, state0=lanes.state0[some], series=lanes.series[some])
         count = int(some.sum())
-        found.append(Windows((trial.name,) * count, (kind_of(trial),) * count, lanes, horizons, own[some]))
+        rows = _begins(Record.of(record, ship.model), max(round(stride / dt), 1), every)
+        found.append(Windows((trial.name,) * count, (kind_of(trial),) * count, lanes, horizons, own[some], read[some],
+                             rows[some]))  # fmt: skip
     return joined(found)
+
+
+def _begins(record: Record, onwards: int, every: int) -> NDArray[np.intp]:
+    """First rows of the windows that `record.windows` cuts: those with a second compared row."""
+    return np.array([row for row in record.begins(onwards) if row + every <= record.last], dtype=np.intp)
 
 
 def joined(parts: Sequence[Windows]) -> Windows:
@@ -100,7 +124,8 @@ def joined(parts: Sequence[Windows]) -> Windows:
     lanes = Lanes(np.concatenate([one.lanes.state0 for one in parts]), np.concatenate(series),
                   parts[0].lanes.dt, parts[0].lanes.every)  # fmt: skip
     return Windows(tuple(name for one in parts for name in one.trials), tuple(k for one in parts for k in one.kinds),
-                   lanes, parts[0].horizons, np.concatenate([one.error for one in parts]))  # fmt: skip
+                   lanes, parts[0].horizons, *(np.concatenate([getattr(one, name) for one in parts])
+                                               for name in ("error", "measured", "begins")))  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -22,6 +23,7 @@ from ..study.stored import Posterior
 from .calibrating import spread
 from .calibration import Calibration
 from .disturbance import LANEWISE, Disturbance, disturbed, shared
+from .past import Past, disturbing
 from .sailing import Lanes, Uncertain, check_traced, draws_of, sailed
 
 # Rows of each run at which draws are kept.
@@ -57,38 +59,62 @@ class Fan:
 
 def fan(
     held: Posterior, found: Calibration, trial: Trial, predicted: Trial, level: float, *, restart: float | None = None,
-    draws: int = 1000, seed: int = 1,
+    draws: int = 1000, seed: int = 1, past: Past | None = None, plain: Calibration | None = None,
+    begin: tuple[float, Array] | None = None, current: float = math.inf,
 ) -> Fan:  # fmt: skip
-    """Bands around a prediction that starts, and restarts, in measured states.
+    """Bands around a prediction that starts, and restarts, in measured states, or with more that is known there.
 
     Args:
         held: posterior of the model.
-        found: its calibration.
+        found: its calibration, of predictions that begin so.
         trial: with controls and wind.
-        predicted: by `replay` with the same `restart`.
+        predicted: by `replay` with the same `restart` and `begin`, or by `past.carried`.
         level: of 0 to 1.
         restart: seconds between restarts.
+        past: what the seconds before each start tell, as `past.carried` gives it.
+        plain: calibration of starts without a past, for those that have none in `past`.
+        begin: first start and state there, as of `replay`.
+        current: standard deviation of each component of a current that was estimated [m/s].
 
     Raises:
         RequestError: too few recordings for the level.
         DataError: as of `replay`.
         ShipError: a model that cannot be disturbed.
     """
-    kind, ready = kind_of(trial), prepared(held.ship, trial, restart=restart)
-    at, width = _spread(held, found, ready, draws, seed)
+    kind, ready = kind_of(trial), prepared(held.ship, trial, restart=restart, begin=begin)
+    known = replace(found, disturbance=disturbing(found.disturbance, current))
+    at, width = _spread(held, known, ready, draws, seed, past)
     since, half = np.zeros(len(ready.t)), np.full((len(ready.t), len(STATES)), np.nan)
     for lane, (a, b) in enumerate(pairwise((*ready.starts, len(ready.t)))):
         since[a:b] = ready.t[a:b] - ready.t[a]
         own_width = np.column_stack([np.interp(since[a:b], at, column) for column in width[lane].T])
-        half[a:b] = found.half(since[a:b], own_width, kind, level)
-    return Fan(predicted, since, half, level, kind, _notes(found, kind, level, float(since.max(initial=0.0))))
+        by = plain if plain is not None and past is not None and past.seconds[lane] == 0.0 else found
+        half[a:b] = by.half(since[a:b], own_width, kind, level)
+    notes = _notes(found, kind, level, float(since.max(initial=0.0)))
+    notes += () if past is None else _surprised(found, past, ready.t[list(ready.starts)])
+    return Fan(predicted, since, half, level, kind, notes)
 
 
-def _spread(held: Posterior, found: Calibration, ready: Prepared, draws: int, seed: int) -> tuple[Array, Array]:
+def _spread(
+    held: Posterior, found: Calibration, ready: Prepared, draws: int, seed: int, past: Past | None = None
+) -> tuple[Array, Array]:
     """Times since the start [s], shape (rows,), and spread of the draws there, shape (windows, rows, 6)."""
     own = whole(Lanes(ready.begun, np.repeat(ready.lanes, ready.each, axis=1), ready.dt / ready.each,
                       ready.each * max(-(-(ready.steps - 1) // _ROWS), 1)))  # fmt: skip
-    return own.t, spread(sailed(held.ship, own, uncertain(held, found, draws, seed), seed), found.noise)
+    who = replace(uncertain(held, found, draws, seed), past=past)
+    return own.t, spread(sailed(held.ship, own, who, seed), found.noise)
+
+
+def _surprised(found: Calibration, past: Past, t: Array) -> tuple[str, ...]:
+    """A line where the past of a start is unlike that of every left-out trial."""
+    odd = past.surprise > found.surprise
+    if not odd.any():
+        return ()
+    worst = int(np.argmax(past.surprise))
+    which = f"{int(odd.sum())} of {len(t)} starts" if len(t) > 1 else "the start"
+    return (f"the past does not fit this model: innovations before {which} are up to {past.surprise[worst]:.2g} times "
+            f"what the filter expects (before t = {t[worst]:.4g} s), in left-out trials at most {found.surprise:.2g}; "
+            "another ship, load or trial, or a sensor at fault: do not rely on these bands",)  # fmt: skip
 
 
 def scale_of(

@@ -55,6 +55,17 @@ class Lanes:
         return Lanes(self.state0, np.concatenate([mean, mean[:, -1:]], axis=1), k * self.dt, self.every // k)
 
 
+class Begins(Protocol):
+    """Disturbances at the starts of lanes."""
+
+    def drawn(self, copies: int, rng: np.random.Generator) -> tuple[Array, Array]:
+        """Values of the processes, shape (copies lanes, processes), and currents, (copies lanes, 2).
+
+        Both over their standard deviation without a past.
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class Uncertain:
     """What differs between draws.
@@ -64,12 +75,14 @@ class Uncertain:
         draws: their values, shape (draws, names); none where it has no columns.
         start: standard deviation of the initial state, shape (6,).
         disturbance: what the model lacks.
+        past: what is known of it at the start of each lane; None where nothing is.
     """
 
     names: tuple[str, ...]
     draws: Array
     start: Array
     disturbance: Disturbance
+    past: Begins | None = None
 
 
 def check_traced(ship: Ship) -> None:
@@ -106,10 +119,14 @@ def sailed(ship: Ship, lanes: Lanes, uncertain: Uncertain, seed: int, method: st
         begun[:, : len(STATES)] += uncertain.start * rng.standard_normal((many, len(STATES)))
         if packed is None or packed.lanes != many:
             packed = code.pack(np.tile(lanes.series, (len(some), 1, 1)))
+        memory, currents = who.begun(many, rng), who.currents(many, rng)
+        if uncertain.past is not None:
+            values, flow = uncertain.past.drawn(len(some), rng)
+            memory[:, : values.shape[1]], currents = values, who.current * flow
         with np.errstate(all="ignore"):  # a draw that diverges does not return
             run = code.stored(
-                begun, packed, parameters, memory0=who.begun(many, rng),
-                lanewise=np.hstack([np.repeat(some, count, axis=0), who.currents(many, rng)]),
+                begun, packed, parameters, memory0=memory,
+                lanewise=np.hstack([np.repeat(some, count, axis=0), currents]),
                 dt=lanes.dt, every=lanes.every, steps=(len(lanes.t) - 1) * lanes.every + 1, method=method,
             )  # fmt: skip
         out[low : low + len(some)] = run[:, :, : len(STATES)].reshape(len(some), count, -1, len(STATES))

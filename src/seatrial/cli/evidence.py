@@ -28,7 +28,8 @@ def card(
 
 
 def calibrate(
-    model: o.FittedModel, parts: o.LeftOutParts = 5, horizon: o.BandHorizon = None, dask: o.Dask = None,
+    model: o.FittedModel, parts: o.LeftOutParts = 5, horizon: o.BandHorizon = None,
+    history: o.CalibratedHistory = None, fit_first: o.CalibratedFirst = None, dask: o.Dask = None,
     json: o.Json = False,
 ) -> None:  # fmt: skip
     """Fit without some trials in turn; write bands that hold."""
@@ -36,7 +37,8 @@ def calibrate(
     from ..workflow.request import Stopped
 
     try:
-        outcome = run(model, parts=parts, horizon=horizon, dask=dask, sink=Terminal())
+        outcome = run(model, parts=parts, horizon=horizon, history=history, first=fit_first, dask=dask,
+                      sink=Terminal())  # fmt: skip
     except KeyboardInterrupt:
         raise Stopped("interrupted; run the same command again to go on") from None
     show(outcome, json)

@@ -169,6 +169,13 @@ BandHorizon = Annotated[
     float | None, Option("--horizon", help="Set the longest time ahead that bands reach [s].")
 ]  # fmt: skip
 
+CalibratedHistory = Annotated[
+    float | None, Option("--history", metavar="S", help="Also calibrate predictions with the S seconds before.")
+]  # fmt: skip
+CalibratedFirst = Annotated[
+    float | None, Option("--fit-first", metavar="S", help="Also calibrate predictions that fit S seconds first.")
+]  # fmt: skip
+
 # Design and judgement.
 Purpose = Annotated[str | None, Option("--for", help="Recommend families for a purpose such as berthing.")]
 FreeParameters = Annotated[list[str], Option("--free", help="Name parameters to be identified, such as 'hull.*'.")]

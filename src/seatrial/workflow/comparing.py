@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -61,9 +61,17 @@ class Judged:
     changes: tuple[str, ...]
 
 
+class Carries(Protocol):
+    """A ship that is predicted with what acted before each start."""
+
+    def replay(self, trial: Trial, *, restart: float | None, smooth_start: float | None) -> Trial:
+        """Prediction as of `simulate.replay.replay`."""
+        ...
+
+
 def compared(
     ship: Ship, trials: Iterable[Trial], restart: float | None, sigma: Mapping[str, float], base: Ship | None = None,
-    *, smooth_start: float | None = None, begun: Mapping[str, Beginning] | None = None, carrier: Carrier | None = None,
+    *, smooth_start: float | None = None, begun: Mapping[str, Beginning] | None = None, carrier: Carries | None = None,
 ) -> tuple[tuple[Comparison, ...], tuple[str, ...]]:
     """Each trial beside the ship, the ship it was fitted from (`base`, or as its file says), and constant velocity.
 

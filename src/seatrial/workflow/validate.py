@@ -26,6 +26,7 @@ from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink, Table
 from .comparing import (
     Around,
+    Judged,
     carrier_of,
     compared,
     fitness,
@@ -162,7 +163,8 @@ def validate(
     if out is not None and out.suffix.lower() not in PAGES:
         raise RequestError(f"{out}: a report ends in .html; its numbers go beside it as .json")
     wanted = _purpose(purpose, limits, fit_first)
-    banding = _banding(model, bands, draws, extrapolate, fit_first or smooth_start or history)
+    banding = _banding(model, bands, draws, extrapolate, history=history, fit_first=fit_first,
+                       smooth_start=smooth_start)  # fmt: skip
     ship, trials = _read(model, paths, sink)
     made = provenance(ship)
     seen = tuple(made.get("trained_on", ()))
@@ -171,11 +173,12 @@ def validate(
     sigma, origin = scales_asked(trials, scale)
     scaled = f"{scale_words(sigma)} ({origin})"
     asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
+    carrier = carrier_of(ship, history, fit_first)
     comparisons, failed = compared(
         ship, asked.trials, restart, sigma, smooth_start=smooth_start, begun=asked.begun,
-        carrier=carrier_of(ship, history, fit_first),
+        carrier=carrier if banding is None or history is None else banding,
     )  # fmt: skip
-    held = None if banding is None else _held(banding, asked.trials, restart, sink)
+    held = None if banding is None else _held(banding, asked, restart, sink)
     spread = spread_of(model, ship, trials, sink)
     fit = None if wanted is None else fitness(wanted, ship, asked.trials, seen, smooth_start)
     report = Report(
@@ -230,7 +233,8 @@ def predict(
     Raises:
         RequestError, ShipError, DataError: what is asked for cannot be done; `out` would overwrite the trials.
     """
-    banding = _banding(model, bands, draws, extrapolate, fit_first or smooth_start or history)
+    banding = _banding(model, bands, draws, extrapolate, history=history, fit_first=fit_first,
+                       smooth_start=smooth_start)  # fmt: skip
     ship, trials = _read(model, paths, sink, out)
     predictions: list[Trial] = []
     fans: list[Fan] = []
@@ -241,10 +245,14 @@ def predict(
         first = asked.begun.get(trial.name)
         begin = None if first is None else (first.t, first.state)
         try:
-            one = carrier.replay(trial, restart=restart, smooth_start=smooth_start) if carrier is not None else \
-                replay(ship, trial, restart=restart, smooth_start=smooth_start, begin=begin)
+            if banding is not None:
+                one, made = banding.predicted(trial, restart, sink.note, first)
+                fans.append(made)
+            elif carrier is not None:
+                one = carrier.replay(trial, restart=restart, smooth_start=smooth_start)
+            else:
+                one = replay(ship, trial, restart=restart, smooth_start=smooth_start, begin=begin)
             predictions.append(one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state"))
-            fans += [] if banding is None else [banding.fan(trial, one, restart, sink.note)]
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
     make_folder(out)
@@ -261,7 +269,8 @@ def predict(
 
 
 def _banding(
-    model: str, bands: float | None, draws: int | None, extrapolate: bool, begun: float | None
+    model: str, bands: float | None, draws: int | None, extrapolate: bool, *, history: float | None,
+    fit_first: float | None, smooth_start: float | None,
 ) -> Banding | None:  # fmt: skip
     """What bands are made with; None where none are asked for.
 
@@ -272,20 +281,21 @@ def _banding(
         return None
     from .evidence.fans import Banding
 
-    return Banding.of(model, bands, draws=draws, extrapolate=extrapolate, begun=begun)
+    return Banding.of(model, bands, draws=draws, extrapolate=extrapolate, history=history, fit_first=fit_first,
+                      smooth_start=smooth_start)  # fmt: skip
 
 
-def _held(banding: Banding, trials: Sequence[Trial], restart: float | None, sink: Sink) -> BandsHeld | None:
+def _held(banding: Banding, asked: Judged, restart: float | None, sink: Sink) -> BandsHeld | None:
     """Bands of the trials that can be predicted, and how often they held."""
     from .evidence.fans import judged as judged_bands
 
     made: list[tuple[Fan, Trial]] = []
-    for trial in trials:
+    for trial in asked.trials:
         try:
-            predicted = replay(banding.held.ship, trial, restart=restart)
+            _, fan = banding.predicted(trial, restart, sink.note, asked.begun.get(trial.name))
         except SimulationError:  # among the comparisons already
             continue
-        made.append((banding.fan(trial, predicted, restart, sink.note), trial))
+        made.append((fan, trial))
     return judged_bands(made, banding, restart) if made else None
 
 

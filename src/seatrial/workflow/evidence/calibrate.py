@@ -6,25 +6,29 @@ import re
 import shutil
 from collections.abc import Mapping
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...bands.calibrating import LEVEL, calibrated
-from ...bands.calibration import Calibration, beside, save
+from ...bands.beginnings import First, by_first, by_history
+from ...bands.calibrating import LEVEL, Grounds
+from ...bands.calibration import MEASURED, Calibration, beside, save
 from ...bands.left_out import left_out
 from ...core import executors
 from ...core.files import held_alone
-from ...data import Array
+from ...data import Array, Trial
 from ...models import STATES
+from ...ships import Ship
 from ...study.grounds import trial_digest
 from ...study.store import load_fit_summary
 from ...study.stored import HOW, load_fit, posterior
 from ...study.study import Study, read_study
+from ...validate.fit_first import between_trials, fit_first
 from .. import SILENT, Outcome, RequestError, Sink, Table, figure
 from ..request import positive
-from .fans import DEGREES
+from .fans import DEGREES, current_of
 
 PARTS = 5
 _FOLDER = "left-out"
@@ -33,7 +37,8 @@ _DAY = re.compile(r"(?<!\d)(?:\d{2}[-_.][A-Za-z]{3}[-_.]\d{4}|\d{4}[-_.]?\d{2}[-
 
 
 def calibrate(
-    model: str, *, parts: int = PARTS, horizon: float | None = None, dask: str | None = None, sink: Sink = SILENT,
+    model: str, *, parts: int = PARTS, horizon: float | None = None, history: float | None = None,
+    first: float | None = None, dask: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[Calibration]:  # fmt: skip
     """Fit again without some of the trials, for every part of them, and keep how well these are predicted.
 
@@ -43,6 +48,7 @@ def calibrate(
         model: model.toml of a run of a study.
         parts: into how many parts the recordings are dealt.
         horizon: longest one [s]; None takes what as many recordings reach as 95 % needs.
+        history, first: also calibrate predictions that begin so; a file of its own beside the first one.
         dask: as of `identify`; the parts are computed there.
 
     Raises:
@@ -51,7 +57,7 @@ def calibrate(
         FitError: a fit without a part fails.
         BusyError: another process calibrates this model.
     """
-    positive(horizon=horizon)
+    positive(horizon=horizon, history=history, fit_first=first)
     if parts < 2:
         raise RequestError(f"--parts is {parts}; two or more leave trials out")
     held = posterior(model)
@@ -64,11 +70,25 @@ def calibrate(
 
     with held_alone(folder), executors.dask(dask, sink.note) if dask else nullcontext(None) as pool:
         out = left_out(study.estimator, study.problem, fit, parts=parts, folder=folder, pool=pool, each=told)
-        found = calibrated(held, out, longest=horizon)
-        path = save(found, beside(model))
+        grounds = Grounds.of(held, out, horizon)
+        made = [grounds.measured()]
+        if history is not None:
+            made.append(by_history(grounds, history))
+        if first is not None:
+            made.append(by_first(grounds, first, partial(_first, first, between_trials(fit.nuisances))))
+        for one in made:
+            sink.note(f"wrote {save(one, beside(model, one.begin))}")
     shutil.rmtree(folder, ignore_errors=True)
-    sink.note(f"wrote {path}")
-    return Outcome(found, _document(found, path), _shown(found))
+    document = {**_document(made[0], beside(model)), **{one.begin: _document(one, beside(model, one.begin))
+                                                        for one in made[1:]}}  # fmt: skip
+    return Outcome(made[0], document, tuple(line for one in made for line in _shown(one)))
+
+
+def _first(span: float, differing: Mapping[str, float], ship: Ship, trial: Trial) -> First:
+    """How a left-out trial begins by a fit of its first seconds."""
+    found = fit_first(ship, trial, span, differing=differing)
+    row = int(np.searchsorted(found.trial.t, found.t - 1e-6 * trial.dt))
+    return First(found.trial.rows(slice(row, None)), found.state, current_of(found))
 
 
 def _study(summary: Mapping[str, Any], model: str) -> Study:
@@ -108,7 +128,8 @@ def _document(found: Calibration, path: Path) -> dict[str, Any]:
 def _usual(found: Calibration) -> Array:
     """The spread of a usual window at each horizon, shape (horizons, 6)."""
     left = found.left
-    return np.nanmedian(left.spread, axis=0) ** found.share * left.usual ** (1.0 - found.share)
+    known = np.isfinite(left.spread).any(axis=0)  # no trial may reach the last horizons
+    return np.nanmedian(np.where(known, left.spread, 1.0), axis=0) ** found.share * left.usual ** (1.0 - found.share)
 
 
 def of_one_day(found: Calibration) -> tuple[str, ...]:
@@ -117,8 +138,16 @@ def of_one_day(found: Calibration) -> tuple[str, ...]:
     for kind, group in zip(found.left.kinds, found.left.groups, strict=True):
         day = _DAY.search(group)
         days.setdefault(kind, set()).add(day[0] if day else "")
-    return tuple(f"{kind}: every recording is of {day}; what differs from day to day is not in its bands"
-                 for kind, some in sorted(days.items()) if len(some) == 1 and (day := next(iter(some))))
+    return tuple(
+        f"{kind}: every recording is of {day}; what differs from day to day is not in its bands"
+        for kind, some in sorted(days.items())
+        if len(some) == 1 and (day := next(iter(some)))
+    )
+
+
+def _begun(found: Calibration) -> str:
+    """How predictions begin, in words; empty where their starts are measured."""
+    return "" if found.begin == MEASURED else f"; predictions by --{found.begin}"
 
 
 def _shown(found: Calibration) -> tuple[Table | str, ...]:
@@ -130,5 +159,5 @@ def _shown(found: Calibration) -> tuple[Table | str, ...]:
             if j in (0, len(found.left.horizons) // 2, len(found.left.horizons) - 1)]  # fmt: skip
     head = ("left out", "ahead [s]", "recordings", "x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
     return (Table(head, tuple(rows), tuple(range(1, 9))),
-            f"half widths of usual bands of {100 * LEVEL:g} %, by kind of manoeuvre",
+            f"half widths of usual bands of {100 * LEVEL:g} %, by kind of manoeuvre{_begun(found)}",
             f"bands hold up to {found.reach(LEVEL):.4g} s from a start", *of_one_day(found))  # fmt: skip

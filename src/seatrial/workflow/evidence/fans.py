@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,16 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from ...bands.calibration import Calibration, load
+from ...bands.calibration import Calibration, begin_of, load
 from ...bands.held import GROUPS, SHARES, held, windows
+from ...bands.past import Filter, carried
 from ...bands.prediction import Fan, fan
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...models import STATES
 from ...report.judging.bands import reach
 from ...report.judging.fans import BandsHeld, words
+from ...simulate.replay import replay
 from ...study.grounds import beyond
 from ...study.stored import Posterior, posterior
+from ...validate.fit_first import Beginning
 from .. import RequestError, Table, figure
 from ..request import DEGREE, Note, make_folder
 
@@ -39,6 +43,7 @@ class Banding:
         level: of 0 to 1.
         draws: number of runs.
         extrapolate: whether bands are given beyond the ranges of the trials of the fit.
+        plain: calibration of starts without a past, and the filter that reads it; None without --history.
     """
 
     held: Posterior
@@ -46,16 +51,19 @@ class Banding:
     level: float
     draws: int
     extrapolate: bool
+    plain: Calibration | None = None
+    filters: Filter | None = None
 
     @staticmethod
     def of(
-        model: str, level: float | None, *, draws: int | None, extrapolate: bool, begun: float | None
+        model: str, level: float | None, *, draws: int | None, extrapolate: bool, history: float | None = None,
+        fit_first: float | None = None, smooth_start: float | None = None,
     ) -> Banding | None:  # fmt: skip
         """From the options; None where no bands are asked for.
 
         Args:
             level: of the bands [%].
-            begun: --fit-first, --history or --smooth-start, which bands do not know.
+            history, fit_first, smooth_start: how predictions begin; bands do not know the last one.
 
         Raises:
             RequestError: a level or number of draws that makes no band, or too few recordings for it.
@@ -70,13 +78,17 @@ class Banding:
         many = DRAWS if draws is None else draws
         if not _FEWEST <= many <= _MOST:
             raise RequestError(f"--draws is {many}; bands take {_FEWEST} to {_MOST}")
-        if begun is not None:
-            raise RequestError("--bands: they are calibrated on predictions from measured states; leave --fit-first, "
-                               "--history and --smooth-start out")  # fmt: skip
+        if smooth_start is not None:
+            raise RequestError("--bands: they are calibrated on starts as measured; leave --smooth-start out")
+        if history is not None and fit_first is not None:
+            raise RequestError("--history: --fit-first already estimates how a trial begins; give one of the two")
         held = posterior(model)
-        found = load(model, held)
+        found = load(model, held, begin_of(history, fit_first))
         found.factors(0.01 * level)
-        return Banding(held, found, 0.01 * level, many, extrapolate)
+        if history is None:
+            return Banding(held, found, 0.01 * level, many, extrapolate)
+        filters = Filter.of(held.ship, found.disturbance, found.noise, history, found.doubt)
+        return Banding(held, found, 0.01 * level, many, extrapolate, load(model, held), filters)
 
     def refuse(self, trial: Trial, predicted: Trial) -> None:
         """Refuse a prediction that leaves the ranges of the trials of the fit, before anything is written.
@@ -94,17 +106,45 @@ class Banding:
                 "of the error there; accept it with --extrapolate"
             )
 
-    def fan(self, trial: Trial, predicted: Trial, restart: float | None, note: Note) -> Fan:
-        """The bands of a prediction, with a note on what a reader must know.
+    def replay(self, trial: Trial, *, restart: float | None, smooth_start: float | None = None) -> Trial:
+        """Prediction with the past, as its bands are about it; `smooth_start` is None, as bands do not know it.
+
+        Raises:
+            DataError, SimulationError: as `simulate.replay.replay`.
+        """
+        if self.filters is None:
+            return replay(self.held.ship, trial, restart=restart, smooth_start=smooth_start)
+        return carried(self.filters, self.found.law, trial, restart=restart)[0]
+
+    def predicted(
+        self, trial: Trial, restart: float | None, note: Note, first: Beginning | None = None
+    ) -> tuple[Trial, Fan]:  # fmt: skip
+        """A prediction with its bands, and a note on what a reader must know.
+
+        Args:
+            first: how the trial begins, of --fit-first.
 
         Raises:
             RequestError: it leaves the trials of the fit.
+            SimulationError: it blows up.
         """
-        self.refuse(trial, predicted)
-        made = fan(self.held, self.found, trial, predicted, self.level, restart=restart, draws=self.draws)
+        begin, past, ship = None if first is None else (first.t, first.state), None, self.held.ship
+        if self.filters is None:
+            run = replay(ship, trial, restart=restart, begin=begin)
+        else:
+            run, past = carried(self.filters, self.found.law, trial, restart=restart)
+        self.refuse(trial, run)
+        made = fan(self.held, self.found, trial, run, self.level, restart=restart, draws=self.draws, past=past,
+                   plain=self.plain, begin=begin, current=math.inf if first is None else current_of(first))  # fmt: skip
         for line in made.notes:
             note(f"warning: {trial.name}: {line}")
-        return made
+        return run, made
+
+
+def current_of(first: Beginning) -> float:
+    """Standard deviation of each component of the current that was estimated [m/s]; inf where none was."""
+    known = [first.sigma[name] for name, value in first.found.items() if name.startswith("current.") and value != 0.0]
+    return math.sqrt(sum(one**2 for one in known) / len(known)) if known else math.inf
 
 
 def write_fan(made: Fan, out: Path) -> Path:
