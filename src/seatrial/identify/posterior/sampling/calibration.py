@@ -13,7 +13,7 @@ from ... import FitError, Problem
 from ...record import Settings
 from ...trajectory.batch import Data, Many
 from .density import Posterior
-from .sampling import sampler_of
+from .sampling import in_values, sampler_of
 
 # Moves that adapt; draws between those that are ranked, so that they are nearly independent; rounds of redrawing.
 _WARM, _THIN, _ROUNDS = 120, 4, 100
@@ -65,7 +65,7 @@ def calibrate(
     posterior = Posterior(many, 1.0, data.of(groups))
     sampler = sampler_of(posterior, ends.values, laplace, _WARM, draws, seed, groups)
     start = ends.values[groups] + (root[groups] @ rng.standard_normal((len(groups), len(vector), 1)))[:, :, 0]
-    found = sampler.run(sampler.begun(np.clip(start, vector.low, vector.high), root))
+    found = in_values(sampler, sampler.run(sampler.begun(np.clip(start, vector.low, vector.high), root)))
     kept = found.drawn[_WARM::_THIN].reshape(-1, repeats, chains, len(vector))
     below = (kept < truth[:, None]).sum(axis=(0, 2))
     share: Array = (below + rng.random(below.shape)) / (kept.shape[0] * chains + 1)

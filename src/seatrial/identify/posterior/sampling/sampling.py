@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....core.files import packed, write_whole
+from ....core.parameters import values as parameters_of
 from ....data import Array
 from ... import Fit, FitError, Problem, StudyError
 from ...resume import kept_arrays
 from .chains import Chains
+from .coordinates import Coordinates, TurnedWalk
 from .density import Posterior, posterior_of
 from .hamiltonian import Sampler
 from .plain import Plain
@@ -99,6 +101,7 @@ def sample(
     chains = sampler.run(chains, each)
     if checkpoint is not None:
         _write(checkpoint, chains, print_, clock)
+    chains = in_values(sampler, chains)
     return Sampled(
         problem.free, chains.drawn[warm:], chains.densities[warm:], chains.accepted[warm:],
         int(chains.divergent.sum()), best, laplace[0], posterior.variance, tails(posterior, best), clock.spent,
@@ -108,7 +111,7 @@ def sample(
 
 def sampler_of(
     posterior: Posterior, centre: Array, laplace: Array, warm: int, draws: int, seed: int, groups: NDArray[np.intp]
-) -> Sampler | Walker:
+) -> Sampler | Walker | TurnedWalk:
     """A walk where starts of windows are measured, so that predictions do; Hamiltonian moves where they are estimated.
 
     An estimated start takes derivatives of its window whatever the parameters do, and then the gradient costs no more.
@@ -124,8 +127,17 @@ def sampler_of(
     own, data = np.isfinite(vector.sigma), posterior.data
     mean = np.broadcast_to(vector.mean, centre.shape) if data is None else data.mean[np.unique(groups, True)[1]]
     wide = _WIDE * np.sqrt(np.diagonal(laplace, axis1=1, axis2=2))
-    return Walker(Plain.of(posterior, len(groups)), np.where(own, mean, centre), np.where(own, vector.sigma, wide),
-                  vector.low, vector.high, warm, draws, seed, groups)  # fmt: skip
+    walker = Walker(Plain.of(posterior, len(groups)), np.where(own, mean, centre), np.where(own, vector.sigma, wide),
+                    vector.low, vector.high, warm, draws, seed, groups)  # fmt: skip
+    known = parameters_of(posterior.many.problem.ship.model)
+    x_R = None if "rudder.x_R" in vector.paths else known.get("rudder.x_R")
+    coordinates = Coordinates.of(tuple(vector.paths), centre, None if x_R is None else float(x_R))
+    return walker if coordinates.plain else TurnedWalk.of(walker, coordinates, centre)
+
+
+def in_values(sampler: Sampler | Walker | TurnedWalk, chains: Chains) -> Chains:
+    """Chains in values, whatever they were drawn in."""
+    return sampler.told(chains) if isinstance(sampler, TurnedWalk) else chains
 
 
 def climbed(posterior: Posterior, values: Array) -> Array:
