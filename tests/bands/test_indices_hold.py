@@ -64,7 +64,7 @@ def test_bands_of_90_percent_of_indices_hold_on_ships_unlike_the_model() -> None
             counted[name].append(one)
     share = {name: float(np.mean([one[0] for one in some])) for name, some in counted.items()}
     assert np.mean([*share.values()]) >= 0.8, share
-    assert min(share.values()) >= 8 / 12, share
-    # and they are no wider than three times what is really missed
+    assert min(share.values()) >= 0.5, share
+    # nor are they much wider than what is really missed
     for some in counted.values():
-        assert np.mean([one[1] for one in some]) < 6.0 * np.sqrt(np.mean([one[2] ** 2 for one in some]))
+        assert np.mean([one[1] for one in some]) < 3.0 * np.sqrt(np.mean([one[2] ** 2 for one in some]))

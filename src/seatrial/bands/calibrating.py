@@ -17,6 +17,7 @@ from ..study.stored import Posterior
 from .calibration import Calibration, Left, best_share, posterior_digest
 from .conformal import needed, too_few
 from .disturbance import Disturbance
+from .indices import left_indices
 from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
 from .left_out import LeftOut
 from .sailing import Begins, Lanes, draws_of, sailed
@@ -102,13 +103,20 @@ class Grounds:
         """Of predictions that begin in measured states."""
         spreads = [spread_of(one.out, one.cut.lanes, who, self.sigma)[:, one.cut.rows]
                    for one, who in zip(self.parts, self.lacks, strict=True)]  # fmt: skip
-        return self.made("measured", [one.cut for one in self.parts], [one.cut.error for one in self.parts], spreads)
+        found = self.made("measured", [one.cut for one in self.parts], [one.cut.error for one in self.parts], spreads)
+        pairs = [(one.out, who) for one, who in zip(self.parts, self.lacks, strict=True)]
+        return replace(found, indices=left_indices(pairs, self.recording))
+
+    @property
+    def recording(self) -> dict[str, str]:
+        """Recording of each trial by name."""
+        return {trial.name: group[0].name for group in recordings(self.trials) for trial in group}
 
     def made(
         self, begin: str, cuts: Sequence[Windows], errors: Sequence[Array], spreads: Sequence[Array]
     ) -> Calibration:  # fmt: skip
         """A calibration from errors and spreads of the windows of each part."""
-        of = {trial.name: group[0].name for group in recordings(self.trials) for trial in group}
+        of = self.recording
         names = tuple(name for cut in cuts for name in cut.trials)
         left = Left(names, tuple(of[name] for name in names), tuple(kind for cut in cuts for kind in cut.kinds),
                     self.horizons, np.concatenate(errors), np.concatenate(spreads))  # fmt: skip

@@ -25,6 +25,7 @@ from ..models import STATES
 from ..study.stored import Posterior
 from .conformal import Factors, factors, needed
 from .disturbance import Disturbance, Process
+from .indexed import LeftIndices
 
 SUFFIX, SCHEMA = ".bands.json", "seatrial-bands/2"
 MEASURED = "measured"
@@ -87,6 +88,7 @@ class Calibration:
         surprise: greatest one of a left-out past (`past.Past`); inf where none is read.
         law: of `past.LAWS`, by which what acted before a start acts on; "" where no past is read.
         doubt: `past.Filter.doubt`.
+        indices: errors of the indices of left-out turns and zigzags; None where none was left out.
     """
 
     fit: str
@@ -100,6 +102,7 @@ class Calibration:
     surprise: float = math.inf
     law: str = ""
     doubt: float = 1.0
+    indices: LeftIndices | None = None
     _known: dict[float, Factors] = field(default_factory=dict[float, Factors], compare=False, repr=False)
 
     def factors(self, level: float) -> Factors:
@@ -208,9 +211,24 @@ def save(found: Calibration, path: Path) -> Path:
         "trials": [{"name": name, "digest": found.trials[name], "recording": left.groups[k], "kind": left.kinds[k],
                     "windows": left.trials.count(name)} for name, k in zip(names, first, strict=True)],
         **({} if math.isinf(found.surprise) else {"surprise": found.surprise, "law": found.law, "doubt": found.doubt}),
+        **({} if found.indices is None else {"indices": _rows(found.indices)}),
         "error": _listed(left.error), "spread": _listed(left.spread),
     }  # fmt: skip
     return write_whole(path, json.dumps(plain(document)) + "\n")
+
+
+def _rows(found: LeftIndices) -> list[dict[str, Any]]:
+    return [{"recording": group, "kind": kind, "index": name, "error": _short(error), "spread": _short(spread)}
+            for group, kind, name, error, spread in zip(
+                found.groups, found.kinds, found.names, found.error.tolist(), found.spread.tolist(), strict=True)]
+
+
+def _indices(given: Sequence[Mapping[str, Any]]) -> LeftIndices | None:
+    if not given:
+        return None
+    groups, kinds, names = (tuple(str(one[key]) for one in given) for key in ("recording", "kind", "index"))
+    error, spread = (np.array([float(one[key]) for one in given]) for key in ("error", "spread"))
+    return LeftIndices(groups, kinds, names, error, spread)
 
 
 def _short(value: float) -> float | None:
@@ -268,7 +286,7 @@ def _read(given: Mapping[str, Any]) -> Calibration:
         str(given["begin"]), np.array([given["noise"][name] for name in STATES], dtype=np.float64),
         Disturbance(processes, float(said["current"])), float(given["share"]),
         Left(trials, groups, kinds, horizons, error, spread), float(given.get("surprise", math.inf)),
-        str(given.get("law", "")), float(given.get("doubt", 1.0)),
+        str(given.get("law", "")), float(given.get("doubt", 1.0)), _indices(given.get("indices", ())),
     )  # fmt: skip
 
 

@@ -11,18 +11,16 @@ from statistics import NormalDist
 import numpy as np
 
 from ..data import Array, Trial
-from ..engine.rollout import simulator
 from ..environment import CHANNELS, Weather
 from ..manoeuvres import Policy
 from ..models import STATES
-from ..ships import Ship
-from ..simulate.lanes import prepare
 from ..simulate.replay import Prepared, prepared
 from ..study.grounds import kind_of
 from ..study.stored import Posterior
 from .calibrating import spread
 from .calibration import Calibration
-from .disturbance import LANEWISE, Disturbance, disturbed, shared
+from .disturbance import Disturbance
+from .loop import Loop
 from .past import Past, disturbing
 from .sailing import Lanes, Uncertain, check_traced, draws_of, sailed
 
@@ -221,7 +219,7 @@ def manoeuvre(
     around = weather.series(dt, steps)[None]
     north, east = (around[0, 0, CHANNELS.index(name)] for name in ("current_x", "current_y"))
     start = np.array([[0.0, 0.0, 0.0, speed + north, east, 0.0]])
-    loop = _Loop(held.ship, policy, dt, around, start, every, every * -(-(steps - 1) // every) + 1)
+    loop = Loop(held.ship, policy, dt, around, start, every, every * -(-(steps - 1) // every) + 1)
     calm = Disturbance(tuple(replace(one, sigma=0.0) for one in found.disturbance.processes))
     own = replace(uncertain(held, found, draws, seed), start=np.zeros(len(STATES)))
     names = own.names
@@ -232,39 +230,3 @@ def manoeuvre(
     width = spread(drawn[:, None, :, : len(STATES)], np.zeros(len(STATES)))[0]
     half = found.half(t, width, kind or policy.kind, level)
     return Runs(t, loop.stored, fitted, drawn, half, level)
-
-
-@dataclass(frozen=True)
-class _Loop:
-    """A closed loop under given conditions."""
-
-    ship: Ship
-    policy: Policy
-    dt: float
-    around: Array
-    start: Array
-    every: int
-    steps: int
-
-    @property
-    def stored(self) -> tuple[str, ...]:
-        lanes = prepare(self.ship, self.policy, self.dt, {}, self.start, self.around, 1)
-        return lanes.simulator.system.stored
-
-    def run(self, names: tuple[str, ...], draws: Array, disturbance: Disturbance, seed: int) -> Array:
-        """Stored rows, shape (draws, rows, columns of the loop)."""
-        rng, count = np.random.default_rng(seed), len(draws)
-        vary = {f"ship.{name}": column for name, column in zip(names, draws.T, strict=True)}
-        lanes = prepare(self.ship, self.policy, self.dt, vary, self.start, self.around, count)
-        system = lanes.simulator.system
-        code = simulator(disturbed(system, disturbance.layout), (*lanes.simulator.lanewise, *LANEWISE))
-        with np.errstate(all="ignore"):
-            run = code.stored(
-                lanes.state, lanes.series, shared(lanes.shared, disturbance),
-                memory0=np.hstack([lanes.memory, disturbance.begun(count, rng)]),
-                lanewise=np.hstack([draws, disturbance.currents(count, rng)]), dt=self.dt, every=self.every,
-                steps=self.steps,
-            )  # fmt: skip
-        kept = len(system.states) + len(system.memory)
-        columns = [*range(kept), *range(run.shape[2] - len(system.logged), run.shape[2])]
-        return run[:, :, columns]

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from ..data import Array, DataError, Trial
 from ..environment import to_earth
 from ..manoeuvres import Index
-from ..manoeuvres.turning import Turning
-from ..manoeuvres.zigzag import Zigzag
+from ..manoeuvres.told import manoeuvre
 from ..models import ROLL, STATES
 from . import Comparison
 from .metrics import horizons, metrics, pairs, segments, spread, standardised
@@ -78,43 +76,6 @@ def pooled(comparisons: Iterable[Comparison]) -> float:
     parts = [(c.standardised, c.samples) for c in comparisons]
     total = sum(n for _, n in parts)
     return sum(value * n for value, n in parts) / total if total else math.nan
-
-
-def manoeuvre(trial: Trial) -> Turning | Zigzag | None:
-    """The manoeuvre that the meta data of a trial name, or None.
-
-    Read are `kind` ("turning", "zigzag") and `set_points`: `delta` and, for a zigzag, `psi`, in
-    radians (``delta [deg]`` in degrees; `rudder` and `heading` are the same), and `side` ("port",
-    "starboard" or a sign).  Without a side, the rudder's first large angle gives it.
-    """
-    points = trial.meta.get("set_points") or trial.meta.get("setpoints")
-    kind = trial.meta.get("kind")
-    if kind not in ("turning", "zigzag") or not isinstance(points, Mapping):
-        return None
-    delta, psi = _angle(points, "delta", "rudder"), _angle(points, "psi", "heading")
-    if not delta:
-        return None
-    side = {"port": -1.0, "starboard": 1.0}.get(str(points.get("side")))
-    if side is None:
-        side = math.copysign(1.0, float(points["side"])) if "side" in points else _first_side(trial, delta)
-    if kind == "turning":
-        return Turning(0.0, side * abs(delta))
-    return Zigzag(0.0, abs(delta), abs(psi), side) if psi else None
-
-
-def _angle(points: Mapping[Any, Any], *names: str) -> float | None:
-    for name in names:
-        for key, factor in ((name, 1.0), (f"{name} [rad]", 1.0), (f"{name} [deg]", math.pi / 180.0)):
-            if key in points:
-                return float(points[key]) * factor
-    return None
-
-
-def _first_side(trial: Trial, delta: float) -> float:
-    """+1 for starboard, -1 for port; set points often give a magnitude, so the rudder decides."""
-    rudder = next((trial[name] for name in ("delta_cmd", "delta") if name in trial), np.zeros(0))
-    over = rudder[np.abs(rudder) >= 0.5 * abs(delta)]
-    return math.copysign(1.0, float(over[0]) if over.size else delta)
 
 
 def _aligned(measured: Trial, predicted: Trial) -> tuple[Trial, Trial]:

@@ -6,7 +6,7 @@ widened, else the covariance of the fit alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -154,9 +154,9 @@ class Drawing:
             lines = () if self.held.power is None else self.held.power.words
         else:
             drawn, kind = draws_of(self.held, self.count, SEED), kind_of(run)
-            made, scale = _calibrated(self, found, policy, run, speed, dt, weather, kind)
+            made, scale, sure = _calibrated(self, found, policy, run, speed, dt, weather, kind)
             basis = CALIBRATED.on(len(set(found.left.groups)))
-            lines = _unsure(found, self.level, kind, run.duration, scale)
+            lines = _unsure(found, self.level, kind, run.duration, scale, sure, made)
         return Sailed(made, drawn, basis, out_of, (basis.words, *lines, *self._caveats(run, out_of, basis, made)))
 
     def _caveats(self, run: Trial, out_of: tuple[Beyond, ...], basis: Basis, made: Bands) -> list[str]:
@@ -185,13 +185,22 @@ class Drawing:
                 "exact")  # fmt: skip
 
 
-def _unsure(found: Calibration, level: float, kind: str, longest: float, scale: float | None) -> tuple[str, ...]:
+def _unsure(
+    found: Calibration, level: float, kind: str, longest: float, scale: float | None, sure: Sequence[str], made: Bands
+) -> tuple[str, ...]:
     """Where left-out trials say less than the bands."""
     lines: list[str] = []
     kinds, far = found.factors(level).kinds[:-1], found.reach(level)
-    if scale is not None:
-        lines.append(f"the manoeuvre answers the ship: indices are {scale:.3g} times as far apart as those of the "
-                     "draws, which is the mean factor of the calibration over times and states")  # fmt: skip
+    if sure and found.indices is not None:
+        lines.append(f"{', '.join(_words(sure))}: calibrated on the same of left-out manoeuvres "
+                     f"({len(set(found.indices.groups))} recordings)")  # fmt: skip
+    if other := [name for name in made.indices if name not in sure and np.isfinite(made.indices[name]).any()]:
+        which = "all indices" if not sure else ", ".join(_words(other))
+        lines.append(f"{which}: held against no left-out manoeuvre; a model that is wrong all along it can miss by "
+                     "more than the band")  # fmt: skip
+        if scale is not None:
+            lines.append(f"the manoeuvre answers the ship: such indices are {scale:.3g} times as far apart as those of "
+                         "the draws, which is the mean factor of the calibration over times and states")  # fmt: skip
     if kind not in kinds:
         lines.append(f"no left-out trial is of this kind ({kind}): the widest bands of {', '.join(kinds)} are taken")
     if longest > far * (1.0 + 1e-6):
@@ -203,11 +212,12 @@ def _unsure(found: Calibration, level: float, kind: str, longest: float, scale: 
 def _calibrated(
     asked: Drawing, found: Calibration, policy: Manoeuvre, run: Trial, speed: float, dt: float, weather: Weather,
     kind: str,
-) -> tuple[Bands, float | None]:  # fmt: skip
-    """Draws that also differ by what the model lacks, their bands, and the factor on indices.
+) -> tuple[Bands, float | None, tuple[str, ...]]:  # fmt: skip
+    """Draws that also differ by what the model lacks, their bands, the factor on indices, and those that need none.
 
-    Tracks are put as far apart at each time as the calibrated edges are.  Under fixed orders that is what indices are
-    read of.  A manoeuvre that answers the ship has the instants of its orders from the draw as it was sailed: headings
+    Indices that left-out manoeuvres show are put as far apart as these were missed.  For the others: tracks are put as
+    far apart at each time as the calibrated edges are, and under fixed orders indices are read of that.  A manoeuvre
+    that answers the ship has the instants of its orders from the draw as it was sailed: headings
     that are stretched about those of another instant have no overshoot that a ship has.  There indices are read of the
     draws as they are, and put apart by the mean factor of the calibration.
     """
@@ -222,11 +232,19 @@ def _calibrated(
     failed = np.where(bad[:, -1], runs.t[bad.argmax(axis=1)], np.nan)
     around = weather.series(step, every * (len(runs.t) - 1) + 1)
     plain = recorded(ship, policy, runs.t, runs.fitted, around, dt=step, every=every)
+    fitted = read(policy, plain, ship.L_pp)
+    drawn = _figures(policy, ship.L_pp, plain, runs, raw)
+    held = {name: values for name, one in drawn.items() if found.indices is not None and name in fitted
+            and (values := found.indices.apart(kind, name, one, fitted[name], asked.level)) is not None}  # fmt: skip
     if not policy.memory:
-        return Bands(runs.t, tracks, _figures(policy, ship.L_pp, plain, runs, tracks), failed), None
+        others = _figures(policy, ship.L_pp, plain, runs, tracks) if set(drawn) - set(held) else {}
+        return Bands(runs.t, tracks, {**others, **held}, failed), None, tuple(held)
     scale = scale_of(asked.held, found, plain, kind, asked.level)
-    return Bands(runs.t, tracks, _apart(_figures(policy, ship.L_pp, plain, runs, raw),
-                                        read(policy, plain, ship.L_pp), scale), failed), scale  # fmt: skip
+    return Bands(runs.t, tracks, {**_apart(drawn, fitted, scale), **held}, failed), scale, tuple(held)
+
+
+def _words(names: Sequence[str]) -> list[str]:
+    return [name.replace("_", " ") for name in names]
 
 
 def _apart(indices: Mapping[str, Array], fitted: Mapping[str, float], scale: float) -> dict[str, Array]:
