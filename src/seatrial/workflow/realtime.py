@@ -19,6 +19,7 @@ from ..models import unit
 from ..realtime.bridge.deck import Deck, Outfit
 from ..realtime.bridge.ghost import Ghost
 from ..realtime.bridge.situation import Situation, read_chart
+from ..realtime.bridge.soundings import Soundings
 from ..realtime.bridge.view import OWN
 from ..realtime.conning import CourseKeeper
 from ..realtime.loop import Loop, LoopError
@@ -186,6 +187,8 @@ def bridge(
             raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
         keep_course(loop, (name for name in loop.vessels if name != OWN), note)
         situation = situation_of(chart, datum if beside is None else beside.datum, round(time.time()))
+        if situation.shown.chart is not None:
+            Soundings(loop, situation.shown.chart)
         deck = Deck(loop, Outfit(drills(vessel), out, beside, hold, cannot(vessel), situation.meta, None, situation))
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")

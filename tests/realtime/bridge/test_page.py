@@ -122,7 +122,7 @@ def test_names_from_a_ship_file_are_text_on_the_page(running: Running, tmp_path:
             const kinds = ['rudder', 'engine', 'dial', 'thruster'];
             const orders = kinds.map(kind => ({{ name: kind, label, kind, ...range }}));
             const helm = new Helm({{ bells: [[1, label]], orders }}, () => {{}}, places);
-            document.getElementById('own-keys').replaceChildren(...helm.hints().flat());
+            document.getElementById('help').replaceChildren(...helm.hints().flat());
             await new Promise(done => setTimeout(done, 200));
             const text = places.rudders.querySelector('b').textContent;
             return [document.querySelectorAll('img').length, globalThis.owned ?? 0, text];

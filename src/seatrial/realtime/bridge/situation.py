@@ -156,7 +156,7 @@ def _coast(path: Path, said: Mapping[str, Any], datum: Datum | None) -> Shown:
                 coasts += [_line(line, datum) for line in ([rings] if kind == "LineString" else rings)]
         except (TypeError, KeyError, IndexError, ValueError):
             raise ChartError(f"{path}: feature {number}: no geometry of [longitude, latitude]") from None
-    near = [lines for lines in (land, coasts) if any(np.abs(line).min() < _FARTHEST for line in lines)]
+    near = [lines for lines in (land, coasts) if any(np.hypot(*line.T).min() < _FARTHEST for line in lines)]
     if not near:
         raise ChartError(f"{path}: no land or coast within {_FARTHEST / 1000.0:.0f} km of "
                          f"{datum.latitude:g}, {datum.longitude:g}; points are [longitude, latitude]")  # fmt: skip
