@@ -11,7 +11,7 @@ import pytest
 from calibrated_run import calibrated
 from fitted_run import saved, trial
 from seatrial.bands.calibration import load, save
-from seatrial.bands.indexed import LeftIndices
+from seatrial.bands.indexing.scores import LeftIndices
 from seatrial.manoeuvres.told import seen
 from seatrial.study.stored import posterior
 from seatrial.workflow.evidence.bands import simulate_with_bands

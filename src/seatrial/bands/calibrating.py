@@ -17,7 +17,7 @@ from ..study.stored import Posterior
 from .calibration import Calibration, Left, best_share, posterior_digest
 from .conformal import needed, too_few
 from .disturbance import Disturbance
-from .indices import left_indices
+from .indexing.left_out import left_indices
 from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
 from .left_out import LeftOut
 from .sailing import Begins, Lanes, draws_of, sailed

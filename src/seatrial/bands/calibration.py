@@ -25,7 +25,7 @@ from ..models import STATES
 from ..study.stored import Posterior
 from .conformal import Factors, factors, needed
 from .disturbance import Disturbance, Process
-from .indexed import LeftIndices
+from .indexing.scores import LeftIndices
 
 SUFFIX, SCHEMA = ".bands.json", "seatrial-bands/2"
 MEASURED = "measured"

@@ -20,7 +20,7 @@ from ..study.stored import Posterior
 from .calibrating import spread
 from .calibration import Calibration
 from .disturbance import Disturbance
-from .loop import Loop
+from .indexing.loop import Loop
 from .past import Past, disturbing
 from .sailing import Lanes, Uncertain, check_traced, draws_of, sailed
 

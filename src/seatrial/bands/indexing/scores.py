@@ -2,7 +2,7 @@
 
 Bands of states at given times do not make bands of indices: what a model lacks all along a manoeuvre shifts an index
 more than accelerations that come and go, although both leave states as far apart.  So indices have factors of their
-own: a score is the error of an index over the spread of the draws' (`indices.left_indices`).
+own: a score is the error of an index over the spread of the draws' (`indexing.left_out`).
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from statistics import NormalDist
 
 import numpy as np
 
-from ..data import Array
-from .conformal import factors, needed
+from ...data import Array
+from ..conformal import factors, needed
 
 
 @dataclass(frozen=True)

@@ -12,21 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from ..data import Array, DataError, Trial
-from ..manoeuvres import Manoeuvre
-from ..manoeuvres.reading import after
-from ..manoeuvres.told import seen
-from ..manoeuvres.zigzag import Zigzag
-from ..models import STATES
-from ..ships import Ship
-from ..ships.steering import by_angle
-from ..simulate.approach import time_step
-from ..simulate.replay import prepared
-from .disturbance import Disturbance
-from .indexed import LeftIndices
-from .left_out import LeftOut
+from ...data import Array, DataError, Trial
+from ...manoeuvres import Manoeuvre
+from ...manoeuvres.reading import after
+from ...manoeuvres.told import seen
+from ...manoeuvres.zigzag import Zigzag
+from ...models import STATES
+from ...ships import Ship
+from ...ships.steering import by_angle
+from ...simulate.approach import time_step
+from ...simulate.replay import prepared
+from ..disturbance import Disturbance
+from ..left_out import LeftOut
+from ..sailing import draws_of
 from .loop import Loop
-from .sailing import draws_of
+from .scores import LeftIndices
 
 _DRAWS, _ROWS, _SEED = 100, 400, 1
 # Indices that a wind on the day or the start of the logger does not decide.

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..data import Array
-from ..engine.rollout import simulator
-from ..manoeuvres import Policy
-from ..ships import Ship
-from ..simulate.lanes import prepare
-from .disturbance import LANEWISE, Disturbance, disturbed, shared
+from ...data import Array
+from ...engine.rollout import simulator
+from ...manoeuvres import Policy
+from ...ships import Ship
+from ...simulate.lanes import prepare
+from ..disturbance import LANEWISE, Disturbance, disturbed, shared
 
 
 @dataclass(frozen=True)
