@@ -30,6 +30,7 @@ from ..models.settled import settled
 from ..ships import Ship, ShipError
 from ..simulate.approach import approach, time_step
 from ..simulate.loop import closed_loop, loop_memory, loop_values
+from ..simulate.place import Place
 from .helm import CommandError, Helm, Range, limits, obeying, ranges
 
 __all__ = ["CommandError", "Compiled", "Plant"]
@@ -46,22 +47,28 @@ class Compiled:
         ship: the ship.
         dt: time step [s].
         ranges: range of each order.
+        place: what surrounds the ship; None on open water.
     """
 
     ship: Ship
     dt: float
     simulator: Simulator
     ranges: Mapping[str, Range]
+    place: Place | None = None
 
     @staticmethod
-    def of(ship: Ship, dt: float) -> Compiled:
-        """Trace and compile, or take the kernel from the cache; ShipError: a step that does not fit."""
+    def of(ship: Ship, dt: float, place: Place | None = None) -> Compiled:
+        """Trace and compile, or take the kernel from the cache; ShipError: a step that does not fit.
+
+        Args:
+            place: what surrounds the ship (`simulate.place.place_of`): depth, banks, quays and lines; None: open water.
+        """
         if not (dt > 0.0 and math.isfinite(dt)):
             raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
         if isinstance(ship.model, Sampled) and abs(dt / float(ship.model.dt) - 1.0) > 1e-9:
             raise ShipError(f"{ship.name}: runs at its own step of {ship.model.dt:g} s only; got {dt:g} s")
-        system = closed_loop(ship, Helm(ship.model.controls), dt)
-        return Compiled(ship, dt, simulator(system), ranges(ship))
+        system = closed_loop(ship, Helm(ship.model.controls), dt, place)
+        return Compiled(ship, dt, simulator(system), ranges(ship), place)
 
     def plant(
         self, *, environment: Weather | None = None, start: Sequence[float] | None = None,
@@ -87,13 +94,14 @@ class Plant:
         ranges: range of each order that has an effect.
         seed: of the random parts (sensors).
         linkage: what the gear of a control receives for an order to it; None without a fault between the two.
+        place: what surrounds it; the depth of the weather is not used where this has a chart.
     """
 
     def __init__(
         self, compiled: Compiled, environment: Weather, start: Sequence[float] | None, n_P: float | None, seed: int
     ) -> None:
         ship = self.ship = compiled.ship
-        self.dt, self.seed, self.k = compiled.dt, seed, 0
+        self.dt, self.place, self.seed, self.k = compiled.dt, compiled.place, seed, 0
         self.linkage: Callable[[str, float], float] | None = None
         self.controls = ship.model.controls
         self._commands = {f"{name}_cmd": name for name in self.controls}
@@ -127,7 +135,7 @@ class Plant:
     @staticmethod
     def of(
         ship: Ship, *, dt: float, environment: Weather | None = None, start: Sequence[float] | None = None,
-        n_P: float | None = None, seed: int = 0,
+        n_P: float | None = None, seed: int = 0, place: Place | None = None,
     ) -> Plant:  # fmt: skip
         """A plant of a ship.
 
@@ -140,11 +148,12 @@ class Plant:
             n_P: initial and ordered revolutions [1/s]; by default those that hold the initial speed straight ahead,
                 zero at rest.
             seed: of the sensors.
+            place: as in `Compiled.of`.
 
         Raises:
             ShipError: an invalid time step or initial state.
         """
-        return Compiled.of(ship, dt).plant(environment=environment, start=start, n_P=n_P, seed=seed)
+        return Compiled.of(ship, dt, place).plant(environment=environment, start=start, n_P=n_P, seed=seed)
 
     @property
     def t(self) -> float:
@@ -298,13 +307,15 @@ def rate_of(ship: Ship, wanted: float) -> float:
 
 
 def plant_of(
-    ship: Ship, rate: float, weather: Weather, start: Sequence[float], seed: int, through_water: bool = True
+    ship: Ship, rate: float, weather: Weather, start: Sequence[float], seed: int, through_water: bool = True,
+    place: Place | None = None,
 ) -> Plant:  # fmt: skip
     """A ship at a time step that divides the tick, 1/`rate` [s], and suits the ship.
 
     Args:
         start: initial (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s].
         through_water: whether its velocities are through water; over ground otherwise.
+        place: as in `Compiled.of`.
     """
     fitting = 1.0 / (rate * math.ceil(1.0 / (rate * time_step(ship)) - 1e-9))
     dt = float(ship.model.dt) if isinstance(ship.model, Sampled) else fitting
@@ -312,7 +323,7 @@ def plant_of(
     if through_water:
         _, _, north, east, *_ = weather.series(dt, 1)[0].tolist()
         u, v_m = u + north * math.cos(psi) + east * math.sin(psi), v_m + east * math.cos(psi) - north * math.sin(psi)
-    return Plant.of(ship, dt=dt, environment=weather, start=(x, y, psi, u, v_m, r), seed=seed)
+    return Plant.of(ship, dt=dt, environment=weather, start=(x, y, psi, u, v_m, r), seed=seed, place=place)
 
 
 _AT_A_TIME = 16

@@ -32,6 +32,7 @@ from ..data.trialfile import read_trial
 from ..environment import CHANNELS, VECTORS, Environment, Weather
 from ..models import STATES, unit
 from ..ships import Ship, ShipError
+from ..simulate.place import Place
 from ..simulate.run import SIMULATED
 from .plant import Plant
 
@@ -147,7 +148,8 @@ class Recording:
         self._columns = Columns(plant, usual_names(plant), self._held)
         start = base64.b64encode(plant.snapshot()).decode()
         self._changes = [json.dumps({"schema": SCHEMA, "ship": plant.ship.name, "numbers": digest(plant.ship),
-                                     "dt": plant.dt, "changing": plant.changing, "start": start})]  # fmt: skip
+                                     "dt": plant.dt, "changing": plant.changing, "placed": plant.place is not None,
+                                     "start": start})]  # fmt: skip
         self._first = f"{self._columns.head}\n{text(self._columns.row())}"
         self._begun, self._last, self._seen, self.rows = True, plant.k, 0, 0
         self._ordered = self._orders()
@@ -239,17 +241,20 @@ class Appender:
         self._path.unlink(missing_ok=True)
 
 
-def rerun(path: str | Path, ship: Ship, environment: Weather | None = None) -> Trial:
+def rerun(
+    path: str | Path, ship: Ship, environment: Weather | None = None, place: Place | None = None
+) -> Trial:
     """Reproduce a recorded run from its initial state and orders, bit for bit on the same kind of machine.
 
     Args:
         path: the .csv file of the recording; rows and columns of the result are those of the file.
         ship: the recorded ship, with the same numbers.
         environment: the weather of the run, if it changed by itself.
+        place: where the ship sailed, if it was on a chart.
 
     Raises:
         DataError: no such recording, or orders that cannot be read.
-        ShipError: another ship, or changing weather that is not given.
+        ShipError: another ship, or changing weather or a place that is not given.
     """
     here = Path(path)
     trial, (about, changes) = read_trial(here), _read(orders_path(here))
@@ -257,7 +262,9 @@ def rerun(path: str | Path, ship: Ship, environment: Weather | None = None) -> T
         raise ShipError(f"{here}: recorded {about['ship']} with other numbers; give the ship as it was recorded")
     if about["changing"] and environment is None:
         raise ShipError(f"{here}: the weather changed by itself; give the weather of the run")
-    plant = Plant.of(ship, dt=float(about["dt"]), environment=environment, start=(0.0,) * 6, n_P=0.0)
+    if about.get("placed", False) != (place is not None):
+        raise ShipError(f"{here}: recorded {'on a chart; give its place' if place is None else 'on open water'}")
+    plant = Plant.of(ship, dt=float(about["dt"]), environment=environment, start=(0.0,) * 6, n_P=0.0, place=place)
     plant.restore(base64.b64decode(about["start"]))
     columns = Columns(plant, trial.channels, trial.meta.get("held", ()))
     rows: list[list[float]] = []

@@ -14,8 +14,10 @@ from typing import Any, Unpack
 from ..core.errors import ChartError
 from ..data.geodesy import Datum
 from ..environment import Weather
+from ..environment.chart import Chart
 from ..manoeuvres import Manoeuvre
 from ..models import unit
+from ..models.common import Composed
 from ..realtime.bridge.deck import Deck, Outfit
 from ..realtime.bridge.ghost import Ghost
 from ..realtime.bridge.situation import Situation, read_chart
@@ -24,7 +26,9 @@ from ..realtime.bridge.view import OWN
 from ..realtime.conning import CourseKeeper
 from ..realtime.loop import Loop, LoopError
 from ..realtime.plant import Plant, plant_of, rate_of
+from ..sensors.suite import draught
 from ..ships import Ship
+from ..simulate.place import Place, aground_or_inside, place_of
 from . import RequestError
 from .request import DEGREE, Around, Note, numbers, obeyed, positive, ship_of, silent, speed_of, surroundings
 from .simulation import known, lacks, order
@@ -51,17 +55,45 @@ Start = tuple[float, ...]
 """Initial (x, y, psi, u, v_m, r) [m, rad, m/s, rad/s]."""
 
 
-def others_of(texts: Iterable[str], rate: float, weather: Weather, seed: int) -> dict[str, Plant]:
+def others_of(
+    texts: Iterable[str], rate: float, weather: Weather, seed: int, chart: Chart | None = None
+) -> dict[str, Plant]:  # fmt: skip
     """Other ships, by number and name.
 
     Raises:
-        RequestError: a text of another form than ``SHIP@NORTH,EAST,HEADING[,SPEED]``.
+        RequestError: a text of another form than ``SHIP@NORTH,EAST,HEADING[,SPEED]``, a ship aground or in a wall.
     """
     found: dict[str, Plant] = {}
+    places: dict[str, Place] = {}
     for number, text in enumerate(texts, 1):
         ship, start = other_of(text)
-        found[f"{number} {ship.name}"] = plant_of(ship, rate, weather, start, seed)
+        place = placed(ship, chart, start, places=places)
+        found[f"{number} {ship.name}"] = plant_of(ship, rate, weather, start, seed, place=place)
     return found
+
+
+def placed(
+    ship: Ship, chart: Chart | None, start: Sequence[float], note: Note = silent,
+    places: dict[str, Place] | None = None,
+) -> Place | None:  # fmt: skip
+    """The place of a ship on a chart; None without a chart, or for a family that has no forces of banks and quays.
+
+    Args:
+        places: those of ships before it, by name: ships of one place are compiled once.
+
+    Raises:
+        RequestError: it starts aground or in a wall.
+    """
+    if chart is None:
+        return None
+    if not isinstance(ship.model, Composed):
+        note(f"note: {ship.name}: its family knows no banks and quays; of the chart it feels the depth at most")
+        return None
+    known = {} if places is None else places
+    place = known.setdefault(ship.name, known.get(ship.name) or place_of(ship, chart))
+    if wrong := aground_or_inside(place, tuple(start), draught(ship)):
+        raise RequestError(f"{ship.name}: {wrong}; start elsewhere")
+    return place
 
 
 def keep_course(loop: Loop, names: Iterable[str], note: Note = silent) -> None:
@@ -176,19 +208,14 @@ def bridge(
         serve, vessel = server_of(anywhere), ship_of(ship)
         beside, rate = _ghost(vessel, ghost, note), rate_of(vessel, _RATE)
         weather = surroundings(vessel, seed, note, **around).weather
-        start = (0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), 0.0, 0.0)
-        own = plant_of(vessel, rate, weather, start if beside is None else beside.start, seed, beside is None)
-        try:
-            loop = Loop({OWN: own, **others_of(other, rate, weather, seed)}, rate, factor)
-        except LoopError as error:
-            raise RequestError(str(error)) from None
-        if not out.is_dir():
-            what = "a file" if out.exists() else "no such folder"
-            raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
-        keep_course(loop, (name for name in loop.vessels if name != OWN), note)
+        begun = (0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), 0.0, 0.0)
+        start = begun if beside is None else beside.start
         situation = situation_of(chart, datum if beside is None else beside.datum, round(time.time()))
-        if situation.shown.chart is not None:
-            Soundings(loop, situation.shown.chart)
+        around_it = placed(vessel, situation.shown.chart, start, note)
+        own = plant_of(vessel, rate, weather, start, seed, beside is None, around_it)
+        loop = _afloat(own, others_of(other, rate, weather, seed, situation.shown.chart), rate, factor, situation)
+        _recordings(out)
+        keep_course(loop, (name for name in loop.vessels if name != OWN), note)
         deck = Deck(loop, Outfit(drills(vessel), out, beside, hold, cannot(vessel), situation.meta, None, situation))
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")
@@ -198,6 +225,28 @@ def bridge(
             obeyed()
             note("ended")
         return [*deck.close()]
+
+
+def _afloat(own: Plant, others: Mapping[str, Plant], rate: float, factor: float, situation: Situation) -> Loop:
+    """The ships in a loop, with soundings where there is a chart.
+
+    Raises:
+        RequestError: a factor or ships that make no loop.
+    """
+    try:
+        loop = Loop({OWN: own, **others}, rate, factor)
+    except LoopError as error:
+        raise RequestError(str(error)) from None
+    if situation.shown.chart is not None:
+        Soundings(loop, situation.shown.chart)
+    return loop
+
+
+def _recordings(out: Path) -> None:
+    """Refuse what is no folder for recordings."""
+    if not out.is_dir():
+        what = "a file" if out.exists() else "no such folder"
+        raise RequestError(f"-o: {out}: {what}; recordings go into a folder")
 
 
 def situation_of(chart: str | None, datum: Datum | None, epoch: float) -> Situation:

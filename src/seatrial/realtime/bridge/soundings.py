@@ -1,4 +1,7 @@
-"""The water of the chart below each ship: felt by its forces, with a warning where little of it is left."""
+"""The water of the chart below each ship: a warning where little of it is left, and felt by ships without a place.
+
+A ship with a place (`simulate.place`) meets the chart within its own step; others are told the depth after each tick.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,8 @@ class Soundings:
                 continue
             depth = self.depth(plant)
             wanted = 0.0 if math.isinf(depth) else 1.0 / max(depth, 0.05 * max(draught(plant.ship), 0.1))
-            if feels(plant.ship, "per_depth") and abs(wanted - plant["per_depth"]) > _CHANGED * max(wanted, 1e-9):
+            told = plant["per_depth"]
+            if plant.place is None and feels(plant.ship, "per_depth") and abs(wanted - told) > _CHANGED * wanted:
                 here = Environment(*(plant[channel] for channel in CHANNELS))
                 loop.surround(name, here._replace(per_depth=wanted))
             self._announce(loop, name, plant, depth)
