@@ -1,6 +1,9 @@
 """Memory of the waves that a moving hull leaves, as sections of a state space; `environment.sea.memory` fits them.
 
-The force of three coupled motions is -T(s) times their accelerations, T(s) = sum_k (c_k s + d_k)/(s^2 + 2 a_k s + w_k^2).
+The force of three coupled motions is -T(s) times their accelerations,
+
+    T(s) = sum_k (c_k s + d_k)/(s^2 + 2 a_k s + w_k^2).
+
 A section has two states a motion, which are zero in a steady run:
 
     y' = h,   h' = acceleration - 2 a h - w^2 y,   force = -(c h + d y),
@@ -33,7 +36,7 @@ class _Section:
 
     @property
     def numerators(self) -> tuple[Scalars, Scalars]:
-        """c and d of the pairs, in the order of `weighed`."""
+        """Numerators c and d of the pairs, in the order of `weighed`."""
         raise NotImplementedError
 
     def answer(self, h: Three, y: Three) -> Three:

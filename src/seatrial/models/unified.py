@@ -1,8 +1,8 @@
 """The unified model: manoeuvring of the MMG family with roll, and heave, pitch and the memory of radiated waves.
 
-Fossen (2005) and Perez and Fossen (2008): one set of equations for manoeuvring and seakeeping.  Slow motions are those of
-`mmg_roll:MmgRoll`, whose added masses are the ones at zero frequency; what added mass and damping vary with the frequency
-is the memory of `forces.radiation`, which is silent in a steady run.  So in calm water a steady turn is that of the
+Fossen (2005) and Perez and Fossen (2008): one set of equations for manoeuvring and seakeeping.  Slow motions are those
+of `mmg_roll:MmgRoll`, whose added masses are the ones at zero frequency; what added mass and damping vary with the
+frequency is the memory of `forces.radiation`, which is silent in a steady run.  So in calm water a steady turn is that of the
 ship without it, and small motions in waves are those of the frequency domain.
 
 Rotations and heave are about midship at the height of the centre of gravity, in axes that head with the ship and stay
@@ -23,7 +23,7 @@ from .mmg_roll import MmgRoll
 from .rolling import GRAVITY, Heeled, lateral
 
 HEAVING = ("z", "w", "theta", "q")
-"""Heave [m] and its rate [m/s], down; pitch [rad] and its rate [rad/s], bow up: behind the states of a ship that rolls."""
+"""Heave [m] and its rate [m/s], down; pitch [rad], bow up, and its rate [rad/s]: behind the states of a rolling ship."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,9 +81,9 @@ class Unified(MmgRoll):
         return (-1, -1, *(1,) * len(HEAVING), *(1,) * (6 * own[0]), *(-1,) * (6 * own[1]))
 
     def derivative(self, state: Scalars, control: Scalars, environment: Environment | InWaves) -> Scalars:
-        around, waves = environment, (0.0,) * 6
-        if isinstance(environment, InWaves):
-            around, waves = environment.calm, environment.forces
+        still: Scalars = (0.0,) * 6
+        around = environment.calm if isinstance(environment, InWaves) else environment
+        waves = environment.forces if isinstance(environment, InWaves) else still
         heeled = Heeled.of(state[:8], around)
         flow = heeled.flow(self.body, control[0], control[1])
         force, driving = self.rolling(flow, heeled.phi, control[2:])

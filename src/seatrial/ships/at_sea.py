@@ -15,7 +15,7 @@ from ..environment.sea.hydrodynamics import Hydrodynamics
 from ..environment.sea.memory import LATERAL, LONGITUDINAL, Memory, fitted
 from ..forces.radiation import Lateral, Longitudinal
 from ..models.mmg import Mmg
-from ..models.mmg_roll import MmgRoll, Roll
+from ..models.mmg_roll import MmgRoll
 from ..models.rolling import GRAVITY
 from ..models.unified import Heave, Unified
 from . import Entry, Ship, ShipError

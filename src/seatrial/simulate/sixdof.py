@@ -99,7 +99,9 @@ def solved(
             return run
         before = track.copy()
         acting = _along(run, forces, table, waves, dt)
-    raise SimulationError(f"{ship.name}: in these waves its track does not stay from run to run; take a shorter run", None)
+    raise SimulationError(
+        f"{ship.name}: in these waves its track does not stay from run to run; take a shorter run", None
+    )
 
 
 def _along(run: Rollout, forces: Rao, table: Any, waves: Waves, dt: float) -> Array:
@@ -135,5 +137,3 @@ def _with_forces(system: System, ship: Ship) -> System:
 
     return replace(system, series=(*system.series, *FORCES), acting=(*system.acting, *FORCES), before=before,
                    derivative=derivative)  # fmt: skip
-
-

@@ -8,6 +8,7 @@ direction changes its sign.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -41,14 +42,14 @@ def read_capytaine(path: Path, roll_damping: float = 0.0, speed: float = 0.0) ->
     Raises:
         DataError: not netCDF, a variable or a motion that is missing, several speeds or depths, no numbers.
     """
-    data, names, modes = _checked(path)
+    data, modes = _checked(path)
     if speed and not _moving(data):
         return read_data(path).rao(speed, roll_damping)
     force, omega, direction = _forces(path, data)
     xi = _solved(data, omega, direction, force, (modes.index(3), roll_damping) if 3 in modes else (0, 0.0))
     R = np.zeros((omega.size, direction.size, 6), dtype=np.complex128)
     R[:, :, modes] = xi.conj() * _TO_SHIP[modes]
-    R = R @ _lever(path, data, names).T
+    R[...] = R @ _lever(data).T
     order = np.argsort(omega)
     if not np.isfinite(R).all():
         raise DataError(f"{path}: forces or matrices with gaps; compute them again without frequencies 0 and infinite")
@@ -63,7 +64,7 @@ def read_data(path: Path) -> Hydrodynamics:
         DataError, WeatherError: as `read_capytaine`; a forward speed; no centre of gravity; what `Hydrodynamics`
             refuses.
     """
-    data, names, modes = _checked(path)
+    data, modes = _checked(path)
     if _moving(data):
         raise DataError(f"{path}: computed at a forward speed; the memory of waves needs a data set at zero speed")
     if not _deep(data):
@@ -73,7 +74,7 @@ def read_data(path: Path) -> Hydrodynamics:
     kept = np.flatnonzero(finite)[np.argsort(omega[finite])]
     far = np.flatnonzero(np.isinf(omega))
 
-    def matrix(name: str, rows: Array | None = None) -> Array:
+    def matrix(name: str, rows: Any = None) -> Array:
         one = data[name].transpose(..., "influenced_dof", "radiating_dof").values
         taken = np.asarray(one if rows is None else one[rows], dtype=np.float64)
         out = np.zeros((*taken.shape[:-2], 6, 6))
@@ -93,19 +94,19 @@ def read_data(path: Path) -> Hydrodynamics:
     with within(path):
         if not np.isfinite(F).all():
             raise DataError("wave forces with gaps; compute them again at each frequency and direction")
-        chi, F = whole_turn(np.mod(-direction, 2.0 * math.pi), F)
+        chi, turned = whole_turn(np.mod(-direction, 2.0 * math.pi), F)
         found = Hydrodynamics(
             omega[kept], matrix("added_mass", kept), matrix("radiation_damping", kept), tuple(sorted(modes)),
             matrix("inertia_matrix"), matrix("hydrostatic_stiffness"), z_G,
             matrix("added_mass", far)[0] if far.size and np.isfinite(data["added_mass"].values[far]).all() else None,
-            chi, F, str(path),
+            chi, turned, str(path),
         )  # fmt: skip
     x, y, z = _centre(data)
-    return found.moved(-x, -y, -z)
+    return replace(found, z=z).moved(-x, -y, -z)
 
 
-def _checked(path: Path) -> tuple[Any, list[str], list[int]]:
-    """The data set with its degrees of freedom in one order, their names and their numbers."""
+def _checked(path: Path) -> tuple[Any, list[int]]:
+    """The data set with its degrees of freedom in one order, and their numbers."""
     data = _opened(path)
     lacking = [name for name in _NEEDS if name not in data and not (name == _NEEDS[-1] and "diffraction_force" in data)]
     if lacking:
@@ -119,7 +120,7 @@ def _checked(path: Path) -> tuple[Any, list[str], list[int]]:
     data = _shaped(path, data)
     names = [str(name) for name in data["influenced_dof"].values]
     modes = [_mode(path, name) for name in names]
-    return data.sel(radiating_dof=names), names, modes
+    return data.sel(radiating_dof=names), modes
 
 
 def _forces(path: Path, data: Any) -> tuple[Complex, Array, Array]:
@@ -148,7 +149,7 @@ def _centre(data: Any) -> tuple[float, float, float]:
     return x, -y, -z
 
 
-def _lever(path: Path, data: Any, names: list[str]) -> Array:
+def _lever(data: Any) -> Array:
     """What turns motions about the centre of rotation into those of midship in the water line, shape (6, 6)."""
     out = np.eye(6)
     x, y, z = (-one for one in _centre(data))

@@ -35,6 +35,7 @@ class Hydrodynamics:
         chi: directions the waves travel towards, clockwise from the bow [rad], rising over a full turn, shape (m,).
         F: wave forces [N/m] and moments [N m/m] of shape (n, m, 6); empty where not computed.
         name: where they are from, for messages.
+        z: height of the point that motions are about, below the water line [m].
     """
 
     omega: Array
@@ -48,6 +49,7 @@ class Hydrodynamics:
     chi: Array
     F: Complex
     name: str = "coefficients"
+    z: float = 0.0
 
     def __post_init__(self) -> None:
         _risen(self.name, self.omega)
@@ -62,14 +64,14 @@ class Hydrodynamics:
     def moved(self, x: float, y: float, z: float) -> Hydrodynamics:
         """The same about another point, x, y, z [m] ahead of, to starboard of and below the present one."""
         # velocity at the old point of a body that moves with v and turns with w about the new one: v + w x (old - new)
-        r = -np.array([x, y, z])
-        H = np.eye(6)
-        H[:3, 3:] = [[0.0, r[2], -r[1]], [-r[2], 0.0, r[0]], [r[1], -r[0], 0.0]]
-        turned = lambda matrix: H.T @ matrix @ H  # noqa: E731
-        modes = self.modes if not r.any() else tuple(range(6)) if len(self.modes) == 6 else self.modes
+        H = _lever(-x, -y, -z)
+
+        def turned(matrix: Array) -> Array:
+            return H.T @ matrix @ H
+
         far = None if self.A_inf is None else turned(self.A_inf)
         return replace(self, A=turned(self.A), B=turned(self.B), M=turned(self.M), C=turned(self.C), A_inf=far,
-                       F=self.F @ H, modes=modes)  # fmt: skip
+                       F=self.F @ H, z=self.z + z)  # fmt: skip
 
     def at(self, omega: Array) -> tuple[Array, Array]:
         """Added mass and damping at frequencies [rad/s] of any shape, (..., 6, 6); beyond the ends the ends hold."""
@@ -94,16 +96,17 @@ class Hydrodynamics:
         if not self.F.size:
             raise WeatherError(f"{self.name}: no wave forces; add them, or a table of operators")
         met = self.omega[:, None] - self.omega[:, None] ** 2 / GRAVITY * U * np.cos(self.chi)
-        A, B = self.at(met)
+        added, damping = self.at(met)
         if further is not None:
-            B = B + further
-        inertia = self.M + A
+            damping = damping + further
+        inertia = self.M + added
         if 3 in self.modes and roll_damping:
-            B = B.copy()
-            B[..., 3, 3] += 2.0 * roll_damping * np.sqrt(np.maximum(self.C[3, 3] * inertia[..., 3, 3], 0.0))
+            H = _lever(0.0, 0.0, self.z - self.z_G)
+            rolling = (H.T @ inertia @ H)[..., 3, 3]  # about the centre of gravity
+            damping[..., 3, 3] += 2.0 * roll_damping * np.sqrt(np.maximum(self.C[3, 3] * rolling, 0.0))
         w = met[..., None, None]
         own = np.ix_(self.modes, self.modes)
-        system = (-(w**2) * inertia + 1j * w * B + self.C)[..., own[0], own[1]]
+        system = (-(w**2) * inertia + 1j * w * damping + self.C)[..., own[0], own[1]]
         # where the ship runs with the waves it stands still beside them: surge, sway and yaw have no balance
         idle = np.abs(met) < 1e-3 * self.omega[:, None]
         system[idle] = np.eye(len(self.modes))
@@ -119,6 +122,13 @@ class Hydrodynamics:
         if not self.F.size:
             raise WeatherError(f"{self.name}: no wave forces; add them, or give a ship without memory and a table")
         return Rao(self.omega, self.chi, self.F, self.name)
+
+
+def _lever(x: float, y: float, z: float) -> Array:
+    """Velocities at a point x, y, z [m] off another one, from those at that one; shape (6, 6)."""
+    H = np.eye(6)
+    H[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    return H
 
 
 def whole_turn(chi: Array, F: Complex) -> tuple[Array, Complex]:

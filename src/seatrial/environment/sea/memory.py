@@ -4,10 +4,11 @@ Cummins (1962): (M + A_inf) x'' + int K(t - s) x'(s) ds + C x = F, whose memory 
 
     K(i omega) = B(omega) + i omega (A(omega) - A_inf).
 
-It is fitted as K(s) = s T(s), T(s) = sum_k (c_k s + d_k) / (s^2 + 2 a_k s + w_k^2): zero at s = 0 and, with sum c_k = 0,
-of relative degree one, as it must be (Perez and Fossen 2008).  Motions that are coupled share the denominators, found
-by vector fitting (Gustavsen and Semlyen 1999); the numerators are a least-squares problem under linear conditions that
-keep the real part of K positive, added where it is not until it is: the memory never gives more energy than it got.
+It is fitted as K(s) = s T(s), T(s) = sum_k (c_k s + d_k) / (s^2 + 2 a_k s + w_k^2): zero at s = 0 and, with
+sum c_k = 0, of relative degree one, as it must be (Perez and Fossen 2008).  Motions that are coupled share the
+denominators, found by vector fitting (Gustavsen and Semlyen 1999); the numerators are a least-squares problem under
+linear conditions that keep the real part of K positive, added where it is not until it is: the memory never gives more
+energy than it got.
 """
 
 from __future__ import annotations
@@ -16,7 +17,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import nnls
 
 from ...core.errors import WeatherError
 from ...data import Array
@@ -29,6 +29,7 @@ LONGITUDINAL, LATERAL = (0, 2, 4), (1, 3, 5)
 _MOST = 6
 _GOOD, _BAD = 0.02, 0.10
 _MARGIN = 1e-5
+_GRID = 4000
 _FADING = 0.05
 """Least damping of a section over the critical one."""
 _ROUNDS, _CUTS = 14, 80
@@ -108,7 +109,8 @@ def fitted(data: Hydrodynamics, modes: tuple[int, ...], most: int = _MOST) -> Me
             best = one
         if max(best.misfit[:2]) <= _GOOD:
             break
-    assert best is not None
+    if best is None:
+        raise WeatherError(f"{data.name}: {data.omega.size} frequencies; give 8 or more")
     if max(best.misfit[:2]) > _BAD:
         off = best.misfit
         raise WeatherError(
@@ -202,7 +204,7 @@ def _basis(s: Complex, poles: Complex) -> Complex:
 
 def _poles(problem: _Problem, order: int) -> Complex:
     """Common poles by vector fitting, all to the left."""
-    s = 1j * problem.omega
+    s = (1j * problem.omega).astype(np.complex128)
     start = np.geomspace(problem.omega[0] * 1.5, problem.omega[-1] * 0.8, order // 2)
     if order == 2:
         start = np.array([np.sqrt(problem.omega[0] * problem.omega[-1])])
@@ -250,7 +252,7 @@ def _moved(poles: Complex, residues: Array) -> Complex:
 
 
 def _denominators(poles: Complex) -> tuple[Array, Array]:
-    """a and w of sections, in the order of w; real poles go together two by two."""
+    """A and w of sections, in the order of w; real poles go together two by two."""
     upper = [p for p in poles if p.imag > 0.0]
     real = [p.real for p in poles if p.imag == 0.0]
     both = [(-p.real, abs(p)) for p in upper]
@@ -262,7 +264,7 @@ def _denominators(poles: Complex) -> tuple[Array, Array]:
 def _numerators(problem: _Problem, a: Array, w: Array) -> tuple[Array, Array, Array]:
     """c, d of shape (sections, pairs) and A_inf (pairs,), by least squares with a passive result."""
     n, count = a.size, len(problem.pairs)
-    size = 2 * n if problem.far is None else 2 * n - 1
+    size = 2 * n
 
     def columns(omega: Array) -> Complex:
         s = 1j * omega[:, None]
@@ -272,28 +274,28 @@ def _numerators(problem: _Problem, a: Array, w: Array) -> tuple[Array, Array, Ar
 
     phi = columns(problem.omega)
     scale = np.abs(phi).max(axis=0)
-    E = np.zeros((2 * problem.omega.size * count, size * count))
+    E = np.zeros((2 * problem.omega.size * count + count, size * count))
     f = np.zeros(len(E))
     for e in range(count):
         r, i = 2 * e * problem.omega.size, (2 * e + 1) * problem.omega.size
         at = slice(e * size, e * size + 2 * n - 1)
-        known = 0.0 if problem.far is None else problem.far[e]
-        E[r:i, at], f[r:i] = (phi / scale).real, problem.T[:, e].real - known
-        if problem.far is None:
-            E[r:i, e * size + 2 * n - 1] = 1.0
+        E[r:i, at], f[r:i] = (phi / scale).real, problem.T[:, e].real
+        E[r:i, e * size + 2 * n - 1] = 1.0
         weight = problem.imaginary[:, e] / problem.real[e]
         E[i : i + problem.omega.size, at] = (phi / scale).imag * weight[:, None]
         f[i : i + problem.omega.size] = problem.T[:, e].imag * weight
         E[r : i + problem.omega.size] *= problem.real[e]
         f[r : i + problem.omega.size] *= problem.real[e]
-    wide = np.geomspace(0.02 * min(problem.omega[0], w.min()), 30.0 * max(problem.omega[-1], w.max()), 700)
+        if problem.far is not None:  # one more frequency, whose mesh is as coarse as that of the others
+            E[e - count, e * size + 2 * n - 1], f[e - count] = problem.real[e], problem.far[e] * problem.real[e]
+    wide = np.geomspace(1e-3 * min(problem.omega[0], w.min()), 1e3 * max(problem.omega[-1], w.max()), _GRID)
     test = -(wide[:, None] * columns(wide).imag) / scale
     x = _passive_solution(problem, E, f, wide, test, size, float(np.median(w)))
     c, d, far = np.zeros((n, count)), np.zeros((n, count)), np.zeros(count)
     for e in range(count):
         own = x[e * size : e * size + 2 * n - 1] / scale
         c[:-1, e], c[-1, e], d[:, e] = own[: n - 1], -own[: n - 1].sum(), own[n - 1 :]
-        far[e] = x[e * size + 2 * n - 1] if problem.far is None else problem.far[e]
+        far[e] = x[e * size + 2 * n - 1]
     return c, d, far
 
 
@@ -329,7 +331,9 @@ def _passive_solution(problem: _Problem, E: Array, f: Array, wide: Array, test: 
 
 
 def _bounded(R: Array, q: Array, G: Array, h: Array) -> Array:
-    """x of least |R x - q| with G x >= h: the least distance problem of Lawson and Hanson (1974), chapter 23."""
+    """X of least |R x - q| with G x >= h: the least distance problem of Lawson and Hanson (1974), chapter 23."""
+    from scipy.optimize import nnls
+
     tall = np.linalg.solve(R.T, G.T)  # columns: rows of G R^-1
     reach = h - G @ np.linalg.solve(R, q)
     size = np.maximum(np.linalg.norm(tall, axis=0), 1e-300)
