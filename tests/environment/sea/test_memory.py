@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from seatrial.core.errors import WeatherError
 from seatrial.data import DataError
@@ -59,14 +60,16 @@ def test_two_motions_share_their_poles_and_need_two_sections() -> None:
     assert memory.misfit.retardation < 1e-2
 
 
-@pytest.mark.parametrize("name", ["wigley", "hemisphere"])
-@pytest.mark.parametrize("modes", [LONGITUDINAL, LATERAL])
+@pytest.mark.parametrize(
+    ("name", "modes"), [("wigley", LONGITUDINAL), ("wigley", LATERAL), ("hemisphere", LONGITUDINAL)]
+)
 def test_the_memory_of_a_hull(name: str, modes: tuple[int, ...]) -> None:
-    """Added mass and damping within 4 % of their ranges, stable, and positive damping far beyond the data."""
+    """Added mass and damping within 2 % of their ranges, stable, and positive damping far beyond the data."""
     pytest.importorskip("h5netcdf")
     data = read_hydrodynamics(HERE / f"{name}.nc")
     memory = fitted(data.moved(0.0, 0.0, data.z_G), modes)
-    assert max(memory.misfit) < 0.04
+    assert max(memory.misfit[:2]) < 0.02
+    assert memory.misfit.retardation < 0.03
     assert (memory.a > 0.0).all()
     assert (memory.w > 0.0).all()
     omega = np.geomspace(1e-3, 1e3, 5000)
@@ -94,18 +97,21 @@ def test_energy_taken_is_never_negative() -> None:
         assert work.min() > -2e-3 * work.max()
 
 
-def test_a_hemisphere_has_the_added_mass_of_theory() -> None:
-    """Of the displaced mass 0.5 in heave and 0.2732 in sway at infinite frequency, 0.8310 in heave at zero (Hulme 1982).
+def test_a_hemisphere_has_the_coefficients_of_theory() -> None:
+    """Heave over the displaced mass by Hulme (1982), table 1, at Ka: added mass and damping to 1.2 %.
 
-    To the 5 % of a mesh of 576 panels, whose added mass at infinite frequency is in the file (0.517 and 0.288).
+    That is the mesh: with 1920 flat panels both are 1.1 % above theory at all frequencies, with 576 they were 1.9 %.
     """
     pytest.importorskip("h5netcdf")
     data = read_hydrodynamics(HERE / "hemisphere.nc")
-    m = float(data.M[0, 0])
-    assert fitted(data, LONGITUDINAL).A_inf[1, 1] / m == pytest.approx(0.5, rel=0.05)
-    assert data.A_inf is not None
-    assert data.A_inf[1, 1] / m == pytest.approx(0.2732, rel=0.06)
-    assert data.A[0, 2, 2] / m == pytest.approx(0.8310, rel=0.03)
+    m, a = 2.0 / 3.0 * np.pi * 1025.0 * 125.0, 5.0
+    Ka = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
+    omega = np.sqrt(Ka * GRAVITY / a)
+    added = [0.8627, 0.7938, 0.7157, 0.6452, 0.5861, 0.5381, 0.4999, 0.4698, 0.4464, 0.4284]
+    damping = [0.1816, 0.2793, 0.3254, 0.3410, 0.3391, 0.3271, 0.3098, 0.2899, 0.2691, 0.2484]
+    assert CubicSpline(data.omega, data.A[:, 2, 2])(omega) / m == pytest.approx(added, rel=0.012)
+    assert CubicSpline(data.omega, data.B[:, 2, 2] / data.omega)(omega) / m == pytest.approx(damping, rel=0.012)
+    assert fitted(data, LONGITUDINAL).A_inf[1, 1] / m == pytest.approx(0.5, rel=0.02)
 
 
 @pytest.mark.parametrize("name", ["wigley", "box", "hemisphere"])

@@ -26,8 +26,8 @@ from .rao import MODES, Complex
 LONGITUDINAL, LATERAL = (0, 2, 4), (1, 3, 5)
 """Motions that a hull with two equal sides couples: surge, heave, pitch; sway, roll, yaw."""
 
-_MOST = 6
-_GOOD, _BAD = 0.02, 0.10
+_MOST = 8
+_GOOD, _BAD = 0.01, 0.10
 _MARGIN = 1e-5
 _GRID = 4000
 _FADING = 0.05
@@ -94,7 +94,7 @@ class Memory:
 
 
 def fitted(data: Hydrodynamics, modes: tuple[int, ...], most: int = _MOST) -> Memory:
-    """Memory of coupled motions with the fewest sections that come within two hundredths, `most` at most.
+    """Memory of coupled motions with the fewest sections that come within a hundredth, `most` at most.
 
     Raises:
         WeatherError: too few frequencies, or none with `most` sections within a tenth.
