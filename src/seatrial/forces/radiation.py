@@ -13,6 +13,7 @@ so that y is s v/(...) of the motion's velocity v.  Slow motions feel the added 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from math import inf
 
@@ -27,17 +28,16 @@ def weighed(pairs: tuple[Scalar, ...], x: Three) -> Three:
     return a * x[0] + b * x[1] + c * x[2], b * x[0] + d * x[1] + e * x[2], c * x[0] + e * x[1] + f * x[2]
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Section:
+class _Section(ABC):
     """A pair of poles."""
 
-    a: Scalar = spec("1/s", "damping of the section: half the term of s", (1e-9, inf))
-    w: Scalar = spec("rad/s", "natural frequency of the section", (1e-9, inf))
+    a: Scalar
+    w: Scalar
 
     @property
+    @abstractmethod
     def numerators(self) -> tuple[Scalars, Scalars]:
         """Numerators c and d of the pairs, in the order of `weighed`."""
-        raise NotImplementedError
 
     def answer(self, h: Three, y: Three) -> Three:
         """Force of the section on the three motions."""
@@ -61,6 +61,8 @@ class _Section:
 class Longitudinal(_Section):
     """A section of surge (1), heave (3) and pitch (5)."""
 
+    a: Scalar = spec("1/s", "damping of the section: half the term of s", (1e-9, inf))
+    w: Scalar = spec("rad/s", "natural frequency of the section", (1e-9, inf))
     c_11: Scalar = spec("kg/s", "surge by surge, by h", default=0.0)
     c_13: Scalar = spec("kg/s", "surge by heave, by h", default=0.0)
     c_15: Scalar = spec("kg m/s", "surge by pitch, by h", default=0.0)
@@ -84,6 +86,8 @@ class Longitudinal(_Section):
 class Lateral(_Section):
     """A section of sway (2), roll (4) and yaw (6)."""
 
+    a: Scalar = spec("1/s", "damping of the section: half the term of s", (1e-9, inf))
+    w: Scalar = spec("rad/s", "natural frequency of the section", (1e-9, inf))
     c_22: Scalar = spec("kg/s", "sway by sway, by h", default=0.0)
     c_24: Scalar = spec("kg m/s", "sway by roll, by h", default=0.0)
     c_26: Scalar = spec("kg m/s", "sway by yaw, by h", default=0.0)
