@@ -193,7 +193,7 @@ def roll(
     ship: o.ShipName, GM: o.Metacentric, KG: o.GravityAboveKeel, midship: o.Midship = 0.98, keels: o.Keels = None,
     out: o.ShipFile = None, json: o.Json = False,
 ) -> None:  # fmt: skip
-    """Add heel and roll to a ship of the MMG family."""
+    """Add heel and roll to a ship."""
     from ..workflow.seaway.making import roll as run
 
     _more(run(ship, GM, KG, out, C_m=midship, keels=keels, note=note), ("roll",), out, json)
@@ -203,7 +203,7 @@ def seakeeping(
     ship: o.ShipName, data: o.Coefficients, roll_damping: o.OwnRollDamping = None, added: o.AddedMass = "ship",
     out: o.ShipFile = None, json: o.Json = False,
 ) -> None:  # fmt: skip
-    """Add heave, pitch and the memory of waves to a ship of the MMG family."""
+    """Add heave, pitch and the memory of waves to a ship."""
     from ..workflow.seaway.making import seakeeping as run
 
     _more(run(ship, data, out, roll_damping=roll_damping, added=added, note=note), ("roll", "heave"), out, json)
