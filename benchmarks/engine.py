@@ -21,6 +21,21 @@ from seatrial.testing import ships
 _WHOLE: Any = ships()["rolling"]
 # The example with all that the family can carry, without wind and waves, as the standard MMG beside it.
 SHIPS = {"rolling": replace(_WHOLE, model=replace(_WHOLE.model, wind=None, waves=None))}
+_SIX: Any = ships()["unified"]
+
+
+def _of(sections: Any, count: int) -> Any:
+    """As many sections of the memory as a hull needs, all alike; their sum is the one of the example."""
+    one = sections.components[0]
+    shared = replace(one, **{k: v / count for k, v in vars(one).items() if k[:2] in ("c_", "d_")})
+    return replace(sections, names=tuple(f"m{k}" for k in range(count)), components=(shared,) * count)
+
+
+# Seven sections a group, as the parabolic hull of the tests has: 96 states.
+SHIPS["unified"] = replace(_SIX, model=replace(
+    _SIX.model, wind=None, waves=None, longitudinal=_of(_SIX.model.longitudinal, 7),
+    transverse=_of(_SIX.model.transverse, 7),
+))  # fmt: skip
 LANES, STEPS, TWELVE = 128, 500, 12
 
 
@@ -121,6 +136,8 @@ def main() -> None:
     for ship, label in (("container_son_nomoto", "container ship with roll"), ("naval_blanke", "naval ship with roll"),
                         ("rolling", "standard MMG with roll")):  # fmt: skip
         row(f"{label}, RK4, 128 lanes, 1 thread", rollout_ns(ship), "ns per RHS and lane", "<= 25")
+    row("six degrees of freedom with memory, 96 states, RK4, 128 lanes, 1 thread", rollout_ns("unified"),
+        "ns per RHS and lane", "<= 150")  # fmt: skip
     row("hybrid, RK4, 128 lanes, 1 thread", rollout_ns("esso_osaka_3m_hybrid"), "ns per RHS and lane", "<= 150")
     row("low-speed MMG, rates with exact A and B (12 parameters)", jacobian_ns("esso_osaka_3m"), "ns per call", "-")
     for ship, label in (("kvlcc2_l7", "standard MMG"), ("esso_osaka_3m", "low-speed MMG")):

@@ -148,9 +148,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 for _command in (
     simulation.demo, ships.ships, ships.show, ships.copy, simulation.simulate, judging.models, ships.estimate,
-    ships.captive, ships.scale, judging.design, judging.requirements, judging.imo, ships.export, data.thrust_map,
-    data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert, folders.trials, fits.check,
-    folders.study, fits.identify, simulation.steer, simulation.bridge, simulation.range_, fits.predict, fits.validate,
+    ships.captive, ships.scale, ships.roll, ships.seakeeping, judging.design, judging.requirements, judging.imo,
+    ships.export, data.thrust_map, data.servo, data.resample, data.mend, simulation.bench, data.import_, data.convert,
+    folders.trials, fits.check, folders.study, fits.identify, simulation.steer, simulation.bridge, simulation.range_,
+    fits.predict, fits.validate,
     evidence.calibrate, evidence.card, simulation.twin, campaign.campaign, harbour.harbour, installation.doctor,
 ):  # fmt: skip
     _cls = WithManoeuvres if _command is simulation.simulate else Command

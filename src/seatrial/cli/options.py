@@ -120,6 +120,15 @@ Waves = Annotated[str | None, Option(help="Set waves M,S,DEG: height, mean perio
 Sea = Annotated[str | None, Option(help="Set an irregular sea: a file, or M,S,DEG (JONSWAP, peak period).")]
 RaoFile = Annotated[Path | None, Option("--rao", help="Read operators of the motion in waves: .nc or .csv.")]
 RollDamping = Annotated[float | None, Option(help="Add damping of roll to an .nc file, as a share of critical.")]
+Metacentric = Annotated[float, Option("--gm", help="Set the metacentric height [m].")]
+GravityAboveKeel = Annotated[float, Option("--kg", help="Set the centre of gravity above the keel [m].")]
+Midship = Annotated[float, Option(help="Set the coefficient of the midship section.")]
+Keels = Annotated[str | None, Option(help="Set bilge keels M,M: breadth and length.")]
+Coefficients = Annotated[Path, Argument(metavar="DATA", help="Read added mass and damping: .nc of Capytaine, or .csv.")]
+OwnRollDamping = Annotated[
+    float | None, Option("--roll-damping", help="Set damping of roll besides waves, as a share of critical.")
+]  # fmt: skip
+AddedMass = Annotated[str, Option(help="Use the added masses in surge, sway and yaw of the ship, or of the data.")]
 Depth = Annotated[float | None, Option(help="Set the water depth [m]; deep water unless given.")]
 
 # Trials and predictions.

@@ -1,4 +1,4 @@
-"""Commands on ships: ships, show, copy, estimate, captive, scale, export."""
+"""Commands on ships: ships, show, copy, estimate, captive, scale, roll, seakeeping, export."""
 
 from __future__ import annotations
 
@@ -187,6 +187,39 @@ def scale(
         ]
     shown = [(name, figure(x), figure(y), why) for name, x, y, why in rows]
     show_table(("number", "before", "after", "why"), shown, right=(1, 2))
+
+
+def roll(
+    ship: o.ShipName, GM: o.Metacentric, KG: o.GravityAboveKeel, midship: o.Midship = 0.98, keels: o.Keels = None,
+    out: o.ShipFile = None, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Add heel and roll to a ship."""
+    from ..workflow.seaway.making import roll as run
+
+    _more(run(ship, GM, KG, out, C_m=midship, keels=keels, note=note), ("roll",), out, json)
+
+
+def seakeeping(
+    ship: o.ShipName, data: o.Coefficients, roll_damping: o.OwnRollDamping = None, added: o.AddedMass = "ship",
+    out: o.ShipFile = None, json: o.Json = False,
+) -> None:  # fmt: skip
+    """Add heave, pitch and the memory of waves to a ship."""
+    from ..workflow.seaway.making import seakeeping as run
+
+    _more(run(ship, data, out, roll_damping=roll_damping, added=added, note=note), ("roll", "heave"), out, json)
+
+
+def _more(made: Ship, tables: tuple[str, ...], out: Path | None, json: bool) -> None:
+    """A ship with more degrees of freedom: what is new in it."""
+    from ..core.parameters import walk
+
+    rows = [(path, value, meaning.unit, made.entries[path].source if path in made.entries else "default")
+            for path, meaning, value in walk(made.model) if path.partition(".")[0] in tables]  # fmt: skip
+    if json:
+        emit({"ship": made.name, "of": made.of, "file": out, "states": made.model.states, "parameters": {
+            path: {"value": value, "unit": unit, "source": source} for path, value, unit, source in rows}})  # fmt: skip
+        return
+    show_table(("parameter", "value", "unit", "source"), [(p, figure(v), u, s) for p, v, u, s in rows], right=(1,))
 
 
 def export(

@@ -73,6 +73,21 @@ class Charted(NamedTuple):
     other_A: Scalar = 0.0
 
 
+class InWaves(NamedTuple):
+    """An `Environment` with the first-order forces of waves at the place of the ship, in its level axes.
+
+    Attributes:
+        calm: the environment without them.
+        forces: X, Y, Z [N], K, M, N [N m], z down.
+    """
+
+    calm: Environment
+    forces: tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]
+
+
+FORCES = ("wave_X", "wave_Y", "wave_Z", "wave_K", "wave_M", "wave_N")
+"""Names of `InWaves.forces` as series."""
+
 _TURN = (-4.0 * math.pi, 4.0 * math.pi)  # a heading and a bearing may add up to more than one turn
 RANGES = {
     "U_T": Spec("m/s", "true wind speed", 0.0, 150.0), "gamma_T": Spec("rad", "where it comes from", *_TURN),

@@ -44,7 +44,7 @@ def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> 
     return (environment or Uniform()).series(dt, steps)
 
 
-def _series(policy: Policy, environment: Weather | Array | None, dt: float, steps: int) -> Array:
+def inputs(policy: Policy, environment: Weather | Array | None, dt: float, steps: int) -> Array:
     """Inputs per step: the environment, then the schedule of the policy."""
     around = surroundings(environment, dt, steps)
     if not isinstance(policy, Scheduled):
@@ -80,7 +80,7 @@ def campaign(
     steps = _checked_steps(ship, duration, step, every)
     check_varied(ship, policy, vary)
     lanes = len(next(iter(vary.values()))) if vary else 1
-    around = _series(policy, environment, step, steps)
+    around = inputs(policy, environment, step, steps)
     here = Environment(*around[0, : len(CHANNELS)].tolist())
     # under way, heading north at `speed` through the water, plus the current over ground
     six = (0.0, 0.0, 0.0, speed + here.current_x, here.current_y, 0.0) if start is None else start
@@ -143,7 +143,7 @@ def _averaged(rows: Array, every: int, angle: bool = False) -> Array:
     return rows[starts] + np.add.reduceat(beyond, starts, axis=0) / count.reshape(-1, *([1] * (rows.ndim - 1)))
 
 
-def _told(failure: Failure, ship: Ship) -> str:
+def blown_up(failure: Failure, ship: Ship) -> str:
     water = " through the water" if failure.state in ("u", "v_m") and math.isfinite(failure.value) else ""
     text = f"{failure.state} = {failure.value:.4g}{water} at t = {failure.time:g} s"
     if not math.isfinite(failure.value):
@@ -206,7 +206,7 @@ def simulate(
         device=device, place=place,
     )  # fmt: skip
     if run.failures:
-        raise SimulationError(f"{ship.name}: {_told(run.failures[0], ship)}", run.failures[0].time)
+        raise SimulationError(f"{ship.name}: {blown_up(run.failures[0], ship)}", run.failures[0].time)
     around = surroundings(environment, step, round(duration / step) + 1)
     trial = recorded(ship, policy, run.t, run.values[0], around, dt=step, every=every, stride=stride, name=name)
     return trial if place is None or place.grid is None else trial.having(depth=depths(place, trial["x"], trial["y"]))

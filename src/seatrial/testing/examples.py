@@ -16,6 +16,7 @@ from ..forces.damping import CrossFlowDrag
 from ..forces.hull import Polynomial
 from ..forces.passing import Passing
 from ..forces.propeller import KoseWake
+from ..forces.radiation import Lateral, Longitudinal
 from ..forces.rudder_linear import Linear
 from ..forces.rudder_neutral import OffCentre
 from ..forces.shallow import ShallowPolynomial
@@ -28,6 +29,7 @@ from ..models.harbour import Harbour, Quay
 from ..models.mmg_roll import HeelDerivatives, MmgRoll, Roll
 from ..models.network import Network, initial
 from ..models.neural import Neural
+from ..models.unified import Heave, Unified
 from ..ships import Ship
 from ..ships.files import load
 
@@ -115,6 +117,18 @@ SHIPS: dict[str, Ship] = {
         heel=HeelDerivatives(X_vphi=-0.01, X_rphi=0.01, X_phiphi=-0.01, Y_phi=-0.01, Y_vvphi=0.1, Y_vphiphi=0.1,
                              Y_rrphi=0.05, Y_rphiphi=-0.05, N_phi=-0.01, N_vvphi=-0.1, N_vphiphi=-0.1, N_rrphi=-0.05,
                              N_rphiphi=0.05),
+    )),
+    # the MMG family in six degrees of freedom; memories of one section each, of no real hull
+    "unified": _ship("unified", Unified(
+        **numbers(MmgRoll, L7.model) | {"wind": _of("Isherwood"), "waves": _of("MeanDrift")},
+        roll=Roll(I_x=520.0, J_x=130.0, GM=0.12, BM=0.29, B_1=60.0, B_2=120.0, B_U=30.0, z_H=0.1, z_R=0.2, z_T=0.1,
+                  z_W=-0.4, l_x=0.05, l_y=0.1),
+        heave=Heave(I_y=9900.0, A_13=5.0, A_15=20.0, A_33=3100.0, A_35=-100.0, A_55=8000.0, A_26=60.0, A_46=-10.0,
+                    C_33=76000.0, C_35=-2000.0, C_55=210000.0, B_33=50.0, B_55=100.0),
+        longitudinal=Parts(("m1",), (Longitudinal(
+            a=0.6, w=3.0, d_11=120.0, d_13=5.0, d_15=-10.0, d_33=9000.0, d_35=200.0, d_55=20000.0),)),
+        transverse=Parts(("m1",), (Lateral(
+            a=0.7, w=3.5, d_22=4000.0, d_24=-60.0, d_26=90.0, d_44=100.0, d_46=5.0, d_66=6000.0),)),
     )),
     # Fossen's family behind a propeller and a rudder
     "matrices": _ship("matrices", Fossen(

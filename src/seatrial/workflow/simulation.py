@@ -29,7 +29,7 @@ from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.approach import approach, step_doubt, surge_balance, time_step
 from . import RequestError
 from .request import DEGREE, Around, Note, doubts, finite, make_folder, positive, ship_of, silent, surroundings
-from .seaway import Motion, bound_for
+from .seaway import Motion, Seaway, bound_for
 
 # A manoeuvre that is not over after this many ship lengths of way never will be.
 _FIRST, _LAST = 30.0, 2000.0
@@ -174,14 +174,14 @@ def simulate(
         note(f"warning: {line}")
     if dt is not None and (doubt := step_doubt(vessel, dt)) is not None:
         note(f"warning: --dt: {doubt}")
-    seaway = bound_for(vessel, sea, rao, roll_damping, 1 if seed is None else seed, around, note)
-    place = surroundings(vessel, 1 if seed is None else seed, note, **seaway.around)
     U, n_P = approach(vessel, speed, rps)
+    seaway = bound_for(vessel, sea, rao, roll_damping, 1 if seed is None else seed, around, note, U)
+    place = surroundings(vessel, 1 if seed is None else seed, note, **seaway.around)
     given = {"rudder": rudder, "heading": heading, "side": side,
              "seed": seed if not (around.get("gusts") or sea) or "seed" in takes else None}  # fmt: skip
     options = {key: value for key, value in given.items() if value is not None}
     policy = manoeuvre if isinstance(manoeuvre, Manoeuvre) else order(manoeuvre, vessel, U, n_P, options)
-    run, reason = _run(vessel, policy, U, duration, dt, place.weather, device)
+    run, reason = _run(vessel, policy, U, duration, dt, place.weather, device, seaway)
     for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
         note(line)
     run, motions = seaway.seen(run, note)
@@ -239,8 +239,9 @@ def ahead_of(ship: Ship, rps: float | None, throttle: float | None) -> float | N
 
 
 def _run(
-    ship: Ship, policy: Manoeuvre, speed: float, duration: float | None, dt: float | None, around: Weather, device: str
-) -> tuple[Trial, str | None]:
+    ship: Ship, policy: Manoeuvre, speed: float, duration: float | None, dt: float | None, around: Weather, device: str,
+    seaway: Seaway,
+) -> tuple[Trial, str | None]:  # fmt: skip
     """The run, and why it is not complete; without a duration it grows until it holds all its indices."""
     from ..simulate.run import simulate as run_once
 
@@ -248,6 +249,11 @@ def _run(
     limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
     begin = 0.0 if policy.from_rest else speed
     once = partial(run_once, ship, policy, speed=begin, environment=around, dt=dt, device=device)
+    if seaway.sea is not None and seaway.forces is not None:
+        from ..simulate.sixdof import forced
+
+        once = partial(forced, ship, policy, speed=begin, environment=around, dt=dt, device=device, sea=seaway.sea,
+                       forces=seaway.forces)  # fmt: skip
     while True:
         try:
             run = once(duration=length)

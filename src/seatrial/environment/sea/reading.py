@@ -12,6 +12,7 @@ from ...data import DataError
 from ...data.documents import read_keys
 from ...data.table import existing
 from . import Sea
+from .hydrodynamics import Hydrodynamics
 from .rao import Rao
 from .spectra import Ittc, Jonswap, PiersonMoskowitz, SeaSpectrum
 
@@ -51,8 +52,26 @@ def read_sea(text: str, seed: int = 0) -> Sea:
     return Sea(Jonswap(H_S, T_P), math.radians(direction), seed=seed)
 
 
-def read_rao(path: str | Path, roll_damping: float | None = None) -> Rao:
+def read_hydrodynamics(path: str | Path) -> Hydrodynamics:
+    """Added mass, damping, stiffness and wave forces from a Capytaine data set (.nc), or without forces a table (.csv).
+
+    Raises:
+        DataError, WeatherError: no such file, another ending, what the readers refuse.
+    """
+    from .capytaine import read_data
+    from .coefficients import read_coefficients
+
+    here = existing(path)
+    kind = here.suffix.lower()
+    if kind not in (".nc", ".csv"):
+        raise DataError(f"{here}: coefficients are read from .nc (Capytaine) or .csv (a table)")
+    return read_data(here) if kind == ".nc" else read_coefficients(here)
+
+
+def read_rao(path: str | Path, roll_damping: float | None = None, speed: float = 0.0) -> Rao:
     """Operators from a Capytaine data set (.nc), with further damping of roll, or from a table (.csv).
+
+    Those of a data set at zero speed are solved at the frequencies of encounter of `speed` [m/s]; a table is as it is.
 
     Raises:
         DataError, WeatherError: no such file, another ending, what the readers refuse, or damping of a table, whose
@@ -69,7 +88,7 @@ def read_rao(path: str | Path, roll_damping: float | None = None) -> Rao:
         raise DataError(f"{here}: the operators of a table include their damping; leave --roll-damping out")
     if roll_damping is not None and not 0.0 <= roll_damping < 1.0:
         raise DataError(f"--roll-damping is {roll_damping:g}; it is a share of the critical damping, such as 0.05")
-    return read_table(here) if kind == ".csv" else read_capytaine(here, roll_damping or 0.0)
+    return read_table(here) if kind == ".csv" else read_capytaine(here, roll_damping or 0.0, speed)
 
 
 def _from_file(path: Path, seed: int) -> Sea:
