@@ -89,7 +89,7 @@ def test_regular_waves_give_the_response_of_the_frequency_domain(omega: float, c
 
 @pytest.mark.long
 def test_an_irregular_sea_moves_it_as_operators_say() -> None:
-    """Straight ahead at 5 m/s for ten minutes: heave, roll, pitch near what spectrum and operators give at this speed."""
+    """Ten minutes at 5 m/s: heave and pitch near what spectrum and operators give at this speed."""
     sea = Sea(Ittc(0.5, 7.0), math.radians(30.0), seed=4)
     run = forced(ship(), AHEAD, sea=sea, forces=data().forces, duration=600.0, speed=5.0)
     model: Any = ship().model
@@ -132,7 +132,7 @@ def test_what_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_commands_write_ships(tmp_path: Path) -> None:
-    """A ship that rolls, and one in six degrees of freedom that simulate moves in a sea with forces of the same file."""
+    """A ship that rolls, and one in six degrees of freedom that moves in a sea with forces of the same file."""
     made = roll("kvlcc2", 5.7, 18.6, tmp_path / "rolls.toml", keels="0.5,80")
     assert load(tmp_path / "rolls.toml").model == made.model
     save(plain(), tmp_path / "plain.toml")

@@ -2,8 +2,8 @@
 
 Fossen (2005) and Perez and Fossen (2008): one set of equations for manoeuvring and seakeeping.  Slow motions are those
 of `mmg_roll:MmgRoll`, whose added masses are the ones at zero frequency; what added mass and damping vary with the
-frequency is the memory of `forces.radiation`, which is silent in a steady run.  So in calm water a steady turn is that of the
-ship without it, and small motions in waves are those of the frequency domain.
+frequency is the memory of `forces.radiation`, which is silent in a steady run.  So in calm water a steady turn is that
+of the ship without it, and small motions in waves are those of the frequency domain.
 
 Rotations and heave are about midship at the height of the centre of gravity, in axes that head with the ship and stay
 level: w is the rate of heave, q that of pitch.  Radiation is that of zero speed.
@@ -23,7 +23,7 @@ from .mmg_roll import MmgRoll
 from .rolling import GRAVITY, Heeled, lateral
 
 HEAVING = ("z", "w", "theta", "q")
-"""Heave [m] and its rate [m/s], down; pitch [rad], bow up, and its rate [rad/s]: behind the states of a rolling ship."""
+"""Heave [m] and its rate [m/s], down; pitch [rad], bow up, and its rate [rad/s]: behind those of a rolling ship."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -45,62 +46,80 @@ def with_memory(ship: Ship, data: Hydrodynamics, roll_damping: float | None = No
     """
     family: Any = type(ship.model)
     if family not in (Mmg, MmgRoll):
-        raise ShipError(f"{ship.name}: memory is added to ships of mmg:Mmg or mmg_roll:MmgRoll; {family.__name__} is "
-                        "another family")  # fmt: skip
-    model: Any = ship.model
-    m, x_G = float(model.body.m), float(model.body.x_G)
+        other = family.__name__
+        raise ShipError(f"{ship.name}: memory is added to ships of mmg:Mmg or mmg_roll:MmgRoll; {other} is another")
     _same_hull(ship, data)
-    lacking = [k for k in (2, 3, 4) if k not in data.modes]
-    if lacking:
-        raise ShipError(f"{data.name}: no heave, roll or pitch; compute all three")
-    here = data.moved(0.0, 0.0, data.z_G)
+    here = data.moved(0.0, 0.0, data.z_G - data.z)
     along, aside = fitted(here, LONGITUDINAL), fitted(here, LATERAL)
-    slow = aside.A_inf + aside.frequency(np.zeros(1)).real[0]
-    GM = float(here.C[3, 3]) / (m * GRAVITY)
-    whole = float(here.M[3, 3] + slow[1, 1])
-    if not 0.0 < GM < 0.5 * float(model.body.B):
-        raise ShipError(f"{data.name}: its stiffness in roll makes GM {GM:.4g} m; a ship has more than 0, give the body "
-                        "its centre of mass")  # fmt: skip
-    if family is Mmg:
-        keel = float(model.body.d) - data.z_G
-        ship = with_roll(ship, Stability(GM=GM, KG=keel))
-        model = ship.model
-        waves = float(here.at(np.array([math.sqrt(here.C[3, 3] / whole)]))[1][0, 3, 3])
-        roll = replace(model.roll, I_x=float(here.M[3, 3]), J_x=float(slow[1, 1]),
-                       l_y=float(-slow[0, 1] / model.body.m_y), B_1=max(float(model.roll.B_1) - waves, 0.0))  # fmt: skip
-    else:
-        roll = model.roll
-    if roll_damping is not None:
-        stiff = m * GRAVITY * float(roll.GM) * (float(roll.I_x) + float(roll.J_x))
-        roll = replace(roll, B_1=2.0 * roll_damping * math.sqrt(stiff), B_2=0.0)
-    body, yawing = model.body, {}
+    rolling = _rolling(ship, here, _at_zero(aside)) if family is Mmg else ship
+    model: Any = rolling.model
+    roll, body, further = model.roll, model.body, {}
     if added == "data":
-        surge = along.A_inf + along.frequency(np.zeros(1)).real[0]
+        surge, slow = _at_zero(along), _at_zero(aside)
         body = replace(body, m_x=float(surge[0, 0]), m_y=float(slow[0, 0]), J_z=float(slow[2, 2]))
         roll = replace(roll, J_x=float(slow[1, 1]), l_y=float(-slow[0, 1] / body.m_y))
-        yawing = {"A_26": float(slow[0, 2]), "A_46": float(slow[1, 2])}
+        further = {"A_26": float(slow[0, 2]), "A_46": float(slow[1, 2])}
+    if roll_damping is not None:
+        stiff = float(body.m) * GRAVITY * float(roll.GM) * (float(roll.I_x) + float(roll.J_x))
+        roll = replace(roll, B_1=2.0 * roll_damping * math.sqrt(stiff), B_2=0.0)
     heave = Heave(
         I_y=float(here.M[4, 4]), A_13=float(along.A_inf[0, 1]), A_15=float(along.A_inf[0, 2]),
         A_33=float(along.A_inf[1, 1]), A_35=float(along.A_inf[1, 2]), A_55=float(along.A_inf[2, 2]),
-        C_33=float(here.C[2, 2]), C_35=float(0.5 * (here.C[2, 4] + here.C[4, 2])), C_55=float(here.C[4, 4]), **yawing,
+        C_33=float(here.C[2, 2]), C_35=float(0.5 * (here.C[2, 4] + here.C[4, 2])), C_55=float(here.C[4, 4]), **further,
     )  # fmt: skip
-    made = Unified(**{**vars(model), "roll": roll, "body": body}, heave=heave,
-                   longitudinal=_sections(along, Longitudinal, "135"), transverse=_sections(aside, Lateral, "246"))  # fmt: skip
-    _possible(ship.name, data.name, made, m, x_G)
-    return _told(ship, data, made, (along, aside))
+    made = Unified(
+        **{**vars(model), "roll": roll, "body": body}, heave=heave,
+        longitudinal=_sections(along, Longitudinal, "135"), transverse=_sections(aside, Lateral, "246"),
+    )  # fmt: skip
+    _possible(ship.name, data.name, made)
+    return _told(rolling, data, made, (along, aside))
+
+
+def _at_zero(memory: Memory) -> Array:
+    """Added mass at zero frequency, shape (3, 3)."""
+    return memory.A_inf + memory.frequency(np.zeros(1)).real[0]
+
+
+def _rolling(ship: Ship, here: Hydrodynamics, slow: Array) -> Ship:
+    """A ship of the horizontal plane with the stability and the inertia of the data; damping besides that of waves."""
+    body: Any = ship.model.part("body")
+    GM = float(here.C[3, 3]) / (float(body.m) * GRAVITY)
+    made = with_roll(ship, Stability(GM=GM, KG=float(body.d) - here.z_G))
+    model: Any = made.model
+    natural = math.sqrt(float(here.C[3, 3]) / float(here.M[3, 3] + slow[1, 1]))
+    waves = float(here.at(np.array([natural]))[1][0, 3, 3])
+    found: dict[str, tuple[float, str]] = {
+        "I_x": (float(here.M[3, 3]), _of(here)), "J_x": (float(slow[1, 1]), _of(here)),
+        "l_y": (float(-slow[0, 1] / body.m_y), _of(here)), "GM": (GM, _of(here)),
+        "B_1": (max(float(model.roll.B_1) - waves, 0.0), f"Ikeda's simplified method less the waves of {_of(here)}"),
+    }
+    roll = replace(model.roll, **{name: value for name, (value, _) in found.items()})
+    entries = {f"roll.{name}": Entry(why, value) for name, (value, why) in found.items()}
+    return replace(made, model=replace(model, roll=roll), entries={**made.entries, **entries})
+
+
+def _of(data: Hydrodynamics) -> str:
+    return Path(data.name).name
 
 
 def _same_hull(ship: Ship, data: Hydrodynamics) -> None:
     model: Any = ship.model
     body = model.body
     m, L, B, rho = (float(x) for x in (body.m, body.L_pp, body.B, body.rho))
-    heavy = float(data.M[2, 2] if 2 in data.modes else data.M[0, 0])
+    if not {2, 3, 4} <= set(data.modes):
+        raise ShipError(f"{data.name}: no heave, roll or pitch; compute all three")
+    heavy = float(data.M[2, 2])
     if abs(heavy / m - 1.0) > _MASS:
-        raise ShipError(f"{data.name}: its body has {heavy:.4g} kg, {ship.name} {m:.4g} kg; give the data of this hull at "
-                        "this draught, in SI units")  # fmt: skip
-    if not 0.0 < data.C[2, 2] <= _PLANE * rho * GRAVITY * L * B:
-        raise ShipError(f"{data.name}: a stiffness in heave of {data.C[2, 2]:.4g} N/m; a water plane of {L:g} m by {B:g} m "
-                        f"has {rho * GRAVITY * L * B:.4g} N/m at most")  # fmt: skip
+        raise ShipError(f"{data.name}: its body has {heavy:.4g} kg, {ship.name} {m:.4g} kg; give the data of this hull "
+                        "at this draught, in SI units")  # fmt: skip
+    GM = float(data.C[3, 3]) / (heavy * GRAVITY)
+    if not 0.0 < GM < 0.5 * B:
+        raise ShipError(f"{data.name}: its stiffness in roll makes GM {GM:.4g} m; that of a ship is above 0 and below "
+                        "half its breadth: give the body its centre of mass")  # fmt: skip
+    most = rho * GRAVITY * L * B
+    if not 0.0 < data.C[2, 2] <= _PLANE * most:
+        raise ShipError(f"{data.name}: a stiffness in heave of {data.C[2, 2]:.4g} N/m; a water plane of {L:g} m by "
+                        f"{B:g} m has {most:.4g} N/m at most")  # fmt: skip
     x_D = -float(data.M[2, 4]) / heavy
     if abs(x_D - float(body.x_G)) > 0.03 * L:
         raise ShipError(f"{data.name}: its centre of gravity is {x_D:.4g} m ahead of where its axes begin, that of "
@@ -122,7 +141,7 @@ def _sections(memory: Memory, cls: Any, digits: str) -> Parts:
     return Parts(names, tuple(made))
 
 
-def _possible(name: str, source: str, made: Unified, m: float, x_G: float) -> None:
+def _possible(name: str, source: str, made: Unified) -> None:
     """Refuse masses that memory and manoeuvring do not make together."""
     for what, matrix in zip(("surge, heave and pitch", "sway, roll and yaw"), fast_masses(made), strict=True):
         size = np.sqrt(np.abs(np.diag(matrix)))
@@ -151,13 +170,12 @@ def fast_masses(model: Unified) -> tuple[Array, Array]:
 
 def _told(ship: Ship, data: Hydrodynamics, made: Unified, memories: tuple[Memory, Memory]) -> Ship:
     entries: dict[str, Entry] = dict(ship.entries)
-    source = f"fitted to {data.name}"
     before = values(ship.model)
     for path, value in values(made).items():
         if path not in before:
-            entries[path] = Entry(source, float(value))
+            entries[path] = Entry(f"fitted to {_of(data)}", float(value))
         elif float(value) != float(before[path]):
-            entries[path] = Entry(f"of {data.name}", float(value))
+            entries[path] = Entry(f"from {_of(data)}, or as asked", float(value))
     off = "; ".join(f"{'surge, heave, pitch' if k == 0 else 'sway, roll, yaw'}: {m.a.size} sections, added mass within "
                     f"{m.misfit.added_mass:.1%}, damping {m.misfit.damping:.1%}, retardation {m.misfit.retardation:.1%}"
                     for k, m in enumerate(memories))  # fmt: skip

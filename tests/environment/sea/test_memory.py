@@ -164,8 +164,8 @@ def test_another_point_of_reference_is_the_same_body() -> None:
     data = read_hydrodynamics(HERE / "wigley.nc")
     other = data.moved(2.0, 0.0, 1.5)
     back = other.moved(-2.0, 0.0, -1.5)
-    assert back.A == pytest.approx(data.A, rel=1e-9, abs=1e-3)
-    assert back.F == pytest.approx(data.F, rel=1e-9, abs=1e-3)
+    assert pytest.approx(data.A, rel=1e-9, abs=1e-3) == back.A
+    assert pytest.approx(data.F, rel=1e-9, abs=1e-3) == back.F
     here, there = data.rao(0.0, 0.05).R, other.rao(0.0, 0.05).R
     assert there[..., 1] == pytest.approx(here[..., 1] - 1.5 * here[..., 3] + 2.0 * here[..., 5], rel=2e-2, abs=2e-3)
     assert there[..., 2] == pytest.approx(here[..., 2] - 2.0 * here[..., 4], rel=2e-2, abs=2e-3)
