@@ -23,7 +23,7 @@ from timing import machine
 from seatrial.core.parameters import near
 from seatrial.data import Array
 from seatrial.identify import Loss, Problem
-from seatrial.identify.posterior.sampling.calibration import calibrate
+from seatrial.identify.posterior.ranks import calibrate
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load

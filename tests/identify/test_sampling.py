@@ -10,8 +10,8 @@ from suzaku_turns import GNSS, SHIP, problem
 
 from seatrial.core.parameters import Free, near
 from seatrial.identify import Loss, Nuisance, StudyError
+from seatrial.identify.posterior.ranks import calibrate
 from seatrial.identify.posterior.sampling import sampling
-from seatrial.identify.posterior.sampling.calibration import calibrate
 from seatrial.identify.posterior.sampling.density import Posterior, check_proper, posterior_of
 from seatrial.identify.posterior.sampling.diagnostics import effective, effective_mean, rhat
 from seatrial.identify.posterior.sampling.hamiltonian import Sampler

@@ -179,10 +179,10 @@ BandHorizon = Annotated[
 ]  # fmt: skip
 
 CalibratedHistory = Annotated[
-    float | None, Option("--history", metavar="S", help="Also calibrate predictions with the S seconds before.")
+    float | None, Option("--history", metavar="S", help="Use the S seconds before, in a calibration of its own.")
 ]  # fmt: skip
 CalibratedFirst = Annotated[
-    float | None, Option("--fit-first", metavar="S", help="Also calibrate predictions that fit S seconds first.")
+    float | None, Option("--fit-first", metavar="S", help="Fit S seconds first, in a calibration of its own.")
 ]  # fmt: skip
 
 # Design and judgement.

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....data import Array
-from ... import FitError, Problem
-from ...record import Settings
-from ...trajectory.batch import Data, Many
-from .density import Posterior
-from .sampling import in_values, sampler_of
+from ...data import Array
+from .. import FitError, Problem
+from ..record import Settings
+from ..trajectory.batch import Data, Many
+from .sampling.density import Posterior
+from .sampling.sampling import in_values, sampler_of
 
 # Moves that adapt; draws between those that are ranked, so that they are nearly independent; rounds of redrawing.
 _WARM, _THIN, _ROUNDS = 120, 4, 100
