@@ -29,7 +29,11 @@ _HALVINGS = 10
 
 
 def needed(level: float) -> int:
-    """Fewest recordings that can show a level, of 0 to 1: with fewer, all of them inside shows less."""
+    """Fewest recordings that can show a level, of 0 to 1: with fewer, all of them inside shows less.
+
+    >>> needed(0.9), needed(0.95), needed(0.99)
+    (9, 19, 99)
+    """
     return max(math.ceil(1.0 / (1.0 - level) - 1e-9) - 1, 2)
 
 

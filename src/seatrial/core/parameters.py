@@ -261,6 +261,11 @@ def near(model: Any, *paths: str, ratio: float) -> tuple[Free, ...]:
     Raises:
         ParameterError: an unknown path; a value of zero, whose interval would be empty; an interval outside the
             parameter's range; a ratio beyond `MOST`.
+
+    >>> from seatrial.ships.files import load
+    >>> (one,) = near(load("kvlcc2_l7").model, "hull.R_0", ratio=0.5)
+    >>> one.path, round(one.low, 4), round(one.high, 4)
+    ('hull.R_0', 0.011, 0.033)
     """
     if ratio > MOST:
         raise ParameterError(far("ratio", ratio))

@@ -122,7 +122,11 @@ class Dataset:
 
 
 def unwrapped(psi: Array) -> Array:
-    """Heading made continuous across +-pi [rad]; gaps stay gaps."""
+    """Heading made continuous across +-pi [rad]; gaps stay gaps.
+
+    >>> unwrapped(np.array([3.1, -3.1, np.nan, -3.0])).round(2).tolist()
+    [3.1, 3.18, nan, 3.28]
+    """
     out = psi.copy()
     good = np.isfinite(psi)
     out[good] = np.unwrap(psi[good])

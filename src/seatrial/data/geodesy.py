@@ -26,6 +26,10 @@ class Datum:
 
     Attributes:
         latitude, longitude: [deg], north and east positive.
+
+    >>> here = Datum(35.0, 139.7)
+    >>> [round(float(one), 4) for one in here.place(1000.0, 0.0)]
+    [35.009, 139.7]
     """
 
     latitude: float

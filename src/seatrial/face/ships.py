@@ -148,5 +148,13 @@ def load(name_or_path: str | Path, *, trust: Trust = False) -> Ship:
 
     Raises:
         ShipError: no such ship; a key, unit, type or number that cannot be used, in one line.
+
+    >>> import seatrial as st
+    >>> tanker = st.load("kvlcc2")
+    >>> tanker.L_pp
+    320.0
+    >>> run = tanker.simulate(st.Turning(rudder_deg=35))
+    >>> float(round(run.indices["tactical_diameter"].over_L, 1))
+    3.0
     """
     return ship_of(load_ship(name_or_path, trust=trust))

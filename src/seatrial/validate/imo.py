@@ -151,7 +151,11 @@ class ImoTable:
 
 
 def overshoot_limits(L_over_V: float) -> tuple[float, float]:
-    """Limits of the first and the second overshoot of the 10/10 zigzag [deg] for L/V [s] (MSC.137(76) 5.3.3)."""
+    """Limits of the first and the second overshoot of the 10/10 zigzag [deg] for L/V [s] (MSC.137(76) 5.3.3).
+
+    >>> overshoot_limits(9.0), overshoot_limits(20.0), overshoot_limits(40.0)
+    ((10.0, 25.0), (15.0, 32.5), (20.0, 40.0))
+    """
     if L_over_V < 10.0:
         return 10.0, 25.0
     if L_over_V < 30.0:
