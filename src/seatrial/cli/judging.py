@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ..choosing.survey import Assessment
     from ..identify.design.excitation import Plan
     from ..validate.imo import Criterion
+    from ..workflow.evidence.designed import Foreseen
 
 _CELL = {"planned": "–"}
 _BEST, _WIDTH = 3, 150
@@ -35,16 +36,36 @@ def models(purpose: o.Purpose = None, json: o.Json = False) -> None:
 
 def design(
     ship: o.ShipName, free: o.FreeParameters, budget: o.Budget = 60.0, noise: o.Noise = None,
-    interval: o.Interval = None, repeats: o.Repeats = 1, json: o.Json = False,
+    interval: o.Interval = None, repeats: o.Repeats = 1, bands: o.Bands = None, draws: o.DesignDraws = None,
+    json: o.Json = False,
 ) -> None:  # fmt: skip
     """Design sea trials that determine parameters of a ship."""
     from ..workflow.judging import design as run
 
-    made = run(ship, free, budget=budget, noise=noise, interval=interval, repeats=repeats, note=note)
+    made = run(ship, free, budget=budget, noise=noise, interval=interval, repeats=repeats, bands=bands, draws=draws,
+               note=note)  # fmt: skip
     if json:
-        emit({"ship": made.ship.name, "budget": budget, "noise": made.noise, **_plan_document(made.plan)})
-    else:
-        _show_plan(made.ship.name, made.plan)
+        more = {} if bands is None else {"bands": _bands_document(made.foreseen, bands)}
+        emit({"ship": made.ship.name, "budget": budget, "noise": made.noise, **_plan_document(made.plan), **more})
+        return
+    _show_plan(made.ship.name, made.plan)
+    if bands is not None:
+        _show_foreseen(made.foreseen, bands)
+
+
+def _bands_document(found: Sequence[Foreseen], level: float) -> Any:
+    from ..workflow.evidence.designed import document
+
+    return document(found, level)
+
+
+def _show_foreseen(found: Sequence[Foreseen], level: float) -> None:
+    rows = [(one.name, one.unit, figure(one.value), *map(figure, (*one.before, *one.after)), f"{one.share:.0%}")
+            for one in found]  # fmt: skip
+    head = ("index", "unit", "value", "before: from", "to", "after: from", "to", "width left")
+    show_table(head, [tuple("–" if cell == "nan%" else cell for cell in row) for row in rows], right=tuple(range(2, 8)))
+    say_lines(f"bands of {level:g} % by what is open about the free parameters, without and with these trials; a dash: "
+              "too few draws give the index")  # fmt: skip
 
 
 def imo(

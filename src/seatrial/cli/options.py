@@ -106,6 +106,7 @@ Bands = Annotated[
     float | None, Option("--bands", metavar="PERCENT", help="Set the level of bands of a fitted ship, such as 95 [%].")
 ]  # fmt: skip
 Draws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 1000).")]
+DesignDraws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 400).")]
 Examined = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 100).")]
 Extrapolate = Annotated[
     bool, Option("--extrapolate", help="Allow --bands beyond the ranges of the trials of the fit.")

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ..ships.scaling import Scaled
     from ..validate.imo import ImoTable
     from ..validate.requirements import Table
+    from .evidence.designed import Foreseen
 
 ANGULAR = ("psi", "r")
 
@@ -251,16 +252,19 @@ class Design:
         ship: the ship.
         noise: standard deviation of each channel that is measured, SI units and radians.
         plan: the manoeuvres, and what they determine.
+        foreseen: bands of indices before and after them; none unless asked for.
     """
 
     ship: Ship
     noise: Mapping[str, float]
     plan: Plan
+    foreseen: tuple[Foreseen, ...] = ()
 
 
 def design(
     ship: str | Path | Ship, free: Sequence[str], *, budget: float = 60.0, noise: str | None = None,
-    interval: float | None = None, repeats: int = 1, note: Note = silent,
+    interval: float | None = None, repeats: int = 1, bands: float | None = None, draws: int | None = None,
+    note: Note = silent,
 ) -> Design:  # fmt: skip
     """Choose manoeuvres that determine the parameters `free` of a ship, by Fisher information.
 
@@ -268,6 +272,8 @@ def design(
         ship: a name of the library, a ship file or a ship.
         free: patterns of parameter paths, such as ``hull.*``.
         budget, noise, interval, repeats: as the options of `seatrial design`; no noise assumes good sensors.
+        bands: level [%] of bands of the IMO indices before and after the trials; None makes none.
+        draws: of the parameters, for bands; None takes 400.
         note: takes assumptions, and manoeuvres that are left out.
 
     Raises:
@@ -287,7 +293,13 @@ def design(
     )
     for line in found.left_out:
         note(f"note: left out: {line}")
-    return Design(vessel, deviations, found)
+    if bands is None:
+        _no_draws(draws, extrapolate=False)
+        return Design(vessel, deviations, found)
+    from .evidence.designed import foreseen
+
+    model = None if isinstance(ship, Ship) else ship
+    return Design(vessel, deviations, found, foreseen(vessel, found, bands, draws=draws, model=model, note=note))
 
 
 def _noise(text: str) -> dict[str, float]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -261,6 +261,7 @@ class Plan:
         share: share of each prior variance that the data remove.
         verdicts: each parameter, then each combination that stays undetermined.
         left_out: candidates that could not be run, with the reason.
+        information: Fisher information of all manoeuvres together, shape (free, free).
     """
 
     chosen: tuple[tuple[str, float, float], ...]
@@ -271,6 +272,7 @@ class Plan:
     share: Array
     verdicts: tuple[Verdict, ...]
     left_out: tuple[str, ...] = ()
+    information: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def choose(
@@ -334,6 +336,7 @@ def expected(free: Sequence[Free], runs: Sequence[Information], reached: Sequenc
         sum(one.length for one in runs), float(reached[-1]) if reached else 0.0, tuple(free),
         prior * np.sqrt(left), 1.0 - left,
         (*_singles(free, prior * np.sqrt(left), 1.0 - left), *_combinations(free, prior, weight, vectors)),
+        information=sum((one.matrix for one in runs), np.zeros((len(free),) * 2)),
     )  # fmt: skip
 
 
