@@ -46,8 +46,8 @@ def with_memory(ship: Ship, data: Hydrodynamics, roll_damping: float | None = No
     """
     family: Any = type(ship.model)
     if family not in (Mmg, MmgRoll):
-        other = family.__name__
-        raise ShipError(f"{ship.name}: memory is added to ships of mmg:Mmg or mmg_roll:MmgRoll; {other} is another")
+        raise ShipError(f"{ship.name}: memory is added to ships of mmg:Mmg or mmg_roll:MmgRoll; {family.__name__} is "
+                        "another family")  # fmt: skip
     _same_hull(ship, data)
     here = data.moved(0.0, 0.0, data.z_G - data.z)
     along, aside = fitted(here, LONGITUDINAL), fitted(here, LATERAL)
