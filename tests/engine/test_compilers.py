@@ -87,7 +87,7 @@ def test_each_family_is_told_in_its_own_words_where_vector_functions_are(
 
 def others() -> list[str]:
     """Compilers of this machine besides gcc."""
-    packaged = compilers._packaged()
+    packaged = compilers.packaged()
     return [*filter(None, [shutil.which("clang"), " ".join(packaged.command) if packaged else None])]
 
 

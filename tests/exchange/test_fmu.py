@@ -24,7 +24,8 @@ from slaves import AROUND, C_HOST, DT, GCC, GIVEN, STATES, Made, Run, assert_sam
 from seatrial.cli.app import main
 from seatrial.core.version import __version__
 from seatrial.exchange import save_fmu
-from seatrial.exchange.fmi.fmu import FLAGS, FORCES, hull_of, slave
+from seatrial.exchange.fmi.binaries import FLAGS
+from seatrial.exchange.fmi.fmu import FORCES, hull_of, slave
 from seatrial.exchange.fmi.source import sources
 from seatrial.exchange.fmi.xml import exponents, osp_description
 from seatrial.manoeuvres import Policy

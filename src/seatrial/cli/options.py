@@ -218,6 +218,7 @@ ActuatorStep = Annotated[
 Fmu = Annotated[Path | None, Option(help="Write a co-simulation slave (.fmu) driven by orders.")]
 Fmi = Annotated[int | None, Option(help="Choose version 2 or 3 of FMI for --fmu (default: 2).")]
 HullAlone = Annotated[bool, Option("--hull", help="Write --fmu for the hull alone, driven by forces.")]
+Platforms = Annotated[str | None, Option(help="Choose whose binaries --fmu holds (default: this machine's).")]
 SlaveStep = Annotated[float | None, Option(help="Set the internal step of --fmu [s].")]
 Thrusters = Annotated[str | None, Option(help="Name the ship's thrusters, such as 1,2.")]
 Together = Annotated[bool, Option("--together", help="Split one column of thrust among all thrusters.")]

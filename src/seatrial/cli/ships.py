@@ -225,13 +225,13 @@ def _more(made: Ship, tables: tuple[str, ...], out: Path | None, json: bool) -> 
 def export(
     model: o.ShipName, casadi: o.Casadi = None, c: o.CFolder = None, python: o.PythonFile = None,
     actuators: o.ActuatorStep = None, fmu: o.Fmu = None, fmi: o.Fmi = None, hull: o.HullAlone = False,
-    dt: o.SlaveStep = None, json: o.Json = False,
+    dt: o.SlaveStep = None, platforms: o.Platforms = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Export a ship as a CasADi function, C, Python or an FMU."""
     from ..workflow.plant import export as run
 
     made = run(model, casadi=casadi, c=c, python=python, actuators=actuators, fmu=fmu, fmi=fmi, hull=hull, dt=dt,
-               note=note)  # fmt: skip
+               platforms=platforms, note=note)  # fmt: skip
     if json:
         emit({**made.description, "written": made.written})
         return

@@ -66,10 +66,10 @@ def compiler() -> Compiler:
             return Compiler((found, *words))
     if named:
         raise CompilerError(f"no C compiler found ({named}); install one, or set SEATRIAL_CC")
-    packaged = _packaged()
-    if packaged is None:
+    found = packaged()
+    if found is None:
         raise CompilerError(f'no C compiler found ({", ".join(_ORDER)}); pip install "seatrial[compiler]" brings one')
-    return packaged
+    return found
 
 
 def no_compiler() -> str:
@@ -81,7 +81,7 @@ def no_compiler() -> str:
     return ""
 
 
-def _packaged() -> Compiler | None:
+def packaged() -> Compiler | None:
     """The compiler of the package ziglang, called without Python in between."""
     found = importlib.util.find_spec("ziglang")
     for folder in (found.submodule_search_locations or ()) if found else ():

@@ -19,12 +19,13 @@ from ..data.units import KNOWN
 from ..environment import CHANNELS
 from ..exchange import plant, save_c, save_casadi, save_fmu, save_network, save_python
 from ..exchange.casadi_function import description
+from ..exchange.fmi.binaries import chosen
 from ..exchange.fmi.fmu import VERSIONS
 from ..exchange.fmi.fmu import slave as layout_of
 from ..identify.components.servo import ServoFit, fit_servo, servos
 from ..identify.components.thrust_map import ThrustMap, fit_thrust, fit_thrusters, shared
 from ..models import Stepped
-from ..ships import Ship
+from ..ships import Ship, ShipError
 from ..simulate.approach import step_doubt
 from . import RequestError
 from .request import Note, check_output, make_folder, positive, ship_of, silent
@@ -52,16 +53,18 @@ class Slave:
         hull: whether it is the hull alone, with forces as inputs.
         dt: internal step [s]; one that suits the ship where it is None.
         fmi: version of the interface.
+        platforms: whose binaries it holds; this machine's own where none is named.
     """
 
     path: Path
     hull: bool = False
     dt: float | None = None
     fmi: int = VERSIONS[0]
+    platforms: tuple[str, ...] = ()
 
     def save(self, ship: Ship) -> tuple[Path, ...]:
         """Write it."""
-        return tuple(save_fmu(ship, self.path, dt=self.dt, hull=self.hull, fmi=self.fmi))
+        return tuple(save_fmu(ship, self.path, dt=self.dt, hull=self.hull, fmi=self.fmi, platforms=self.platforms))
 
     def variables(self, ship: Ship) -> dict[str, Any]:
         """Inputs and outputs with their units."""
@@ -74,7 +77,7 @@ class Slave:
 def export(
     model: str | Path | Ship, *, casadi: Path | None = None, c: Path | None = None, python: Path | None = None,
     actuators: float | None = None, fmu: Path | None = None, fmi: int | None = None, hull: bool = False,
-    dt: float | None = None, note: Note = silent,
+    dt: float | None = None, platforms: str | None = None, note: Note = silent,
 ) -> Exported:  # fmt: skip
     """Write the plant of a ship in each form that is given.
 
@@ -82,13 +85,14 @@ def export(
         model: a name of the library, a ship file or a ship.
         casadi, c, python, actuators: as the options of `seatrial export`.
         fmu, fmi, hull, dt: see `Slave`.
+        platforms: names of `Slave`, such as ``linux64,win64``.
         note: takes cautions and the files as they are written.
 
     Raises:
         RequestError: no form is given, or a path that cannot be written to.
         ShipError: a ship that has no right-hand side; a file that cannot be written.
     """
-    slave = _slave(fmu, fmi, hull, dt)
+    slave = _slave(fmu, fmi, hull, dt, platforms)
     _check(casadi, c, python, slave)
     ship = ship_of(model)
     if isinstance(ship.model, Stepped) and casadi is None and c is None:
@@ -134,13 +138,16 @@ def _network(
             "environment": list(CHANNELS), **variables}, written  # fmt: skip
 
 
-def _slave(path: Path | None, fmi: int | None, hull: bool, dt: float | None) -> Slave | None:
+def _slave(
+    path: Path | None, fmi: int | None, hull: bool, dt: float | None, platforms: str | None
+) -> Slave | None:
     """The slave that is asked for.
 
     Raises:
         RequestError: its options without its file, or what it cannot be.
     """
-    for name, given in (("--hull", hull), ("--dt", dt is not None), ("--fmi", fmi is not None)):
+    for name, given in (("--hull", hull), ("--dt", dt is not None), ("--fmi", fmi is not None),
+                        ("--platforms", platforms is not None)):  # fmt: skip
         if given and path is None:
             raise RequestError(f"{name} is of the co-simulation slave: give --fmu FILE.fmu too")
     positive(dt=dt)
@@ -148,7 +155,14 @@ def _slave(path: Path | None, fmi: int | None, hull: bool, dt: float | None) -> 
         raise RequestError(f"--fmi is {fmi}; known: {', '.join(map(str, VERSIONS))}")
     if path is not None and path.suffix != ".fmu":
         raise RequestError(f"{path}: a co-simulation slave ends in .fmu")
-    return None if path is None else Slave(path, hull, dt, fmi or VERSIONS[0])
+    if path is None:
+        return None
+    names = tuple(name.strip() for name in (platforms or "").split(",") if name.strip())
+    try:
+        chosen(names, fmi or VERSIONS[0])
+    except ShipError as error:
+        raise RequestError(f"--platforms: {error}" if names else f"{path}: {error}") from None
+    return Slave(path, hull, dt, fmi or VERSIONS[0], names)
 
 
 def _check(casadi: Path | None, c: Path | None, python: Path | None, slave: Slave | None) -> None:

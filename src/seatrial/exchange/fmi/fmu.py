@@ -6,13 +6,8 @@ outside.  The page inside a slave describes it: inputs, outputs and every number
 
 from __future__ import annotations
 
-import errno
 import io
 import math
-import os
-import platform
-import subprocess
-import tempfile
 import zipfile
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
@@ -21,9 +16,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from ...core.errors import CompilerError
 from ...core.parameters import Parts, Scalar, parts
-from ...engine.compilers import compiler
 from ...environment import Environment
 from ...forces import Flow, Force, ForceModule
 from ...forces.body import Body
@@ -39,25 +32,21 @@ from ...simulate.approach import time_step
 from ..network_source import trained
 from ..plant import outline, plant
 from ..writing import filled, write
+from .binaries import chosen, compile_for
 from .layout import Layout, Real, layout
 from .source import compiled, sources
 from .xml import OSP, descriptions
 
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off")
-"""For any processor of the platform: no flag that looks at this one."""
-
 VERSIONS = (2, 3)
 """Of the interface."""
 
-_SUFFIXES = {"Linux": ".so", "Darwin": ".dylib", "Windows": ".dll"}
-_NAMES = {("Linux", "x86_64"): "linux64", ("Darwin", "x86_64"): "darwin64", ("Windows", "AMD64"): "win64"}
-_PROCESSORS = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64", "ARM64": "aarch64"}
 _BEGINNING_OF_TIME = (1980, 1, 1, 0, 0, 0)
 
 
 def save_fmu(
-    ship: Ship, path: str | Path, *, dt: float | None = None, hull: bool = False, fmi: int = 2
-) -> tuple[Path, ...]:
+    ship: Ship, path: str | Path, *, dt: float | None = None, hull: bool = False, fmi: int = 2,
+    platforms: Sequence[str] = (),
+) -> tuple[Path, ...]:  # fmt: skip
     """Write ``FILE.fmu`` and, of FMI 2.0, ``FILE_OspModelDescription.xml`` beside it.
 
     The same ship gives the same bytes where the compiler is the same.
@@ -68,6 +57,7 @@ def save_fmu(
         dt: internal step [s]; None takes the one that suits the ship. A network has its own.
         hull: the hull alone, under forces from outside; else the whole ship, under orders.
         fmi: version of the interface, one of `VERSIONS`.
+        platforms: whose binaries it holds, such as ``linux64`` and ``win64``; this machine's own unless given.
 
     Raises:
         ShipError: a ship that has no right-hand side or no hull of its own, or a network without weights; no
@@ -78,11 +68,15 @@ def save_fmu(
         raise ShipError(f"{target}: a co-simulation slave ends in .fmu")
     if fmi not in VERSIONS:
         raise ShipError(f"{target}: no version {fmi} of FMI here; known: {', '.join(map(str, VERSIONS))}")
+    try:
+        whose = chosen(platforms, fmi)
+    except ShipError as error:
+        raise ShipError(f"{target}: {error}") from None
     made = slave(ship, dt=dt, hull=hull)
     files, guid = sources(made, fmi)
-    folder, suffix = _platform(target, fmi)
-    binary = f"binaries/{folder}/{made.plant.name}{suffix}"
-    content = {binary: _compiled(files, compiled(fmi), made.plant.name + suffix, target)}
+    name = made.plant.name
+    content = {f"binaries/{one.folder(fmi)}/{name}{one.suffix}": compile_for(one, files, compiled(fmi), name, target)
+               for one in whose}  # fmt: skip
     content |= {f"sources/{name}": text.encode() for name, text in files.items()}
     content["documentation/index.html"] = page(made).encode()
     described = descriptions(made, target.stem, guid, fmi)
@@ -179,51 +173,6 @@ def slave(ship: Ship, *, dt: float | None = None, hull: bool = False) -> Layout:
     made = plant(taken)  # refuses what has no right-hand side before anything asks for its step
     step = time_step(ship) if dt is None else dt
     return layout(taken, made if hull else plant(taken, step), step)
-
-
-def _platform(target: Path, fmi: int) -> tuple[str, str]:
-    """Folder and suffix of the binary."""
-    system, processor = platform.system(), platform.machine()
-    folder = _NAMES.get((system, processor))
-    if fmi == 3 and processor in _PROCESSORS:
-        folder = f"{_PROCESSORS[processor]}-{system.lower()}"
-    if folder is None or system not in _SUFFIXES:
-        raise ShipError(
-            f"{target}: FMI {fmi}.0 has no name for {system} {processor}; --c FOLDER writes the plant as C")
-    return folder, _SUFFIXES[system]
-
-
-def _compiled(files: Mapping[str, str], which: Sequence[str], name: str, target: Path) -> bytes:
-    """The shared library of the sources; built from relative names, so that no path of this machine enters it."""
-    try:
-        cc = compiler()
-    except CompilerError as error:
-        raise ShipError(f"{target}: an FMU holds a binary: {error}") from None
-    strip = ("-s",) if platform.system() == "Linux" else ()
-    try:
-        with tempfile.TemporaryDirectory() as scratch:
-            for file, text in files.items():
-                Path(scratch, file).write_text(text, encoding="utf-8")
-            # Its own scratch files go where ours went: Python passes over a TMPDIR that is full, a compiler does not.
-            done = subprocess.run(
-                [*cc.command, *FLAGS, *strip, *which, "-o", name, "-lm"], env={**os.environ, "TMPDIR": scratch},
-                cwd=scratch, capture_output=True, text=True, check=False,
-            )  # fmt: skip
-            if done.returncode:
-                raise ShipError(f"{target}: {cc.name} failed: {_why(done.stderr) or f'exit {done.returncode}'}")
-            return Path(scratch, name).read_bytes()
-    except OSError as error:
-        folder = tempfile.gettempdir()
-        raise ShipError(
-            f"{target}: cannot be compiled in {folder}: {error.strerror}; set TMPDIR to a folder with room") from None
-
-
-def _why(told: str) -> str:
-    """The first error line of a compiler; "compilation terminated" comes last."""
-    lines = [line.strip() for line in told.splitlines() if line.strip()]
-    if any(os.strerror(errno.ENOSPC) in line for line in lines):
-        return f"{os.strerror(errno.ENOSPC)} in {tempfile.gettempdir()}; set TMPDIR to a folder with room"
-    return next((line for line in lines if "error" in line.lower()), lines[-1] if lines else "")
 
 
 def _zipped(content: Mapping[str, bytes]) -> bytes:
