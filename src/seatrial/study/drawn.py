@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import warnings
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -48,7 +49,9 @@ def save_draws(found: Sampled, folder: str | Path) -> Path:
 def inference_data(found: Sampled) -> Any:
     """The chains as `InferenceData`, a variable for each path; None without ArviZ (extra `posterior`)."""
     try:
-        import arviz
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # its notice of the day about a later version
+            import arviz
     except ImportError:
         return None
     chains = found.draws.transpose(1, 0, 2)
