@@ -107,6 +107,7 @@ Bands = Annotated[
 ]  # fmt: skip
 Draws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 1000).")]
 DesignDraws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 400).")]
+Foreseen = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 200).")]
 Examined = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 100).")]
 Extrapolate = Annotated[
     bool, Option("--extrapolate", help="Allow --bands beyond the ranges of the trials of the fit.")

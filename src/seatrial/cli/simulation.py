@@ -179,6 +179,7 @@ def bridge(
     scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None, to: o.To = None, framed: o.Framed = False,
     only: o.Sentences = None, commander: o.Commander = None, mmsi: o.Mmsi = None, simulator: o.Simulator = False,
     log: o.SentenceLog = None, signalk: o.WithSignalK = False, rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
+    bands: o.Bands = None, draws: o.Foreseen = None, extrapolate: o.Extrapolate = False,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
     if scenario is not None or nmea is not None or signalk or rosbridge or can is not None:
@@ -190,7 +191,8 @@ def bridge(
                      heading=heading, wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed,
                      other=other or (), place=place, chart=chart, out=out, hold=hold, to=to or (), framed=framed,
                      only=only, commander=commander or (), mmsi=mmsi, simulator=simulator, log=log, signalk=signalk,
-                     rosbridge=rosbridge, can=can, note=note)  # fmt: skip
+                     rosbridge=rosbridge, can=can, bands=bands, draws=draws, extrapolate=extrapolate,
+                     note=note)  # fmt: skip
         say_lines(*rigged.written)
         return
     if to or framed or only or commander or mmsi or simulator or log:
@@ -199,7 +201,8 @@ def bridge(
 
     recordings = run(ship, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed, heading=heading,
                      wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed, ghost=ghost,
-                     other=other or (), place=place, chart=chart, out=out, hold=hold, note=note)  # fmt: skip
+                     other=other or (), place=place, chart=chart, out=out, hold=hold, bands=bands, draws=draws,
+                     extrapolate=extrapolate, note=note)  # fmt: skip
     say_lines(*recordings)
 
 

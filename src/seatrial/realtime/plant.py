@@ -104,7 +104,7 @@ class Plant:
         self.dt, self.place, self.seed, self.k = compiled.dt, compiled.place, seed, 0
         self.linkage: Callable[[str, float], float] | None = None
         self.controls = ship.model.controls
-        self._commands = {f"{name}_cmd": name for name in self.controls}
+        self._commands, self._origin = {f"{name}_cmd": name for name in self.controls}, (compiled, environment)
         system = compiled.simulator.system
         self.names = (*system.states, *self.controls, *self._commands, *CHANNELS)
         self._at = {name: system.stored.index(name) for name in (*system.states, *self.controls)}
@@ -262,6 +262,10 @@ class Plant:
         for control, value in about["orders"].items():
             self._give(control, value)
         self._stepper.surround(self._around.at(self.k))
+
+    def another(self) -> Plant:
+        """The same ship in the same weather, with a state of its own, which `restore` takes from a `snapshot`."""
+        return Plant(*self._origin, None, 0.0, self.seed)
 
     def reset(self) -> None:
         """Return to the initial state."""

@@ -30,6 +30,7 @@ from ..sensors.suite import draught
 from ..ships import Ship
 from ..simulate.place import Place, aground_or_inside, place_of
 from . import RequestError
+from .evidence.ahead import path_ahead
 from .request import DEGREE, Around, Note, numbers, obeyed, positive, ship_of, silent, speed_of, surroundings
 from .simulation import known, lacks, order
 
@@ -182,7 +183,8 @@ def bridge(
     ship: str | Path | Ship, *, host: str = HERE, port: int = 8020, anywhere: bool = False, factor: float = 1.0,
     speed: float | None = None, heading: float = 0.0, seed: int = 1, ghost: Path | None = None,
     other: Sequence[str] = (), place: str | None = None, chart: str | None = None, out: Path = Path(),
-    hold: float = 5.0, note: Note = silent, **around: Unpack[Around],
+    hold: float = 5.0, bands: float | None = None, draws: int | None = None, extrapolate: bool = False,
+    note: Note = silent, **around: Unpack[Around],
 ) -> list[Path]:  # fmt: skip
     """Serve a page on which a ship is steered by hand, until Ctrl-C.
 
@@ -214,9 +216,11 @@ def bridge(
         around_it = placed(vessel, situation.shown.chart, start, note)
         own = plant_of(vessel, rate, weather, start, seed, beside is None, around_it)
         loop = _afloat(own, others_of(other, rate, weather, seed, situation.shown.chart), rate, factor, situation)
-        _recordings(out)
+        recordings_go(out)
         keep_course(loop, (name for name in loop.vessels if name != OWN), note)
-        deck = Deck(loop, Outfit(drills(vessel), out, beside, hold, cannot(vessel), situation.meta, None, situation))
+        outfit = Outfit(drills(vessel), out, beside, hold, cannot(vessel), situation.meta, None, situation,
+                        path_ahead(ship, own, bands, draws, extrapolate=extrapolate))  # fmt: skip
+        deck = Deck(loop, outfit)
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{vessel.name}: {address(listening, key)} (Ctrl-C ends it)")
         try:
@@ -242,7 +246,7 @@ def _afloat(own: Plant, others: Mapping[str, Plant], rate: float, factor: float,
     return loop
 
 
-def _recordings(out: Path) -> None:
+def recordings_go(out: Path) -> None:
     """Refuse what is no folder for recordings."""
     if not out.is_dir():
         what = "a file" if out.exists() else "no such folder"

@@ -21,8 +21,8 @@ from websockets.typing import Origin
 class Running:
     """A bridge in a process of its own."""
 
-    def __init__(self, folder: Path, *more: str) -> None:
-        command = [sys.executable, "-m", "seatrial", "bridge", "kvlcc2_l7", "--port", "0", "-o", str(folder), *more]
+    def __init__(self, folder: Path, *more: str, ship: str = "kvlcc2_l7") -> None:
+        command = [sys.executable, "-m", "seatrial", "bridge", ship, "--port", "0", "-o", str(folder), *more]
         self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
         self.open = ExitStack()
         if self.process.stderr:

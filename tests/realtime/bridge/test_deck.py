@@ -15,7 +15,8 @@ from seatrial.data.trialfile import read_trial
 from seatrial.manoeuvres import Index
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.realtime.bridge.deck import Command, Deck, Outfit
+from seatrial.realtime.bridge.command import Command
+from seatrial.realtime.bridge.deck import Deck, Outfit
 from seatrial.realtime.bridge.ghost import Ghost
 from seatrial.realtime.bridge.view import OWN, indices_json
 from seatrial.realtime.conning import TELEGRAPH

@@ -13,6 +13,8 @@ pytest.importorskip("fastapi")
 from bridges import Running
 from browser import CHROMIUM, Browser
 
+from fitted_run import saved, trial
+
 pytestmark = [pytest.mark.long, pytest.mark.skipif(CHROMIUM is None, reason="no browser on this machine")]
 
 
@@ -144,3 +146,23 @@ def test_the_keys_do_what_the_hint_says_whatever_was_touched_last(running: Runni
         browser.until("seatrial.link.last.ord.n_P < 0.7 * seatrial.link.hello.orders[0].full")
         browser.key(" ", 32, " ")  # midships, and not the button again
         browser.until("seatrial.link.last.ord.delta === 0", 5.0)
+
+
+def test_the_page_of_a_fitted_ship_draws_where_it_will_be(tmp_path: Path) -> None:
+    """The place ahead is in another colour than the water, and the line above the chart says what it is."""
+    model = saved(tmp_path / "run", [trial(35.0), trial(35.0, side=-1)], share=0.05)
+    running = Running(tmp_path, "--bands", "95", ship=str(model))
+    try:
+        with Browser(tmp_path / "browser") as browser:
+            browser.size(1280, 800)
+            browser.open(f"http://127.0.0.1:{running.port}/")
+            browser.until("globalThis.seatrial?.drawn > 3 && seatrial.link.last.ahead?.rows.length > 10")
+            browser.key("ArrowRight", 39)
+            browser.until("seatrial.link.last.ahead.rows.at(-1)[2] > 1.0", 20.0)  # the path turns to starboard
+            rows = browser.says("seatrial.link.last.ahead.rows")
+            assert len(rows[0]) == 7
+            assert rows[-1][6] > rows[1][6]
+            browser.until("document.getElementById('reads').textContent.includes('95 % of positions (parameters')")
+            assert browser.errors == []
+    finally:
+        running.close()

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-import re
 import time
-from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import datetime
-from itertools import count
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -21,10 +18,12 @@ from ...ships.felt import feels
 from ...simulate.approach import approach
 from ..helm import CommandError
 from ..loop import Loop
-from ..recording import Recording, orders_path
+from .ahead import Ahead
 from .autopilot import Autopilot
+from .command import Command
 from .drill import Drill
 from .ghost import Ghost
+from .recorder import Recorder, still
 from .situation import Situation
 from .view import OWN, Moment, Trail, bells, gear, indices_json, motion, order_json, outline
 
@@ -85,6 +84,7 @@ class Outfit:
         meta: further sidecar entries of the recordings, such as `recording.dated`.
         companion: a range around the ship, if there is one.
         situation: place, date and chart.
+        ahead: path of a fitted ship with its bands; None: the page draws one at constant speed and rate of turn.
     """
 
     drills: Mapping[str, Orderer] = field(default_factory=dict[str, Orderer])
@@ -95,6 +95,7 @@ class Outfit:
     meta: Mapping[str, Any] = field(default_factory=dict[str, Any])
     companion: Companion | None = None
     situation: Situation = field(default_factory=Situation)
+    ahead: Ahead | None = None
 
 
 class Deck:
@@ -173,6 +174,7 @@ class Deck:
             "trail": self._trail.rows(), "hold": self._outfit.hold,
             "autopilot": self._autopilot.able, **self._outfit.situation.hello(plant),
             "range": None if self._outfit.companion is None else self._outfit.companion.hello(),
+            "bands": None if self._outfit.ahead is None else self._outfit.ahead.hello(),
         }  # fmt: skip
 
     def frame(self) -> dict[str, Any]:
@@ -197,6 +199,7 @@ class Deck:
             "following": self._following, "held": self._autopilot.course,
             **self._outfit.situation.frame(vessel.plant),
             "range": None if self._outfit.companion is None else self._outfit.companion.frame(),
+            "ahead": None if self._outfit.ahead is None else self._outfit.ahead.told,
         }  # fmt: skip
 
     def snapshot(self) -> dict[str, Any]:
@@ -224,11 +227,15 @@ class Deck:
         self._drill, self._due = None, -math.inf
         self.leaps += 1
         self._trail.clear()
+        if self._outfit.ahead is not None:
+            self._outfit.ahead.forget()
         if self._outfit.ghost is not None:
             self._outfit.ghost.lay((0.0, *(self._vessel.plant[name] for name in ("x", "y", "psi"))))
 
     def close(self) -> list[Path]:
         """End the recording; returns its files."""
+        if self._outfit.ahead is not None:
+            self._outfit.ahead.close()
         return self._recorder.stop()
 
     def _tick(self, loop: Loop) -> None:
@@ -238,6 +245,8 @@ class Deck:
         rudder = self._rudder
         self._trail.see(loop.t, rudder.actual(plant) if rudder else 0.0)
         now = self._clock()
+        if self._outfit.ahead is not None and self._vessel.failure is None:
+            self._outfit.ahead.see(plant, now)
         if now >= self._due - 0.2 * PERIOD:
             self._due = max(self._due + PERIOD, now)
             self._look(self._seen)
@@ -369,131 +378,3 @@ class Deck:
         if not self._loop.paused:
             raise RefusalError("pause first")
         self._loop.step()
-
-
-class Command:
-    """Which client of the bridge has command.
-
-    The first client has command.  Another one asks for it, and the commander hands it over or keeps it; a commander
-    that has been silent for `hold` seconds of the clock is stale, and the next client that asks has command at once.
-
-    Attributes:
-        hold: longest silence of a commander [s].
-        holder: client in command; empty if there is none.
-        asking: client that asks for command; empty if there is none.
-        present: connected clients.
-    """
-
-    def __init__(self, hold: float) -> None:
-        self.hold, self.holder, self.asking = hold, "", ""
-        self.present: set[str] = set()
-        self._heard = -math.inf
-
-    def come(self, who: str, now: float) -> None:
-        """A client connects; a commander that returns still has command."""
-        self.present.add(who)
-        if not self.holder:
-            self.holder = who
-        self.beat(who, now)
-
-    def leave(self, who: str) -> None:
-        """A client disconnects; it may return."""
-        self.present.discard(who)
-        if self.asking == who:
-            self.asking = ""
-
-    def beat(self, who: str, now: float) -> None:
-        """A client was heard of."""
-        if who == self.holder:
-            self._heard = now
-
-    def stale(self, now: float) -> bool:
-        """Whether there is a commander that has been silent for too long."""
-        return bool(self.holder) and now - self._heard > self.hold
-
-    def take(self, who: str, now: float) -> bool:
-        """Ask for command; whether `who` has it now."""
-        if who != self.holder and self.holder and not self.stale(now):
-            self.asking = who
-            return False
-        self._hand_to(who, now)
-        return True
-
-    def give(self, who: str, now: float) -> bool:
-        """Hand over to the client that asks; whether that was done."""
-        if who != self.holder or self.asking not in self.present:
-            return False
-        self._hand_to(self.asking, now)
-        return True
-
-    def keep(self, who: str) -> None:
-        """Refuse the client that asks."""
-        if who == self.holder:
-            self.asking = ""
-
-    def _hand_to(self, who: str, now: float) -> None:
-        self.holder, self.asking = who, ""
-        self._heard = now
-
-
-@contextmanager
-def still(loop: Loop) -> Generator[None, None, None]:
-    """Pause the loop within a block."""
-    paused = loop.paused
-    loop.pause()
-    try:
-        yield
-    finally:
-        if not paused:
-            loop.resume()
-
-
-def plain(name: str) -> str:
-    """A name made safe for a file name: no separators, no control characters, no leading dot."""
-    return re.sub(r"[^\w.+-]+", "_", name).lstrip("._-")[:80] or "ship"
-
-
-class Recorder:
-    """Records one trial at a time into a folder, named by the ship and the time of the clock.
-
-    Attributes:
-        record: the recording in progress, if any.
-    """
-
-    def __init__(self, loop: Loop, folder: Path, meta: Mapping[str, Any]) -> None:
-        self._loop, self._folder, self._meta = loop, folder, meta
-        self.record: Recording | None = None
-
-    @property
-    def told(self) -> tuple[str, int, str] | None:
-        """File (empty before its first rows), number of rows, and why it ended by itself; None without a recording."""
-        record = self.record
-        if record is None:
-            return None
-        return str(record.paths[-1]) if record.paths else "", record.rows, record.failure
-
-    def start(self) -> None:
-        """Start a recording; RefusalError: one is in progress. DataError: the file cannot be written."""
-        if self.record is not None and not self.record.failure:
-            raise RefusalError("a recording is already in progress")
-        self.stop()
-        plant = self._loop.vessels[OWN].plant
-        stem = f"{plain(plant.ship.name)}_{datetime.now():%Y%m%d_%H%M%S}"
-        # a second recording in the same second gets the number 2
-        paths = (self._folder / f"{stem}{'' if n == 1 else f'_{n}'}.csv" for n in count(1))
-        free = next(path for path in paths if not (path.exists() or orders_path(path).exists()))
-        self.record = Recording(plant, free, kind="bridge", meta=self._meta)
-        self._loop.witness(OWN, self.record)
-
-    def stop(self) -> list[Path]:
-        """End the recording; returns its files, none if nothing was recorded."""
-        record, self.record = self.record, None
-        if record is None:
-            return []
-        self._loop.dismiss(record)
-        before = record.failure
-        with still(self._loop), suppress(DataError):  # no tick while the last row is written
-            record.close()
-        if record.failure != before:
-            self._loop.tell(OWN, "dropped", f"the recording lacks its last row: {record.failure}")
-        return record.paths

@@ -112,17 +112,29 @@ class Drawing:
 
     def refusal(self, run: Trial) -> str:
         """Why no bands are given for a run; empty where they are."""
-        if self.extrapolate:
-            return ""
-        if not self.held.covered:
-            return (f"the fit of {self.held.ship.name} did not keep the ranges of its trials (an older version); "
-                    "fit it again, or accept bands of unknown validity with --extrapolate")  # fmt: skip
-        out = beyond(self.held.covered, run, self.held.ship.model.controls)
-        if not out or self._told(out):
+        if self.ungrounded:
+            return self.ungrounded
+        out = self.refused(run)
+        if not out:
             return ""
         return (f"the run leaves the trials of the fit: {'; '.join(map(reach, out))}{UNKNOWN}"
                 "fit trials that go so far, or accept it with --extrapolate"
                 f"{'' if self.held.power is not None else LEAVE_OUT}")  # fmt: skip
+
+    @property
+    def ungrounded(self) -> str:
+        """Why no run at all has bands: ranges of trials that were not kept; empty where they were, or are not asked."""
+        if self.extrapolate or self.held.covered:
+            return ""
+        return (f"the fit of {self.held.ship.name} did not keep the ranges of its trials (an older version); "
+                "fit it again, or accept bands of unknown validity with --extrapolate")  # fmt: skip
+
+    def refused(self, run: Trial) -> tuple[Beyond, ...]:
+        """Where a run leaves the trials of the fit so that it has no bands."""
+        if self.extrapolate:
+            return ()
+        out = beyond(self.held.covered, run, self.held.ship.model.controls)
+        return () if self._told(out) else out
 
     def _told(self, out: tuple[Beyond, ...]) -> bool:
         """Whether a posterior widened by left-out trials says what is open there."""

@@ -15,6 +15,7 @@ from ...data.geodesy import Datum
 from ...environment import Environment, Uniform
 from ...environment.weather import Gust
 from ...realtime.bridge.deck import Deck, Outfit
+from ...realtime.bridge.view import OWN
 from ...realtime.loop import LoopError
 from ...realtime.range.panel import Panel
 from ...realtime.range.scenario import Other, Own, Sailing, Scenario, Weather
@@ -22,7 +23,20 @@ from ...realtime.range.stage import Line, Stage
 from ...realtime.wire import Authority, Mute, WireError
 from ...ships import Ship
 from .. import RequestError
-from ..realtime import HERE, Routes, address, cannot, datum_of, drills, listen, other_of, server_of, situation_of
+from ..evidence.ahead import path_ahead
+from ..realtime import (
+    HERE,
+    Routes,
+    address,
+    cannot,
+    datum_of,
+    drills,
+    listen,
+    other_of,
+    recordings_go,
+    server_of,
+    situation_of,
+)  # fmt: skip
 from ..request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
 from ..steer import writing
 from . import opened, split
@@ -48,7 +62,8 @@ def rig(
     hold: float = 5.0, to: Sequence[str] = (), framed: bool = False, only: str | None = None,
     commander: Sequence[str] = (), mmsi: int | None = None,
     simulator: bool = False, log: Path | None = None, signalk: bool = False, rosbridge: bool = False,
-    can: str | None = None, note: Note = silent, **around: Unpack[Around],
+    can: str | None = None, bands: float | None = None, draws: int | None = None, extrapolate: bool = False,
+    note: Note = silent, **around: Unpack[Around],
 ) -> Rigged:  # fmt: skip
     """Serve the page of the bridge and a wire on one loop, until Ctrl-C.
 
@@ -68,8 +83,7 @@ def rig(
     _refuse_of_scenario(scenario, speed=speed, heading=heading, other=other, place=place, mmsi=mmsi, **around)
     if nmea is None and (to or commander or framed or only is not None or log is not None):
         raise RequestError("--to, --commander, --framed, --only and --log are of a wire; give --nmea udp://...")
-    if not out.is_dir():
-        raise RequestError(f"-o: {out}: {'a file' if out.exists() else 'no such folder'}; recordings go into a folder")
+    recordings_go(out)
     vessel = ship_of(ship)
     if scenario is None:
         sailing = Sailing(0.0, 0.0, heading * DEGREE, speed_of(vessel, speed), (), mmsi or 0)
@@ -83,7 +97,8 @@ def rig(
         line = None if tied is None else Line(tied, framed, own, reports, max(hold, 10.0), authority, simulator, file)
         stage = _stage(played, factor, line)
         situation = situation_of(chart, played.datum, played.epoch)
-        outfit = Outfit(drills(vessel), out, None, hold, cannot(vessel), situation.meta, Panel(stage), situation)
+        ahead = path_ahead(ship, stage.loop.vessels[OWN].plant, bands, draws, extrapolate=extrapolate)
+        outfit = Outfit(drills(vessel), out, None, hold, cannot(vessel), situation.meta, Panel(stage), situation, ahead)
         deck = Deck(stage.loop, outfit)
         key = secrets.token_urlsafe(16) if anywhere else ""
         note(f"{played.title}: {address(listening, key)} (Ctrl-C ends it)")

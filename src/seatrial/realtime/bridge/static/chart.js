@@ -52,7 +52,7 @@ export class Chart {
   /** Turn bearing line and range marker on or off. */
   marker() { if (this.own) this.rings.toggle(this.own, this.view); }
 
-  draw(state, range) {
+  draw(state, range, ahead) {
     const { g, width, height } = fitted(this.canvas), c = this.colours(), view = this.view;
     view.metre ??= Math.min(width, height) / (9 * this.hello.ship.L);
     view.fit(width, height, state.own);
@@ -67,10 +67,11 @@ export class Chart {
       this.#line(g, this.ghostTrack, state.ghost, c.ghost, 2, [8, 5]);
       this.#hull(g, this.hello.ship, state.ghost, c.ghost, true);
     } else if (this.ghostTrack.length) this.#line(g, this.ghostTrack, this.ghostTrack.at(-1), c.ghost, 2, [8, 5]);
-    this.#ahead(g, state.own, c);
+    if (ahead?.rows.length) this.#likely(g, ahead, state.own, c);
+    else this.#ahead(g, state.own, c);
     this.#hull(g, this.hello.ship, state.own, c.actual);
     this.#vector(g, this.hello.ship, state.own, c.actual);
-    this.#scale(g, c);
+    this.#scale(g, ahead, c);
     this.#arrows(state, c);
   }
 
@@ -149,14 +150,58 @@ export class Chart {
     g.stroke(); g.setLineDash([]);
   }
 
-  #scale(g, c) {
+  /** Predicted track under the orders that hold, and where bands say the ship may be: a fan, and ellipses on the way. */
+  #likely(g, { rows, why }, own, c) {
+    if (!why) {
+      const out = way => rows.map(([, x, y, , xx, xy, yy], k) => {
+        const [, x0, y0] = rows[Math.max(k - 1, 0)], [, x1, y1] = rows[Math.min(k + 1, rows.length - 1)];
+        const far = Math.hypot(x1 - x0, y1 - y0) || 1, nx = (y0 - y1) / far, ny = (x1 - x0) / far;
+        const off = way * Math.sqrt(Math.max(xx * nx * nx + 2 * xy * nx * ny + yy * ny * ny, 0));
+        return this.#at(x + off * nx, y + off * ny);
+      });
+      g.fillStyle = g.strokeStyle = c.actual; g.lineWidth = 1;
+      g.beginPath();
+      for (const point of [...out(1), ...out(-1).reverse()]) g.lineTo(...point);
+      g.closePath();
+      g.globalAlpha = 0.16; g.fill(); g.globalAlpha = 0.6;
+      for (let k = rows.length - 1; k > 0; k -= Math.ceil(rows.length / 4)) this.#ellipse(g, rows[k]);
+      g.globalAlpha = 1;
+    }
+    g.strokeStyle = c.actual; g.lineWidth = 1.5; g.setLineDash([2, 5]);
+    g.beginPath();
+    g.moveTo(...this.#at(own[0], own[1]));
+    for (const [, x, y] of rows.slice(1)) g.lineTo(...this.#at(x, y));
+    g.stroke(); g.setLineDash([]);
+  }
+
+  /** The ellipse d' M^-1 d = 1 about a place: the root of M by Cholesky times a circle. */
+  #ellipse(g, [, x, y, , xx, xy, yy]) {
+    const a = Math.sqrt(xx), b = a > 0 ? xy / a : 0, d = Math.sqrt(Math.max(yy - b * b, 0));
+    g.beginPath();
+    for (let k = 0; k < 48; k += 1) {
+      const s = Math.sin(k / 24 * Math.PI), q = Math.cos(k / 24 * Math.PI);
+      g.lineTo(...this.#at(x + a * q, y + b * q + d * s));
+    }
+    g.closePath(); g.stroke();
+  }
+
+  #scale(g, ahead, c) {
     const step = nice(90 / this.view.metre / MILE) * MILE, px = step * this.view.metre, k = scale(), y = this.view.height - 14 * k;
     g.strokeStyle = g.fillStyle = c.ink; g.lineWidth = 2 * k;
     g.beginPath(); g.moveTo(12 * k, y - 5 * k); g.lineTo(12 * k, y); g.lineTo(12 * k + px, y); g.lineTo(12 * k + px, y - 5 * k); g.stroke();
     g.font = font(12);
     g.fillText(miles(step), 16 * k, y - 6 * k);
-    const text = [this.view.says, this.rings.shown ? `rings ${miles(Rings.apart(this.view))}` : "", this.rings.marker ? this.rings.says(this.own) : ""].filter(Boolean).join(" · ");
+    const text = [this.view.says, this.rings.shown ? `rings ${miles(Rings.apart(this.view))}` : "", this.rings.marker ? this.rings.says(this.own) : "", this.#bands(ahead)].filter(Boolean).join(" · ");
     if (this.reads.textContent !== text) this.reads.textContent = text;
+  }
+
+  /** What the fan is, or why there is none. */
+  #bands(ahead) {
+    const bands = this.hello.bands;
+    if (!bands || !ahead) return "";
+    if (ahead.why) return `no bands: ${ahead.why}`;
+    const far = bands.span < 120 ? `${fixed(bands.span, 0)} s` : `${fixed(bands.span / 60)} min`;
+    return `path ${far}, ${fixed(bands.level, 0)} % of positions${bands.calibrated ? "" : " (parameters only)"}`;
   }
 
   #arrows(state, c) {

@@ -93,7 +93,7 @@ function draw(now) {
   document.body.classList.toggle("old", contact !== null && contact.age > OLD);
   const state = link.between(now);
   if (state === null || helm === null) return;
-  chart.draw(state, link.last.range); conning.draw(state, link.last); strips.draw(now, state.t);
+  chart.draw(state, link.last.range, link.last.ahead); conning.draw(state, link.last); strips.draw(now, state.t);
   helm.show(state, link.last.clipped, link.commands && range.manual);
   stats.drawn += 1;
 }
