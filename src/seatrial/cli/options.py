@@ -227,7 +227,7 @@ Order = Annotated[int | None, Option(help="Limit the power of n; cross-validate 
 Control = Annotated[list[str] | None, Option(help="Fit this control, such as alpha_1; all with orders unless given.")]
 
 # Real time.
-Nmea = Annotated[str, Option(help="Listen at udp://127.0.0.1:PORT or tcp://127.0.0.1:PORT.")]
+Nmea = Annotated[str, Option(help="Listen at udp://127.0.0.1:PORT, tcp:// or serial:///dev/ttyUSB0.")]
 To = Annotated[list[str] | None, Option(help="Send to this udp address as well. Repeatable.")]
 Anywhere = Annotated[bool, Option("--anywhere", help="Allow addresses beyond this machine.")]
 Framed = Annotated[bool, Option("--framed", help="Send datagrams of IEC 61162-450.")]

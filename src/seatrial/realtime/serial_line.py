@@ -30,6 +30,7 @@ class SerialLine:
 
     Attributes:
         address: as it was given.
+        path: of the device.
         intake: filter of the input.
         t: simulated time [s], set before each `poll`.
         peers: always 1: whoever is at the other end.
@@ -40,16 +41,16 @@ class SerialLine:
     def __init__(self, text: str, intake: Intake | None = None) -> None:
         """Open the line; WireError: no such device, a wrong address, or the extra is not installed."""
         self.address, self.intake, self.t = text, intake or Intake(), 0.0
-        path, baud = _parsed(text)
+        self.path, baud = _parsed(text)
         try:
             import serial
         except ImportError:
             raise WireError("a serial line needs the extra 'serial': pip install 'seatrial[serial]'") from None
         try:
-            self._port: Any = serial.Serial(path, baud, timeout=0, write_timeout=0)
+            self._port: Any = serial.Serial(self.path, baud, timeout=0, write_timeout=0)
         except (OSError, ValueError) as error:
             raise WireError(f"{text}: {error}".splitlines()[0]) from None
-        self._name = f"serial {path}"
+        self._name = f"serial {self.path}"
         self._unfinished, self._unsent, self._skipping = b"", b"", False
 
     @property

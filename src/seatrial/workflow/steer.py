@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,7 +25,8 @@ from ..realtime.loop import Loop, LoopError
 from ..realtime.on_wire import RATES, TRANSPONDER, TRANSPONDER_RATE, OnWire, Speech, Targets
 from ..realtime.plant import Plant, plant_of, rate_of
 from ..realtime.recording import Recording, dated
-from ..realtime.wire import Address, Authority, Wire, WireError
+from ..realtime.serial_line import SerialLine, is_serial
+from ..realtime.wire import Address, Authority, Line, Wire, WireError
 from ..sensors.suite import Suite, draught, usual
 from ..ships import Ship
 from . import RequestError
@@ -106,28 +107,59 @@ def steer(
     seaway = bound_for(vessel, sea, rao, roll_damping, seed, around, note)
     weather = surroundings(vessel, seed, note, **seaway.around).weather
     try:
-        address, *targets = (Address.parse(one, anywhere) for one in (nmea, *to))
         loop = _loop(vessel, start, rate, factor, weather, other, seed, note,
                      {OWN: usual(vessel, offset)} if sensors else None)  # fmt: skip
         speech = Speech(_fittings(vessel, place, offset, mmsi, simulator), rates_of(only), framed)
         authority = Authority.of(tuple(commander))
-        wire = Wire(address, to=targets)
     except (WireError, LoopError) as error:
         raise RequestError(str(error)) from None
-    try:
+    with opened(nmea, to, anywhere) as wire:
         on_wire = _on_wire(loop, wire, speech, hold, authority)
         seaway.rock(loop.vessels[OWN], on_wire.conning.control)
         record = None if out is None else _recording(loop, out, speech.fittings, place is not None)
         _hear_others(loop, on_wire)
         with writing(log) as on_wire.log:
             note(f"{vessel.name} on {wire.address}, {loop.rate:g} Hz, time factor {factor:g}; Ctrl-C ends it")
-            _run(loop, duration or math.inf, beside, wire.address, note, printed)
+            _run(loop, duration or math.inf, beside, wire, note, printed)
             if record is not None:
                 with suppress(DataError):  # why the last row was not written is in its failure
                     record.close()
+    return Steered(loop, on_wire, tuple(record.paths) if record else (), _failure(vessel, loop, record))
+
+
+@contextmanager
+def opened(nmea: str, to: Sequence[str], anywhere: bool) -> Generator[Line]:
+    """The wire at an address, or a serial line, closed at the end.
+
+    Raises:
+        RequestError: an address that cannot be used, or targets of a line that has none.
+    """
+    try:
+        if is_serial(nmea):
+            if to:
+                raise WireError("only a wire over udp sends to given addresses; a serial line has one other end")
+            wire: Line = SerialLine(nmea)
+        else:
+            first, *others = (Address.parse(one, anywhere) for one in (nmea, *to))
+            wire = Wire(first, to=others)
+    except WireError as error:
+        raise RequestError(str(error)) from None
+    try:
+        yield wire
     finally:
         wire.close()
-    return Steered(loop, on_wire, tuple(record.paths) if record else (), _failure(vessel, loop, record))
+
+
+def maybe(nmea: str | None, to: Sequence[str], anywhere: bool) -> AbstractContextManager[Line | None]:
+    """As `opened`; None without an address."""
+    return nullcontext() if nmea is None else opened(nmea, to, anywhere)
+
+
+def where(wire: Line | None) -> str | None:
+    """What a program is told of where a wire is: HOST:PORT, or the path of a serial line; None where there is none."""
+    if isinstance(wire, Wire):
+        return f"{wire.address.host}:{wire.address.port}"
+    return wire.path if isinstance(wire, SerialLine) else None
 
 
 def _loop(
@@ -150,7 +182,7 @@ def _failure(ship: Ship, loop: Loop, record: Recording | None) -> str | None:
     return None
 
 
-def _on_wire(loop: Loop, wire: Wire, speech: Speech, hold: float, authority: Authority) -> OnWire:
+def _on_wire(loop: Loop, wire: Line, speech: Speech, hold: float, authority: Authority) -> OnWire:
     try:
         return OnWire(loop, OWN, wire, speech, hold=hold, authority=authority)
     except WireError as error:
@@ -159,13 +191,13 @@ def _on_wire(loop: Loop, wire: Wire, speech: Speech, hold: float, authority: Aut
 
 @contextmanager
 def running_beside(
-    command: str | None, address: Address | None, printed: Note
+    command: str | None, address: str | None, printed: Note
 ) -> Generator[subprocess.Popen[bytes] | None]:  # fmt: skip
     """Another program for as long as the ship runs; its standard output follows at the end."""
     if command is None or address is None:
         yield None
         return
-    words = [word.replace("{address}", f"{address.host}:{address.port}") for word in shlex.split(command)]
+    words = [word.replace("{address}", address) for word in shlex.split(command)]
     if words and words[0] == "python":  # the one that runs here, whatever the path holds
         words[0] = sys.executable
     with tempfile.TemporaryFile() as output:
@@ -184,7 +216,7 @@ def running_beside(
 
 
 def _run(
-    loop: Loop, duration: float, command: str | None, address: Address, note: Note, printed: Note
+    loop: Loop, duration: float, command: str | None, wire: Line, note: Note, printed: Note
 ) -> None:  # fmt: skip
     """Run the loop, with a note on each event; not longer than the program beside the ship runs.
 
@@ -192,7 +224,7 @@ def _run(
         SimulationError: that program failed.
     """
     loop.after(reporter(note))
-    with running_beside(command, address, printed) as process:
+    with running_beside(command, where(wire), printed) as process:
         if process is not None:
             loop.after(lambda loop: loop.stop() if process.poll() is not None else None)
         try:

@@ -8,6 +8,7 @@ import os
 import sys
 import time
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any
 
 import pytest
@@ -17,6 +18,7 @@ from scenes import FERRY, on_wire, scene
 
 from seatrial.cli.app import main
 from seatrial.data.nmea.sentences import Sentence, encode
+from seatrial.data.trialfile import read_trial
 from seatrial.realtime.links.n2k import GROUPS, Bus, identifier
 from seatrial.realtime.range.stage import Line, Stage
 from seatrial.realtime.serial_line import SerialLine
@@ -252,6 +254,38 @@ def test_a_ship_on_a_serial_line_tells_and_obeys(ends):
         line.send(b"$HEHDT,1.00,T*1E\r\n" * 20)
     assert line.counts["unsent"] > 0
     line.close()
+
+
+def test_a_ship_is_steered_on_a_serial_line(ends, tmp_path, capsys):
+    """`seatrial steer` with the program beside it told the device; a line has one other end, so --to is refused."""
+    far, device = ends
+    wire, path = f"serial://{device}?baud=115200", tmp_path / "run.csv"
+    order = encode(Sentence("AG", "ROR", {"stbdrudderorder": 10.0, "stbdrudderstatus": "A", "portrudderorder": None,
+                                          "portrudderstatus": "V", "operatinglocind": None}))  # fmt: skip
+    over = Event()
+
+    def repeated() -> None:  # what came before the line was opened is thrown away
+        while not over.wait(0.05):
+            os.write(far, order)
+
+    pilot = Thread(target=repeated)
+    pilot.start()
+    beside = "python -c \"import time; print('beside', '{address}', flush=True); time.sleep(20)\""
+    asked = ["steer", "kvlcc2", "--nmea", wire, "--factor", "20", "--duration", "30", "--only", "HDT,ROT"]
+    assert main([*asked, "-o", str(path), "--beside", beside]) == 0
+    over.set()
+    pilot.join()
+    told = capsys.readouterr()
+    assert f"beside {device}" in told.out
+    assert wire in told.err
+    run = read_trial(path)
+    assert math.degrees(run["delta_cmd"][-1]) == pytest.approx(10.0)
+    assert run["r"][-1] > 0.0
+    sent = os.read(far, 65536)
+    assert sent.startswith(b"$HE")
+    assert b"ROT," in sent
+    assert main([*asked, "--to", "udp://127.0.0.1:9999"]) == 2
+    assert "a serial line has one other end" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["serial://", "serial:///dev/no-such-line", "serial:///dev/null?baud=7",

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,12 +21,11 @@ from ...realtime.range.reports import REPORTED
 from ...realtime.range.scenario import Scenario
 from ...realtime.range.stage import Line, Stage
 from ...realtime.recording import Recording
-from ...realtime.serial_line import SerialLine, is_serial
-from ...realtime.wire import Address, Authority, Wire, WireError
+from ...realtime.wire import Authority, WireError
 from ...realtime.wire import Line as Port
 from .. import RequestError
 from ..request import DEGREE, Note, obeyed, positive, silent
-from ..steer import rates_of, reporter, running_beside, writing
+from ..steer import maybe, rates_of, reporter, running_beside, where, writing
 from .reading import read_scenario
 
 
@@ -113,7 +112,7 @@ def play(
         raise RequestError(f"--answer-to: {unknown(answer_to, RATES, 'sentence')}")
     authority = Authority.of(tuple(commander))
     try:
-        with opened(nmea, to, anywhere) as wire, writing(log) as file:
+        with maybe(nmea, to, anywhere) as wire, writing(log) as file:
             line = None if wire is None else Line(wire, framed, own, reports, hold, authority, simulator, file)
             stage = Stage(played, (math.inf if wire is None or lock_step else 1.0) if factor is None else factor, line)
             record = None if out is None else stage.record(out)
@@ -126,30 +125,6 @@ def play(
         raise RequestError(str(error)) from None
     failure = _failure(stage, record, step)
     return Ranged(stage, stage.judge.judged(stage.contacts), tuple(record.paths) if record else (), failure)
-
-
-@contextmanager
-def opened(nmea: str | None, to: Sequence[str], anywhere: bool) -> Generator[Port | None]:
-    """The wire at an address, or a serial line, closed at the end; None without an address.
-
-    Raises:
-        RequestError: an address that cannot be used.
-    """
-    if nmea is None:
-        yield None
-        return
-    try:
-        if is_serial(nmea):
-            wire: Port = SerialLine(nmea)
-        else:
-            first, *others = (Address.parse(one, anywhere) for one in (nmea, *to))
-            wire = Wire(first, to=others)
-    except WireError as error:
-        raise RequestError(str(error)) from None
-    try:
-        yield wire
-    finally:
-        wire.close()
 
 
 def split(only: str | None) -> tuple[dict[str, float] | None, tuple[str, ...]]:
@@ -168,9 +143,8 @@ def _run(
     printed: Note,
 ) -> None:  # fmt: skip
     stage.loop.after(reporter(note))
-    address = wire.address if isinstance(wire, Wire) else None
     note(f"{stage.scenario.title}{'' if wire is None else f' on {wire.address}'}")
-    with running_beside(command, address, printed) as process:
+    with running_beside(command, where(wire), printed) as process:
         if process is not None and step is not None:
             step.alive = lambda: process.poll() is None
         try:

@@ -38,8 +38,8 @@ from ..realtime import (
     situation_of,
 )  # fmt: skip
 from ..request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
-from ..steer import writing
-from . import opened, split
+from ..steer import maybe, writing
+from . import split
 from .reading import read_scenario
 
 _RATE = 20.0
@@ -92,7 +92,7 @@ def rig(
         played = replace(read_scenario(scenario, vessel), rate=_RATE)
     own, reports = split(only)
     authority = Authority.of(tuple(commander))
-    with listen(host, port, anywhere) as listening, opened(nmea, to, anywhere) as wire, writing(log) as file:
+    with listen(host, port, anywhere) as listening, maybe(nmea, to, anywhere) as wire, writing(log) as file:
         tied = Mute() if wire is None and (signalk or rosbridge or can is not None) else wire
         line = None if tied is None else Line(tied, framed, own, reports, max(hold, 10.0), authority, simulator, file)
         stage = _stage(played, factor, line)
