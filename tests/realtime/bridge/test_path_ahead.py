@@ -159,6 +159,38 @@ def test_the_bridge_shows_it_and_sails_the_same(model: Path, tmp_path: Path) -> 
     assert states[0] == states[1]
 
 
+def test_a_path_that_fails_is_not_the_last_one(model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plant = own(model)
+    made = ahead(model, plant)
+    made.see(plant, 0.0)
+    until(lambda: made.told is not None and len(made.told["rows"]) > 0)
+    monkeypatch.setattr(made, "look", failing)
+    until(lambda: (made.see(plant, 1e6 + time.monotonic()), made.told)[1] == {"t": 0.0, "rows": [], "why": "no luck"})
+    monkeypatch.undo()
+    until(lambda: (made.see(plant, 2e6 + time.monotonic()), len((made.told or {"rows": []})["rows"]) > 0)[1])
+    made.close()
+
+
+def failing(saved: bytes) -> dict[str, Any]:
+    raise ValueError("no luck")
+
+
+def test_where_draws_blow_up_there_are_no_bands(model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The farthest would be missing, and the rest look sure."""
+    plant = own(model)
+    made = ahead(model, plant)
+
+    def some_lost(*given: Any) -> Any:
+        runs = sailed(*given)
+        runs[:20] = np.nan
+        return runs
+
+    monkeypatch.setattr("seatrial.realtime.bridge.ahead.sailed", some_lost)
+    told = made.look(plant.snapshot())
+    assert told["why"] == "20 of 200 draws blow up on the way"
+    assert {len(row) for row in told["rows"]} == {4}
+
+
 def shown(deck: Deck) -> bool:
     return deck.frame()["ahead"] is not None
 

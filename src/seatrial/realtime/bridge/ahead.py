@@ -139,7 +139,10 @@ class Ahead:
                     return
                 saved = self._saved
             began, leaps = time.thread_time(), self._leaps
-            told = self.look(saved)
+            try:
+                told = self.look(saved)
+            except (ArithmeticError, ValueError, RuntimeError) as error:  # no old path is the present one
+                told = {"t": 0.0, "rows": [], "why": str(error)}
             if self._leaps == leaps:
                 self.told = told
             self._due += 9.0 * (time.thread_time() - began)
@@ -158,9 +161,10 @@ class Ahead:
         try:
             path, lanes = self.sail(plant)
         except SimulationError as error:
-            return {"rows": [], "why": str(error)}
-        why = self.known.refusal(path)
-        matrix = np.full((len(path), 3), np.nan) if why else self._ellipses(lanes)
+            return {"t": round(begun, 3), "rows": [], "why": str(error)}
+        why, matrix = self.known.refusal(path), np.full((len(path), 3), np.nan)
+        if not why:
+            why, matrix = self._ellipses(lanes)
         rows = np.column_stack([path.t, path["x"], path["y"], path["psi"], matrix])
         shown = rows[np.isfinite(rows).all(axis=1)] if not why else rows[:, :4]
         return {"t": round(begun, 3), "rows": [[float(f"{v:.7g}") for v in row] for row in shown.tolist()],
@@ -191,19 +195,20 @@ class Ahead:
                     "depth": depth}  # fmt: skip
         return Trial("path ahead", lanes.t, channels), lanes
 
-    def _ellipses(self, lanes: Lanes) -> Array:
-        """Matrix of the ellipse about each place of the path, xx, xy, yy [m^2], shape (marks, 3)."""
+    def _ellipses(self, lanes: Lanes) -> tuple[str, Array]:
+        """Why there are none, and the matrix of the ellipse about each place, xx, xy, yy [m^2], shape (marks, 3)."""
         runs = sailed(self._plant.ship, lanes, self.draws, self._seed)[:, 0]
         with np.errstate(all="ignore"):
             good = np.isfinite(runs).all(axis=(1, 2))
-        if good.sum() < 3:
-            return np.full((runs.shape[1], 3), np.nan)
+        # those that blow up are the farthest: the others do not tell where so large a share of all would be
+        if (lost := int((~good).sum())) > (1.0 - self.known.level) * len(runs):
+            return f"{lost} of {len(runs)} draws blow up on the way", np.full((runs.shape[1], 3), np.nan)
         runs = runs[good]
         away = (runs - runs.mean(axis=0))[:, :, :2] * self._scale(lanes.t, runs)
         # the position is within c at the level: chi-squared of two degrees of freedom
         size = -2.0 * math.log(1.0 - self.known.level) / len(away)
         x, y = away[:, :, 0], away[:, :, 1]
-        return size * np.column_stack([(x * x).sum(axis=0), (x * y).sum(axis=0), (y * y).sum(axis=0)])
+        return "", size * np.column_stack([(x * x).sum(axis=0), (x * y).sum(axis=0), (y * y).sum(axis=0)])
 
     def _scale(self, t: Array, runs: Array) -> Array:
         """By how much draws must be farther apart for their bands to be the calibrated ones, shape (marks, 2)."""

@@ -67,7 +67,7 @@ export class Chart {
       this.#line(g, this.ghostTrack, state.ghost, c.ghost, 2, [8, 5]);
       this.#hull(g, this.hello.ship, state.ghost, c.ghost, true);
     } else if (this.ghostTrack.length) this.#line(g, this.ghostTrack, this.ghostTrack.at(-1), c.ghost, 2, [8, 5]);
-    if (ahead?.rows.length) this.#likely(g, ahead, state.own, c);
+    if (ahead?.rows.length && state.t - ahead.t < 0.5 * this.hello.bands.span) this.#likely(g, ahead, state.own, c);
     else this.#ahead(g, state.own, c);
     this.#hull(g, this.hello.ship, state.own, c.actual);
     this.#vector(g, this.hello.ship, state.own, c.actual);
@@ -163,7 +163,7 @@ export class Chart {
       g.beginPath();
       for (const point of [...out(1), ...out(-1).reverse()]) g.lineTo(...point);
       g.closePath();
-      g.globalAlpha = 0.16; g.fill(); g.globalAlpha = 0.6;
+      g.globalAlpha = 0.22; g.fill(); g.globalAlpha = 0.85;
       for (let k = rows.length - 1; k > 0; k -= Math.ceil(rows.length / 4)) this.#ellipse(g, rows[k]);
       g.globalAlpha = 1;
     }
