@@ -43,6 +43,16 @@ def test_a_coast_is_drawn_where_it_is(tmp_path: Path) -> None:
     np.testing.assert_allclose(line, [[1109.5, 0.0], [0.0, 912.9]], atol=2.0)
 
 
+def test_lines_far_away_are_left_out_and_long_sides_that_pass_are_not(tmp_path: Path) -> None:
+    """Beside a coast at hand one 1400 km north is left out; a side whose ends are 550 km off passes at 11 km."""
+    passing = [[134.0, 35.1], [145.4, 35.1]]
+    path = coast(tmp_path, [[139.7, 35.01], [139.71, 35.0]], [[139.7, 48.0], [139.8, 48.0]], passing)
+    shown, _ = read_chart(path, HERE)
+    assert [len(line) for line in shown.coasts] == [2, 2]
+    assert max(float(np.abs(line[:, 0]).max()) for line in shown.coasts) < 50e3
+    assert len(read_chart(coast(tmp_path, passing), HERE)[0].coasts) == 1
+
+
 @pytest.mark.parametrize(("lon", "lat"), [(139.7, 48.0), (150.0, 35.0), (35.0, 139.7 - 90.0)])
 def test_a_coast_that_is_elsewhere_is_refused_though_one_of_its_coordinates_fits(
     tmp_path: Path, lon: float, lat: float

@@ -21,7 +21,7 @@ from ..plant import Plant
 from ..recording import dated
 
 _FARTHEST = 300e3
-"""Farthest point of a coast from the datum that is drawn [m]."""
+"""A line of a coast is drawn that comes nearer to the datum than this [m]."""
 
 Lines = tuple[Points, ...]
 
@@ -156,11 +156,18 @@ def _coast(path: Path, said: Mapping[str, Any], datum: Datum | None) -> Shown:
                 coasts += [_line(line, datum) for line in ([rings] if kind == "LineString" else rings)]
         except (TypeError, KeyError, IndexError, ValueError):
             raise ChartError(f"{path}: feature {number}: no geometry of [longitude, latitude]") from None
-    near = [lines for lines in (land, coasts) if any(np.hypot(*line.T).min() < _FARTHEST for line in lines)]
-    if not near:
+    land, coasts = ([line for line in lines if _off(line) < _FARTHEST] for lines in (land, coasts))
+    if not (land or coasts):
         raise ChartError(f"{path}: no land or coast within {_FARTHEST / 1000.0:.0f} km of "
                          f"{datum.latitude:g}, {datum.longitude:g}; points are [longitude, latitude]")  # fmt: skip
     return Shown(None, tuple(land), tuple(coasts))
+
+
+def _off(line: Points) -> float:
+    """Distance of a line from the datum [m]; its sides may be long, so not that of its points."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    share = -(start * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-9)
+    return float(np.hypot(*(start + np.clip(share, 0.0, 1.0)[:, None] * along).T).min())
 
 
 def _line(points: Any, datum: Datum) -> Points:
