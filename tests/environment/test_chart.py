@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.environment.chart import Bank, Chart, ChartError, Quay, crosses, inside, nearest, spaced
+from seatrial.environment.chart import Area, Bank, Chart, ChartError, Quay, crosses, inside, nearest, spaced
 from seatrial.environment.fenders import CURVES, Fender
 from seatrial.environment.geojson import library, load_chart
 from seatrial.environment.grid import SMOOTH, Size, Stop, grid_of
@@ -188,6 +188,18 @@ def test_a_cell_holds_what_the_hull_can_reach() -> None:
     assert which[0] == 0
     assert not far[0][len(SMOOTH) :].any()
     assert Stop._fields[0] == "north"
+
+
+def test_a_wide_chart_has_wider_cells_and_a_cell_too_fine_is_refused() -> None:
+    """A kilometre of water about a model of 7 m; the shore of the shoal is where it was."""
+    shoal, model = np.array([[-500.0, -300.0], [-500.0, 900.0], [500.0, 900.0], [500.0, -300.0]]), Size(7.0, 1.16, 0.46)
+    chart = Chart("wide", 30.0, areas=(Area(shoal, 0.5),))
+    field = grid_of(chart, model).field
+    assert 0.25 * model.B < field.cell < 0.25 * model.L
+    over = [field.look(np.array([0.0]), np.array([east]))[0][0][0] for east in (898.0, 902.0)]
+    assert over == pytest.approx([1.0 / 0.5, 1.0 / 30.0])
+    with pytest.raises(ChartError, match=r"wide: 1014 by 1214 m with nodes 0\.3 m apart, 13\.7 million of them"):
+        grid_of(chart, model, 0.3)
 
 
 def test_two_curves_in_one_chart_are_refused() -> None:

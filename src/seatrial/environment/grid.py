@@ -24,8 +24,8 @@ from .suction import suction
 SMOOTH = ("chart.per_depth", "chart.bank_x", "chart.bank_y", "chart.quay", "chart.quay_x", "chart.quay_y")
 """What is interpolated: one over depth, suction, distance of the quay [m] and the unit vector towards it."""
 
-# Distance of a quay where there is none [m], least depth that is kept [m], nodes of a grid at most.
-_NONE, _DRY, _NODES = 1e6, 0.1, 4_000_000
+# Distance of a quay where there is none [m], least depth that is kept [m], nodes of a grid at most and as a rule.
+_NONE, _DRY, _NODES, _USUAL = 1e6, 0.1, 4_000_000, 1_000_000
 
 
 class Stop(NamedTuple):
@@ -88,21 +88,21 @@ def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float 
     Args:
         chart: the chart.
         ship: the size of the ship.
-        cell: distance of the nodes [m]; by default a quarter of the breadth.
+        cell: distance of the nodes [m]; by default a quarter of the breadth, more where the chart is wide.
         hard: stiffness of bare walls and their corners [N/m].
 
     Raises:
         ChartError: fenders of different curves; an empty chart; a grid too large.
     """
-    size = cell or max(0.25 * ship.B, 0.02 * ship.L)
     margin = ship.L
     low_n, high_n, low_e, high_e = chart.extent
-    rows, columns = (
-        math.ceil((high - low + 2.0 * margin) / size) + 1 for low, high in ((low_n, high_n), (low_e, high_e))
-    )
-    if not size > 0.0 or rows * columns > _NODES:
+    spans = high_n - low_n + 2.0 * margin, high_e - low_e + 2.0 * margin
+    size = _cell_of(chart, ship, spans) if cell is None else cell
+    rows, columns = (math.ceil(span / size) + 1 if size > 0.0 else _NODES for span in spans)
+    if rows * columns > _NODES:
         raise ChartError(
-            f"{chart.name}: a grid of {rows} by {columns} nodes; {_NODES:.0e} are the most, by a larger cell"
+            f"{chart.name}: {spans[0]:.0f} by {spans[1]:.0f} m with nodes {size:g} m apart, {rows * columns / 1e6:.3g} "
+            f"million of them; {_NODES // 1_000_000} million are the most: a larger cell, or a part of the chart"
         )
     north = low_n - margin + size * np.arange(rows, dtype=np.float64)
     east = low_e - margin + size * np.arange(columns, dtype=np.float64)
@@ -120,6 +120,14 @@ def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float 
     field = Field(SMOOTH, names, float(north[0]), float(east[0]), size, _smooth(chart, ship, N, E), which, sets)
     bare = any(quay.fender is None for quay in chart.quays)
     return Grid(field, most_stops, most_walls, curve, _stiffness(chart, ship.L), bare)
+
+
+def _cell_of(chart: Chart, ship: Size, spans: tuple[float, float]) -> float:
+    """Distance of the nodes [m]: finer than what the hull averages over, and coarser where the chart is wide."""
+    size = max(0.25 * ship.B, 0.02 * ship.L)
+    # quays and banks act over a breadth or two, depth over a length
+    most = ship.B if chart.quays or chart.banks else ship.L
+    return max(size, min(most, math.sqrt(spans[0] * spans[1] / _USUAL)))
 
 
 def _smooth(chart: Chart, ship: Size, N: Points, E: Points) -> Points:
