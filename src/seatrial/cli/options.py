@@ -283,7 +283,7 @@ TwinFolder = Annotated[
     Path | None, Option("-o", "--out", help="Write state, ship and card to this folder; go on from it.")
 ]  # fmt: skip
 Drifting = Annotated[
-    list[str] | None, Option("--free", help="Allow this parameter to drift, such as hull.R_0. Repeatable.")
+    list[str] | None, Option("--free", help="Allow this parameter to drift: hull.R_0, or hull.*=0.3. Repeatable.")
 ]  # fmt: skip
 Estimator = Annotated[str, Option(help="Choose ekf, or mhe for moving horizon estimation.")]
 RowRate = Annotated[float, Option("--rate", help="Set the rows a second of sentences by UDP [Hz].")]

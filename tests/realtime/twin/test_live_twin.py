@@ -14,12 +14,14 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from voyages import NOISE, Voyage, coaster
 
+from seatrial.core.parameters import values
 from seatrial.identify import StudyError
 from seatrial.identify.filters.augmented import augmented
 from seatrial.identify.filters.kalman import Extended, trace
 from seatrial.identify.filters.measurement import Antenna, Heading, Rate
 from seatrial.identify.nuisance import CURRENT
 from seatrial.realtime.twin.alarms import Judge
+from seatrial.realtime.twin.likely import FACTORS, likeliest
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.saved import learnt, load_state, save_state
 from seatrial.realtime.twin.settings import usual
@@ -187,6 +189,46 @@ def test_settings_refuse_what_they_cannot_use(ship) -> None:
     arx = load("kvlcc2_l7_arx")
     with pytest.raises(StudyError, match="discrete time"):
         Live(arx, usual(arx, list(NOISE)))
+
+
+def test_a_log_too_short_for_a_forecast_is_judged_by_its_innovations(ship) -> None:
+    rows = [row for row, _ in Voyage(ship, 60.0 / 3600.0).rows()]
+    settings = usual(ship, list(NOISE), noise=NOISE)
+    found, factors = likeliest(ship, settings, rows)
+    assert found == factors.applied(settings)
+    assert factors.motion in FACTORS
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("stated", "sea", "wanted"), [(0.25, 0.0, 4.0), (1.0, 1.0, 1.0), (1.0, 10.0, 1.0)])
+def test_jitter_goes_to_the_sensors_and_the_sea_to_the_motion(ship, stated: float, sea: float, wanted: float) -> None:
+    """Noise stated four times too small is found; a rough sea is not taken for it."""
+    rows = [row for row, _ in Voyage(ship, 0.25, sea=sea).rows()]
+    settings = usual(ship, list(NOISE), noise={name: stated * sd for name, sd in NOISE.items()})
+    _, factors = likeliest(ship, settings, rows)
+    assert factors.noise == wanted
+    assert factors.motion >= 3.0 if sea > 1.0 else factors.motion <= 1.0
+
+
+def test_patterns_free_what_is_not_zero(ship) -> None:
+    some = usual(ship, list(NOISE), noise=NOISE, free=("hull.R_*", "rudder.*"))
+    assert "hull.R_0" in some.free
+    assert all(path.startswith(("hull.R_", "rudder.")) for path in some.free)
+    assert all(some.process[path] > 0.0 for path in some.free)
+    with pytest.raises(StudyError, match=r"no parameter 'keel\.\*'"):
+        usual(ship, list(NOISE), noise=NOISE, free=("keel.*",))
+
+
+def test_a_share_says_how_uncertain_a_parameter_is_at_first(ship) -> None:
+    some = usual(ship, list(NOISE), noise=NOISE, free=("hull.*=0.3", "hull.R_0=0.05", "rudder.t_R"))
+    size = {path: abs(float(values(ship.model)[path])) for path in some.free}
+    shares = {path: some.start[path] / size[path] for path in some.free}
+    assert shares.pop("hull.R_0") == pytest.approx(0.05)
+    assert shares.pop("rudder.t_R") == pytest.approx(0.1)
+    assert list(shares.values()) == pytest.approx([0.3] * len(shares))
+    for wrong in ("0", "-1", "much", "", "nan"):
+        with pytest.raises(StudyError, match=rf"--free hull.R_0={wrong}: '{wrong}' is not a share"):
+            usual(ship, list(NOISE), noise=NOISE, free=(f"hull.R_0={wrong}",))
 
 
 def test_repeats_count_against_the_habit_of_the_log() -> None:

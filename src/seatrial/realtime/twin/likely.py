@@ -1,48 +1,93 @@
-"""How rough the sea is: process noise under which the first readings of a log are most likely."""
+"""How rough the sea and how noisy the instruments are, by the first readings of a log.
+
+Both are those under which forecasts over five ship lengths are most likely: a twin is there to forecast, and noise has
+to be right where it is relied on.  By innovations, which tell of the next reading only, process noise would have to
+explain rolling, pitching and jitter, too: forecasts of the 3 m Esso Osaka would then have bands twice as wide as
+needed, and be worse than those of the model without a filter.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from ...data import Array
 from ...environment import CHANNELS
 from ...ships import Ship
-from .follow import Follower, Machine, begun, made
-from .settings import Settings, scaled
+from .follow import Follower, Machine, Step, begun, inverse_of, made
+from .settings import Settings, noisier, scaled
 
 Row = tuple[float, Mapping[str, float]]
 FACTORS = (1.0, 3.0, 10.0, 30.0)
 """Factors of the usual process noise that are tried."""
+NOISIER = (1.0, 2.0, 4.0, 8.0)
+"""Factors of the noise of the sensors that are tried."""
 
 # A start this long is enough [L/U], and no more than so many rows are taken.
 _LENGTH, _ROWS, _GAP = 60.0, 1500, 5.0
-# A reading counts as so many standard deviations at most.
+# Forecasts begin after the first, each second and reach over the third [L/U].
+_SETTLED, _EVERY, _AHEAD = 10.0, 1.0, 5.0
+# Steps of a forecast are so many times those of the filter.
+_LONGER = 4.0
+# A reading counts as so many squared standard deviations at most.
 _MOST = 25.0
+
+
+class Factors(NamedTuple):
+    """What the usual settings are multiplied by.
+
+    Attributes:
+        motion, slow: process noise of the motion and size of slow forces.
+        noise: of the sensors.
+    """
+
+    motion: float = 1.0
+    slow: float = 1.0
+    noise: float = 1.0
+
+    def applied(self, settings: Settings) -> Settings:
+        """Settings with these factors."""
+        return noisier(scaled(settings, self.motion, self.slow), self.noise)
+
+
+class _Row(NamedTuple):
+    """A row that the filter has taken in: what acted since the one before, what was read, the filter and its step."""
+
+    acting: Array
+    readings: Array
+    after: Follower
+    step: Step
 
 
 def likeliest(
     ship: Ship, settings: Settings, rows: Iterable[Row], held: Collection[str] = ()
-) -> tuple[Settings, tuple[float, float]]:  # fmt: skip
-    """The settings with the factors of motion and slow forces under which the first rows are most likely.
+) -> tuple[Settings, Factors]:  # fmt: skip
+    """The settings with the factors under which forecasts of the first rows are most likely.
 
     Args:
-        rows: of the log, from its beginning.
+        rows: of the log, from its beginning.  Rows too few for a forecast are judged by their innovations.
         held: controls that keep the value of a row until the next one.
     """
     some = _first(ship, rows)
-    found: dict[tuple[float, float], float] = {}
+    found: dict[Factors, float] = {}
 
-    def score(motion: float, slow: float) -> float:
-        if (motion, slow) not in found:
-            found[motion, slow] = _likelihood(made(ship, scaled(settings, motion, slow)), some, held)
-        return found[motion, slow]
+    def score(one: Factors) -> float:
+        if one not in found:
+            runs = _runs(made(ship, one.applied(settings)), some, held)
+            forecasts = [_forecast(way) for run in runs for way in _ways(run)]
+            found[one] = _sum(forecasts or [_innovation(row.step) for run in runs for row in run])
+        return found[one]
 
-    motion = max(FACTORS, key=lambda one: score(one, 1.0))
-    slow = max(FACTORS, key=lambda one: score(motion, one))
-    motion = max(FACTORS, key=lambda one: score(one, slow))
-    return scaled(settings, motion, slow), (motion, slow)
+    best = Factors()
+    for _ in range(2):
+        best = max((best._replace(motion=one) for one in FACTORS), key=score)
+        best = max((best._replace(slow=one) for one in FACTORS), key=score)
+        best = max((best._replace(noise=one) for one in NOISIER), key=score)
+    return best.applied(settings), best
 
 
 def _first(ship: Ship, rows: Iterable[Row]) -> Sequence[Row]:
@@ -54,28 +99,80 @@ def _first(ship: Ship, rows: Iterable[Row]) -> Sequence[Row]:
     return out[:: max(1, len(out) // _ROWS)]
 
 
-def _likelihood(machine: Machine, rows: Sequence[Row], held: Collection[str]) -> float:
-    """Logarithm of the likelihood of the readings, outliers clipped."""
+def _runs(machine: Machine, rows: Sequence[Row], held: Collection[str]) -> list[list[_Row]]:
+    """The rows as the filter takes them in, begun anew after a long gap."""
     controls = machine.ship.model.controls
     acting = np.zeros(len(controls) + len(CHANNELS))
     kept = np.array([*(name in held for name in controls), *(True for _ in CHANNELS)])
     follower: Follower | None = None
-    total, long = 0.0, _GAP * machine.ship.L_pp / max(machine.ship.speed, 1e-3)
+    out, long = list[list[_Row]](), _GAP * _unit(machine)
     for t, values in rows:
         before = acting.copy()
         for k, name in enumerate(controls):
             acting[k] = values.get(name, acting[k])
         readings = np.array([values.get(name, math.nan) for name in machine.channels])
         if follower is None or t - follower.t > long:
-            known = all(math.isfinite(values.get(name, math.nan)) for name in ("psi", *_places(machine)))
+            known = all(math.isfinite(values.get(name, math.nan)) for name in _places(machine))
             follower = begun(machine, t, readings) if known else None
+            out.append([])
             continue
-        follower, step = follower.row(t, np.where(kept, before, 0.5 * (before + acting)), readings)
-        if step.rows.size:
-            _, size = np.linalg.slogdet(step.spread)
-            total -= 0.5 * (min(float(step.innovation @ step.inverse @ step.innovation), _MOST * step.rows.size) + size)
+        between = np.where(kept, before, 0.5 * (before + acting))
+        follower, step = follower.row(t, between, readings)
+        out[-1].append(_Row(between, readings, follower, step))
+    return out
+
+
+def _innovation(step: Step) -> float:
+    """Logarithm of the likelihood of what a row read, an outlier clipped."""
+    if not step.rows.size:
+        return 0.0
+    return _density(float(step.innovation @ step.inverse @ step.innovation), step.spread)
+
+
+def _ways(run: Sequence[_Row]) -> Iterator[Sequence[_Row]]:
+    """The rows of each forecast: that from which it starts, to that by which it is judged."""
+    if not run:
+        return
+    unit, times = _unit(run[0].after.machine), [row.after.t for row in run]
+    at = times[0] + _SETTLED * unit
+    while at + _AHEAD * unit <= times[-1]:
+        yield run[bisect_left(times, at) : bisect_left(times, at + _AHEAD * unit) + 1]
+        at += _EVERY * unit
+
+
+def _forecast(way: Sequence[_Row]) -> float:
+    """Logarithm of the likelihood of position and heading at the end, from the estimate at the start."""
+    machine, now = way[0].after.machine, way[0].after
+    model, step, acting = machine.traced.model, _LONGER * machine.settings.step, list[Array]()
+    for row in way[1:]:
+        acting.append(row.acting)
+        if row is way[-1] or row.after.t - now.t >= step:
+            now, _ = now.ahead(row.after.t, np.mean(acting, axis=0), step)
+            acting.clear()
+    readings = way[-1].readings
+    rows = [k for k, name in enumerate(machine.channels) if name in _places(machine) and math.isfinite(readings[k])]
+    if not rows:
+        return 0.0
+    expected, transposed = model.read(now.mean, way[-1].acting)
+    slope, away = transposed.T[rows], model.wrapped(readings - expected)[rows]
+    spread = slope @ now.cov @ slope.T + np.diag(model.noise[rows] ** 2)
+    return _density(float(away @ inverse_of(spread) @ away), spread)
+
+
+def _density(distance: float, spread: Array) -> float:
+    _, size = np.linalg.slogdet(spread)
+    return -0.5 * (min(distance, _MOST * len(spread)) + float(size))
+
+
+def _sum(scores: Iterable[float]) -> float:
+    total = sum(scores)
     return total if math.isfinite(total) else -math.inf
 
 
+def _unit(machine: Machine) -> float:
+    """The time in which the ship sails its length [s]."""
+    return machine.ship.L_pp / max(machine.ship.speed, 1e-3)
+
+
 def _places(machine: Machine) -> tuple[str, ...]:
-    return tuple(name for name in ("x", "y") if name in machine.channels)
+    return tuple(name for name in ("psi", "x", "y") if name in machine.channels)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from typing import Any
 
-from ...core.parameters import read, specs, unknown, values
+from ...core.parameters import specs, unknown, values
 from ...identify import StudyError
 from ...identify.filters.augmented import BIAS, SLOW
 from ...identify.filters.measurement import Antenna, Heading, Log, Rate, Sensor, Track
@@ -23,6 +25,8 @@ EKF, MHE = "ekf", "mhe"
 """Estimators of a twin."""
 
 _DAY = 86400.0
+# Standard deviation of a parameter at first, as a share of its value.
+_UNCERTAIN = 0.1
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,8 @@ def usual(
     Args:
         channels: channels of the log; those of a sensor must all be there.
         noise: standard deviation by channel; `NOISE` fills in.
-        free: parameters that may drift: each walks by a fifth of its value in a day.
+        free: parameters that may drift, or patterns such as hull.*: each walks by a fifth of its value in a day.  A
+            share behind it, such as hull.*=0.3, is how uncertain its value is at first; a tenth where none is given.
         gyro_bias: estimate the error of the rate gyro, where there is one and a compass beside it.
         antenna: place of the satellite antenna, forward and to starboard of midship [m].
         estimator: `EKF` or `MHE`.
@@ -96,12 +101,8 @@ def usual(
     if HEADING not in sensors or (POSITION not in sensors and VELOCITY not in sensors):
         raise StudyError(f"{ship.name}: a twin needs heading and position; the log has {', '.join(channels)}")
     spans = {name: (spec.low, spec.high) for name, spec in specs(ship.model).items()}
-    for path in free:
-        if path not in spans:
-            raise StudyError(f"{ship.name}: {unknown(path, spans, 'parameter')}")
-        if float(read(ship.model, path)) == 0.0:
-            raise StudyError(f"--free {path}: it is 0, of which no share can drift; give the ship file a value")
-    size = {path: abs(float(values(ship.model)[path])) for path in free}
+    uncertain = _freed(ship, free)
+    size = {path: abs(float(values(ship.model)[path])) for path in uncertain}
     white = 0.002 * U / math.sqrt(T)
     slow = {"slow.u": 0.001 * U / T, "slow.v_m": 0.01 * U / T, "slow.r": 0.01 / T**2}
     tau = 20.0 * T
@@ -112,12 +113,36 @@ def usual(
     if gyro_bias and TURN in sensors:
         start[f"{BIAS}r"] = 5.0 * known["r"]
         process[f"{BIAS}r"] = 0.1 * known["r"] / math.sqrt(3600.0)
-    start |= {path: 0.1 * value for path, value in size.items()}
+    start |= {path: uncertain[path] * value for path, value in size.items()}
     process |= {path: 0.2 * value / math.sqrt(_DAY) for path, value in size.items()}
     return Settings(
-        sensors, process, start, dict.fromkeys(SLOW, tau), tuple(free), settle=max(120.0, 10.0 * T),
-        step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in free}, estimator=estimator,
+        sensors, process, start, dict.fromkeys(SLOW, tau), tuple(uncertain), settle=max(120.0, 10.0 * T),
+        step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in uncertain}, estimator=estimator,
     )  # fmt: skip
+
+
+def _freed(ship: Ship, free: Sequence[str]) -> dict[str, float]:
+    """Paths of the parameters with their shares of uncertainty; a pattern leaves out those that are 0."""
+    known, out = values(ship.model), dict[str, float]()
+    for one in free:
+        path, equals, text = one.partition("=")
+        found = [path] if path in known else [name for name in known if fnmatchcase(name, path) and float(known[name])]
+        if not found:
+            raise StudyError(f"{ship.name}: {unknown(path, known, 'parameter')}")
+        if float(known[found[0]]) == 0.0:
+            raise StudyError(f"--free {path}: it is 0, of which no share can drift; give the ship file a value")
+        out |= dict.fromkeys(found, _share(one, text) if equals else _UNCERTAIN)
+    return out
+
+
+def _share(given: str, text: str) -> float:
+    try:
+        share = float(text)
+    except ValueError:
+        share = math.nan
+    if not 0.0 < share <= 1.0:
+        raise StudyError(f"--free {given}: '{text}' is not a share above 0 and up to 1, such as hull.R_0=0.1")
+    return share
 
 
 def scaled(settings: Settings, motion: float, slow: float) -> Settings:
@@ -126,3 +151,9 @@ def scaled(settings: Settings, motion: float, slow: float) -> Settings:
     process = {name: value * factors.get(name, 1.0) for name, value in settings.process.items()}
     start = {name: value * (slow if name in SLOW else 1.0) for name, value in settings.start.items()}
     return replace(settings, process=process, start=start)
+
+
+def noisier(settings: Settings, factor: float) -> Settings:
+    """The same with the noise of all sensors times a factor."""
+    sensors: dict[str, Any] = dict(settings.sensors)
+    return replace(settings, sensors={name: replace(one, sd=factor * one.sd) for name, one in sensors.items()})

@@ -75,8 +75,9 @@ def twin(
     log = _log(ship, nmea, mcap, trial, mapping, rate)
     settings = usual(ship, log.channels, noise=log.noise, free=free, estimator=estimator)
     if not log.live:
-        settings, rough = likeliest(ship, settings, log.rows(), log.held)
-        note(f"process noise: {rough[0]:g} times the usual in the motion, {rough[1]:g} times in slow forces")
+        settings, found = likeliest(ship, settings, log.rows(), log.held)
+        note(f"process noise: {found.motion:g} times the usual in the motion, {found.slow:g} times in slow forces; "
+             f"noise of the sensors: {found.noise:g} times their scatter")  # fmt: skip
     live = Live(ship, settings, log.channels, log.held)
     begun = -math.inf
     if out is not None:
