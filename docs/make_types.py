@@ -1,4 +1,8 @@
-"""Write types.md: every family and type that a ship file may name, from the classes themselves."""
+"""Write types.md: every family and type that a ship file may name, from the classes themselves.
+
+The site always has the page of the code (docs/site/generate.py).  The file is written anew before a release: until then
+it may lack a type, or the ships that have one, so that whoever adds a force adds one file; what it says is never wrong.
+"""
 
 from __future__ import annotations
 
@@ -36,6 +40,13 @@ where it is made non-dimensional by 0.5 rho L d U^2 and its like. **required** h
 limits. A unit of `'` is that of a primed number.
 """
 NUMBERS = "\n| key | meaning | unit | range | default |\n|---|---|---|---|---|\n"
+
+
+def sections(text: str) -> dict[str, str]:
+    """The sections of a page by their headings, without the ships that have the type."""
+    parts = re.split(r"^(#{1,3} .*)$", text, flags=re.MULTILINE)
+    bodies = (re.sub(r"\nIn the library: .*\n", "", body).strip() for body in parts[2::2])
+    return dict(zip(parts[1::2], bodies, strict=True))
 
 
 def classes(room: Any) -> Iterator[type]:

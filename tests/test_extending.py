@@ -31,6 +31,7 @@ from seatrial.sensors.suite import Suite
 from seatrial.ships.files import FOLDER, load
 from seatrial.simulate.run import simulate
 from seatrial.study.study import read_estimator
+from seatrial.testing import Log, Part, check_force, check_format
 from seatrial.validate.requirements.probe import Probe
 from seatrial.workflow import simulation
 
@@ -115,6 +116,7 @@ def test_a_ship_file(tmp_path: Path) -> None:
 
 def test_a_force_of_its_own(put: Put, tmp_path: Path) -> None:
     module = put("forces/skeg.py")
+    check_force(Part(module.EXAMPLES[0], rho=1000.0, L_pp=7.0, d=0.46, U=1.2, n=7.0))
     skeg = module.Skeg(area=4.0, slope=1.5, x=-150.0)
     flow = Flow(5.0, 0.5, 0.01, 0.0, 0.0, 0.0, 0.0, 1000.0, 320.0, 20.0)
     assert tuple(skeg.force(flow)) == pytest.approx(
@@ -216,7 +218,8 @@ def test_a_requirement() -> None:
 
 
 def test_a_log_format(put: Put, tmp_path: Path) -> None:
-    put("data/formats/compass.py")
+    module = put("data/formats/compass.py")
+    check_format(Log(module, module.EXAMPLE))
     (tmp_path / "voyage.cmp").write_text("0 350\n1 10\n2 30\n", encoding="utf-8")
     assert main(["import", "compass", str(tmp_path / "voyage.cmp"), "-o", str(tmp_path / "trials")]) == 0
     trial = read_trial(tmp_path / "trials" / "voyage.csv")

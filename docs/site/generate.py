@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -55,7 +56,14 @@ def _gallery(out: Path, folder: Path, names: Sequence[str]) -> None:
     (out / "gallery.md").write_text(text, encoding="utf-8")
 
 
+def _of_the_code(app: Any, name: str, source: list[str]) -> None:
+    """The page of types is that of the code, whatever the file lacks."""
+    if name == "types":
+        source[0] = runpy.run_path(str(Path(app.srcdir) / "make_types.py"))["page"]()
+
+
 def setup(app: Any) -> dict[str, Any]:
     """Write the pages when a build begins."""
     app.connect("builder-inited", lambda app: generate(Path(app.srcdir)))
+    app.connect("source-read", _of_the_code)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -20,13 +20,6 @@ README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 PAGE = (Path(__file__).parents[2] / "docs" / "commands.md").read_text(encoding="utf-8")
 COMMANDS: Any = typer.main.get_command(app)
 NAMES = sorted(COMMANDS.commands)
-TENS = dict(enumerate(("", "", "twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")))
-ONES = ("", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-
-
-def in_words(number: int) -> str:
-    """A number from 20 to 99."""
-    return "-".join(word for word in (TENS[number // 10], ONES[number % 10]) if word)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -96,9 +89,9 @@ def test_the_pages_have_no_command_that_there_is_not() -> None:
     assert set(re.findall(r"`seatrial ([a-z][a-z-]*)", README + PAGE)) <= set(NAMES)
 
 
-def test_readme_counts_ships_and_manoeuvres() -> None:
-    assert f"{in_words(len(library())).capitalize()} ships, every number of a file with its source" in README
-    assert f"one of {in_words(len(known()))} manoeuvres" in PAGE
+def test_readme_counts_ships() -> None:
+    assert "Over forty ships, every number of a file with its source" in README
+    assert len(library()) > 40
 
 
 def test_type_checkers_of_others_read_our_types() -> None:

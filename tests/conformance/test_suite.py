@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -75,6 +77,47 @@ def test_a_force_that_keeps_the_contract_passes() -> None:
 def test_a_force_that_breaks_it_is_named(fault: dict[str, float], named: str) -> None:
     with pytest.raises(ContractError, match=named):
         check_force(tried(replace(Fin(x=-3.0), **fault)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Written:
+    """A force as somebody wrote it; `law` is what was written."""
+
+    mirror_symmetric: ClassVar[bool] = True
+    law: ClassVar[Callable[[Flow], Force]]
+
+    def force(self, flow: Flow) -> Force:
+        """What the law gives."""
+        return type(self).law(flow)
+
+
+LAWS: tuple[tuple[Callable[[Flow], Force], str], ...] = (
+    (lambda flow: Force(0.0, -flow.v_m if flow.u > 0 else flow.v_m, 0.0), "asks `if`"),
+    (lambda flow: Force(-math.sqrt(flow.u**2) * flow.u, 0.0, 0.0), "functions of `math`"),
+    (lambda flow: Force(-flow.u * (flow.u**2 + flow.v_m**2) ** 0.5, 0.0, 0.0), "derivative of X is nan at rest"),
+    (lambda flow: Force(0.0, flow.v_m / flow.u, 0.0), "division by zero"),
+    (lambda flow: Force(0.0, flow.v_m**2, 0.0), "Y is .* in the mirror, at u"),
+)
+
+
+@pytest.mark.parametrize(("law", "named"), LAWS)
+def test_what_authors_get_wrong_is_named_with_its_place(law: Callable[[Flow], Force], named: str) -> None:
+    written = type("Mine", (Written,), {"law": staticmethod(law)})
+    with pytest.raises(ContractError, match=f"^Mine.*{named}"):
+        check_force(Part(written(), rho=1000.0, L_pp=7.0, d=0.46, U=1.2, n=7.0))
+
+
+def test_a_force_that_does_not_say_whether_port_mirrors_starboard_is_told_to() -> None:
+    @dataclass(frozen=True)
+    class Silent:
+        """A force that says nothing."""
+
+        def force(self, flow: Flow) -> Force:
+            """None."""
+            return Force(0.0 * flow.u, 0.0 * flow.u, 0.0 * flow.u)
+
+    with pytest.raises(ContractError, match="Silent does not say `mirror_symmetric"):
+        check_force(Part(Silent(), rho=1000.0, L_pp=7.0, d=0.46, U=1.2, n=7.0))
 
 
 def test_a_family_that_keeps_the_contract_passes_and_one_that_moves_at_rest_does_not() -> None:

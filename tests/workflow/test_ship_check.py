@@ -81,6 +81,24 @@ def test_numbers_without_a_source_or_a_reason_are_named(tmp_path: Path) -> None:
     assert "hull.Y_v" in errors(ship(tmp_path, text))["reasons"]
 
 
+def test_a_key_that_no_reference_explains_is_named(tmp_path: Path) -> None:
+    text = '[hull]\nY_v = {{ prime = -0.315, source = "clarke1983 Tab. 1" }}\n[notes]\nunverified = "x"\n{}\n'
+    assert "clarke1983" in errors(ship(tmp_path, text.format("")))["keys"]
+    for reference in ("clarke1983: RINA Transactions 125", "Clarke, D. et al. (1983). RINA Transactions 125"):
+        assert not errors(ship(tmp_path, text.format(f'references = ["Yasukawa 2015", "{reference}"]')))
+
+
+def test_what_is_assumed_in_part_is_counted_as_assumed(tmp_path: Path) -> None:
+    text = '[hull]\nY_v = {{ prime = -0.315, source = "{}" }}\n[notes]\nunverified = "x"\n'
+
+    def count(source: str) -> str:
+        found = check_ship_file(ship(tmp_path, text.format(source))).findings
+        return next(one.detail for one in found if one.what == "sources")
+
+    assert count("half of yasukawa2015; assumed: a fuller stern") == count("assumed: a fuller stern than theirs")
+    assert count("half of yasukawa2015") != count("assumed: a fuller stern than theirs")
+
+
 def test_a_ship_that_breaks_the_contract_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     """A hull that pushes at rest and to one side only."""
     (tmp_path / "lopsided.py").write_text(LOPSIDED, encoding="utf-8")

@@ -11,7 +11,7 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -79,18 +79,52 @@ def _shorten(parameter: Any) -> None:
         parameter.process_value = process_value
 
 
-class WithManoeuvres(Command):
-    """A command whose help lists the manoeuvres, which are imported only to show it."""
+class Listing(Command):
+    """A command whose help ends with a list, whose names are imported only to show it."""
+
+    title = ""
+
+    @staticmethod
+    def names() -> Iterable[str]:
+        """What is listed."""
+        return ()
 
     def get_help(self, ctx: Any) -> str:
-        """The help of the command, then the manoeuvres."""
+        """The help of the command, then the list."""
         import textwrap
 
+        listed = textwrap.fill(f"{', '.join(self.names())}.", 78, initial_indent="  ", subsequent_indent="  ",
+                               break_on_hyphens=False)  # fmt: skip
+        return f"{super().get_help(ctx)}\n\n{self.title}:\n{listed}"
+
+
+class WithManoeuvres(Listing):
+    """One that lists the manoeuvres."""
+
+    title = "Manoeuvres"
+
+    @staticmethod
+    def names() -> Iterable[str]:
+        """Those that `simulate` runs."""
         from ..workflow.simulation import known
 
-        listed = textwrap.fill(f"{', '.join(known())}.", 78, initial_indent="  ", subsequent_indent="  ",
-                               break_on_hyphens=False)  # fmt: skip
-        return f"{super().get_help(ctx)}\n\nManoeuvres:\n{listed}"
+        return known()
+
+
+class WithFormats(Listing):
+    """One that lists the formats of logs."""
+
+    title = "Formats"
+
+    @staticmethod
+    def names() -> Iterable[str]:
+        """Those that have a module, and whether they need a mapping."""
+        from ..data.formats import formats
+
+        return (f"{one.name} (with --mapping)" if one.needs_mapping else one.name for one in formats().values())
+
+
+LISTING: dict[Any, type[Command]] = {simulation.simulate: WithManoeuvres, data.import_: WithFormats}
 
 
 def offered(command: Callable[..., None]) -> Callable[..., None]:
@@ -154,5 +188,4 @@ for _command in (
     fits.predict, fits.validate,
     evidence.calibrate, evidence.card, simulation.twin, campaign.campaign, harbour.harbour, installation.doctor,
 ):  # fmt: skip
-    _cls = WithManoeuvres if _command is simulation.simulate else Command
-    app.command(_command.__name__.strip("_").replace("_", "-"), cls=_cls)(offered(_command))
+    app.command(_command.__name__.strip("_").replace("_", "-"), cls=LISTING.get(_command, Command))(offered(_command))

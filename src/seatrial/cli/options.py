@@ -52,7 +52,7 @@ CaptiveTables = Annotated[
 Source = Annotated[Path | None, Argument(metavar="SRC", help="Name a log, or a folder of logs.")]
 LogFormat = Annotated[
     str | None,
-    Argument(metavar="FORMAT", help="Name frt-esso, simman, usv-asw, nmea, mcap, rosbag2, or csv with --mapping."),
+    Argument(metavar="FORMAT", help="Name the format of the logs (listed below)."),
 ]  # fmt: skip
 GuessOf = Annotated[
     Path | None, Option("--guess", metavar="FOLDER", help="Write the mapping that the logs of this folder suggest.")

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..core.parameters import unknown
 from . import DataError, Trial
 from .check import Finding, check_set
-from .formats import formats, reader, recordings
+from .formats import formats, known_by_suffix, reader, recordings
 from .importing import recognised
 from .table import existing
 from .trialfile import SUFFIXES, read_trial
@@ -99,7 +99,7 @@ def _told(root: Path) -> tuple[str, list[Path]]:
     paths = sorted(f for f in root.rglob("*") if f.is_file() and f.suffix.lower() in suffixes and f.name[0] != ".")
     if not paths:
         raise DataError(f"{root}: no trial file ({', '.join(SUFFIXES)}) in this folder or below; "
-                        "import the logs first, or name their --format")  # fmt: skip
+                        f"{known_by_suffix(root) or 'import the logs first, or name their --format'}")  # fmt: skip
     by = {path: recognised(path) or "" for path in paths}
     known = sorted(set(by.values()))
     if len(known) > 1:

@@ -43,7 +43,7 @@ def read_trial(path: str | Path) -> Trial:
     """
     here = existing(path)
     if here.suffix.lower() not in SUFFIXES:
-        raise DataError(f"{here}: a trial file ends in .csv or .parquet; import a foreign log first")
+        raise DataError(f"{here}: a trial file ends in .csv or .parquet; {_importing(here)}")
     units, table, lines = _read_parquet(here) if here.suffix.lower() == ".parquet" else _read_csv(here)
     return _assemble(here, units, table, lines)
 
@@ -91,9 +91,17 @@ def write_trial(trial: Trial, path: str | Path) -> None:
 def _files_in(folder: Path) -> list[Path]:
     found = sorted(f for f in folder.iterdir() if f.suffix.lower() in SUFFIXES and not f.name.startswith("."))
     if not found:
-        raise DataError(f"{folder}: no trial file (*.csv, *.parquet) in this folder; "
-                        f"logs are imported first: seatrial import --guess {folder} -o mapping.toml")
+        raise DataError(f"{folder}: no trial file (*.csv, *.parquet) in this folder; {_importing(folder)}")
     return found
+
+
+def _importing(src: Path) -> str:
+    """How logs at `src` become trial files."""
+    from .formats import known_by_suffix  # whose formats write trial files
+
+    folder = src if src.is_dir() else src.parent
+    guessed = f"logs are imported first: seatrial import --guess {folder} -o mapping.toml"
+    return known_by_suffix(src) or guessed
 
 
 def _read_csv(path: Path) -> tuple[dict[str, str], Array, list[int]]:

@@ -1,4 +1,4 @@
-"""Conformance suite of force modules, model families and manoeuvres, to run on new classes too.
+"""Conformance suite of force modules, model families, manoeuvres and formats of logs, to run on new ones too.
 
 Contract: a check takes one subject, raises `ContractError` with what is wrong, and returns None, or in one line why it
 does not apply.  From a test of your own::
@@ -14,8 +14,11 @@ does not apply.  From a test of your own::
     def test_my_manoeuvre():
         check_manoeuvre(Weave, load("kvlcc2_l7"))
 
-`FORCE_CHECKS`, `SHIP_CHECKS` and `MANOEUVRE_CHECKS` are the checks by name, `ships`, `force_modules` and `manoeuvres`
-what the package itself is checked on.
+    def test_my_format():
+        check_format(Log(my_format, Path("short.log").read_text()))
+
+`FORCE_CHECKS`, `SHIP_CHECKS`, `MANOEUVRE_CHECKS` and `FORMAT_CHECKS` are the checks by name, `ships`, `force_modules`,
+`manoeuvres` and `log_examples` what the package itself is checked on.
 """
 
 from __future__ import annotations
@@ -24,13 +27,14 @@ from ..manoeuvres import Manoeuvre
 from ..ships import Ship
 from .discovery import ContractError, Part, classes_of, force_modules, parts_of, ships
 from .forces import FORCE_CHECKS, untried_forces
+from .logs import FORMAT_CHECKS, Log, log_examples
 from .manoeuvres import MANOEUVRE_CHECKS, manoeuvres
 from .models import SHIP_CHECKS, untried_families
 
 __all__ = [
-    "FORCE_CHECKS", "MANOEUVRE_CHECKS", "SHIP_CHECKS", "ContractError", "Part", "check_force", "check_manoeuvre",
-    "check_ship", "classes_of", "force_modules", "manoeuvres", "parts_of", "ships", "untried_families",
-    "untried_forces",
+    "FORCE_CHECKS", "FORMAT_CHECKS", "MANOEUVRE_CHECKS", "SHIP_CHECKS", "ContractError", "Log", "Part",
+    "check_force", "check_format", "check_manoeuvre", "check_ship", "classes_of", "force_modules", "log_examples",
+    "manoeuvres", "parts_of", "ships", "untried_families", "untried_forces",
 ]  # fmt: skip
 
 
@@ -64,3 +68,14 @@ def check_manoeuvre(cls: type[Manoeuvre], ship: Ship) -> None:
     """
     for check in MANOEUVRE_CHECKS.values():
         check(cls, ship)
+
+
+def check_format(log: Log) -> None:
+    """Run every check on a format of logs.
+
+    Raises:
+        ContractError: it breaks the contract of `seatrial.data.formats`.
+        DataError: it cannot read its own example.
+    """
+    for check in FORMAT_CHECKS.values():
+        check(log)

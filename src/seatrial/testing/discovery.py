@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from .. import forces
 from ..core.parameters import ParameterError, Parts, update, walk
 from ..core.symbolic import magnitude
 from ..environment import CHANNELS, Environment
@@ -151,6 +152,12 @@ def classes_of(room: ModuleType) -> Iterator[type]:
                 yield cls
 
 
+def _beside(room: ModuleType) -> Iterator[Any]:
+    """The `EXAMPLES` that a module of a room gives beside its classes."""
+    for info in iter_modules(room.__path__):
+        yield from getattr(import_module(f"{room.__name__}.{info.name}"), "EXAMPLES", ())
+
+
 INPUTS = len(Flow._fields) - 3
 """Inputs of a force: what it feels besides the density and the size of the ship."""
 
@@ -217,12 +224,12 @@ def parts_of(ship: Ship) -> Iterator[tuple[str, Part]]:
 
 @cache
 def force_modules() -> dict[str, Part]:
-    """Every force module of the library and of the examples, each class in each form once."""
+    """Every force module of the library, of the modules' own `EXAMPLES` and of ours, each class in each form once."""
     found: dict[str, Part] = {}
     for ship in ships().values():
         for name, part in parts_of(ship):
             found.setdefault(name, part)
-    for module in examples.MODULES:
+    for module in (*examples.MODULES, *_beside(forces)):
         for name, form in variants(module):
             found.setdefault(name, Part(form, 1000.0, 7.0, 0.46, 1.179, 7.0))
     return found

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import forces
 from ..data import Array
+from ..forces import Flow, Slipstream
 from . import discovery as found
 from .discovery import INPUTS, PAIRS, Part, biases, compiled, even, require
 
@@ -54,7 +55,10 @@ def untried_forces() -> list[str]:
 
 
 def declared(part: Part) -> None:
-    """Every number is declared with what it is, and lies within what physics allows."""
+    """It says whether port mirrors starboard; every number says what it is, and lies within what physics allows."""
+    name = type(part.module).__name__
+    said = isinstance(getattr(part.module, "mirror_symmetric", None), bool)
+    require(said, f"{name} does not say `mirror_symmetric: ClassVar[bool]`: True, or False with its `asymmetries`")
     found.declared(part.module)
 
 
@@ -63,8 +67,14 @@ def silent_at_rest(part: Part) -> None:
     for angle, depth in ((0.0, 0.0), (0.4, 0.6), (-1.0, 1.2)):
         x = [0.0] * 4 + [angle] + [0.0] * 4 + [3.0, depth, 0.5, -0.5, 0.01, 0.02, 0.1, 0.2, 0.0, 5.0, 1.0]
         x += [angle if prefix == "alpha" else 0.0 for prefix in part.prefixes]
-        forced = part.outputs(tuple(x))[:3]
-        require(all(abs(y) == 0 for y in forced), f"at rest, angle {angle}, d/h {depth}: X, Y, N are {forced}")
+        try:
+            forced = part.outputs(tuple(x))[:3]
+        except ArithmeticError as e:
+            raise found.ContractError(f"{type(part.module).__name__} at rest: {e}; `where` chooses between two "
+                                      "values that are both finite") from None  # fmt: skip
+        require(all(abs(y) == 0 for y in forced),
+                f"{type(part.module).__name__} at rest, angle {angle}, d/h {depth}: X, Y, N are "
+                f"{', '.join(f'{float(y):.6g}' for y in forced)}, not 0")  # fmt: skip
 
 
 def _reflected(part: Part, x: Array) -> tuple[Array, Array]:
@@ -89,25 +99,78 @@ def mirrored(part: Part) -> None:
     part = part._replace(module=even(part.module))
     for x in samples(part):
         here, there = _reflected(part, x)
-        bound = 1e-12 * np.abs(here).max()
-        require((np.abs(there - here) <= bound).all(), f"{name} at {x}: {here}, in the mirror {there}")
+        off = np.abs(there - here) > 1e-12 * np.abs(here).max()
+        if off.any():
+            k = int(off.argmax())
+            require(False, f"{name}: {_outputs(part)[k]} is {here[k]:.6g}, and {there[k]:.6g} seen in the mirror, "
+                           f"{_where(part, x)}")  # fmt: skip
 
 
 def finite(part: Part) -> None:
     """Outputs and their Jacobian are finite at rest, astern, sideways and in weather."""
     x = grid(part)
-    f, j = compiled(part.outputs, len(part.size))
-    require(np.isfinite(f(x.T).full()).all(), "an output is not finite")
-    require(np.isfinite(j(x.T).full()).all(), "a derivative is not finite")
+    f, j = _traced(part)
+    _all_finite(part, x, f(x.T).full().T, "")
+    n, wide = len(part.size), len(_outputs(part))
+    slopes = j(x.T).full().reshape(wide, len(x), n).transpose(1, 0, 2)
+    _all_finite(part, x, slopes.reshape(len(x), -1), "a derivative of ")
 
 
 def floats_equal_symbols(part: Part) -> None:
     """Floats and symbols give the same, to 1e-12 of the largest entry of the outputs."""
     x = np.vstack([samples(part), grid(part)[::17]])
-    symbols = compiled(part.outputs, len(part.size))[0](x.T).full().T
+    symbols = _traced(part)[0](x.T).full().T
     direct = np.array([part.outputs(tuple(row)) for row in x.tolist()], dtype=float)
     scale = np.abs(direct).max(axis=1, keepdims=True)
-    require((np.abs(symbols - direct) <= 1e-12 * scale + 1e-300).all(), "floats and symbols differ")
+    off = np.abs(symbols - direct) > 1e-12 * scale + 1e-300
+    if off.any():
+        row, k = (int(i) for i in np.argwhere(off)[0])
+        require(False, f"{type(part.module).__name__}: {_outputs(part)[k]} is {direct[row, k]:.6g} by floats and "
+                       f"{symbols[row, k]:.6g} by symbols, {_where(part, x[row])}")  # fmt: skip
+
+
+def _outputs(part: Part) -> tuple[str, ...]:
+    """Names of its outputs: a propeller has a slipstream besides."""
+    count = len(part.outputs(tuple(map(float, part.size))))
+    return ("X", "Y", "N", *Slipstream._fields)[:count]
+
+
+def _where(part: Part, x: Array) -> str:
+    """The inputs of a point, those that are not zero."""
+    names = [name for name in Flow._fields if name not in ("rho", "L_pp", "d")]
+    names += [f"{prefix} of its own" for prefix in part.prefixes]
+    said = ", ".join(f"{name} {value:.3g}" for name, value in zip(names, x, strict=True) if value)
+    return f"at {said}" if said else "at rest"
+
+
+def _traced(part: Part) -> tuple[Any, Any]:
+    """Outputs and Jacobian as compiled from symbols; a class that no symbol can pass through is named."""
+    try:
+        return compiled(part.outputs, len(part.size))
+    except RuntimeError as e:
+        if "truth value" not in str(e):
+            raise
+        raise found.ContractError(
+            f"{type(part.module).__name__} asks `if`, `min` or `max` of a value, which no symbol can answer: "
+            "`where`, `smaller` and `larger` of core/symbolic can"
+        ) from None
+
+
+def _all_finite(part: Part, x: Array, table: Array, of: str) -> None:
+    """Refuse the first row with a value that is not finite; columns run through the outputs in equal shares."""
+    bad = np.argwhere(~np.isfinite(table))
+    if not len(bad):
+        return
+    row, column = (int(i) for i in bad[0])
+    k = column * len(_outputs(part)) // table.shape[1]
+    direct = float(part.outputs(tuple(map(float, x[row])))[k])
+    hint = ""
+    if of:
+        hint = ": `speed`, `root` and `atan2` of core/symbolic are rounded at rest"
+    elif math.isfinite(direct):
+        hint = f" by symbols, {direct:.6g} by floats: functions of `math` lose a symbol, those of core/symbolic do not"
+    require(False, f"{type(part.module).__name__}: {of}{_outputs(part)[k]} is {table[row, column]} "
+                   f"{_where(part, x[row])}{hint}")  # fmt: skip
 
 
 Check = Callable[[Part], Any]

@@ -10,6 +10,9 @@ A module whose logs leave a choice has `read_mapping(path)` too: the mapping fil
 One that cannot do without sets ``needs_mapping = True``.  `mapping` is None where there
 is no mapping file.  Where a mapping cuts a log into trials or joins files, `read_all(source, mapping)` gives all trials
 of one recording, and `recordings(src, mapping)` finds the recordings in place of `suffixes`.
+
+Conformance (`seatrial.testing.check_format`, by a short log that the module of a text format gives as `EXAMPLE`): it
+reads that log into a trial with possible values, and answers damaged ones by `DataError` in one line with the file.
 """
 
 from __future__ import annotations
@@ -19,13 +22,14 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from ...core.parameters import unknown
 from .. import DataError, Trial
 from ..table import existing
 
-__all__ = ["Format", "Reader", "formats", "logs", "reader", "recordings"]
+__all__ = ["Format", "Reader", "formats", "known_by_suffix", "logs", "reader", "recordings"]
 
 Reader = Callable[[Path], Trial]
 
@@ -62,6 +66,16 @@ def formats() -> Mapping[str, Format]:
         others = (getattr(one, key, None) for key in ("read_all", "recordings"))
         found[one.name] = Format(one.name, one.suffixes, one.read, getattr(one, "read_mapping", None), needed, *others)
     return found
+
+
+def known_by_suffix(src: Path) -> str:
+    """How to import the first file at `src` that has the suffix of a format; a clause for an error, "" where none."""
+    files = sorted(f for f in src.rglob("*") if f.is_file()) if src.is_dir() else [src]
+    for file in files:
+        for one in formats().values():
+            if {file.suffix.lower(), file.name} & set(one.suffixes) and not one.needs_mapping:
+                return f"{file.name} looks like {one.name}: seatrial import {one.name} {quote(str(src))} -o trials"
+    return ""
 
 
 def _format(name: str) -> Format:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import Array, DataError
+from ..formats import known_by_suffix
 from .cells import Column, columns_of
 from .clock import Clock, clocks
 from .files import SHEETS, TABLES, read_table
@@ -75,7 +76,7 @@ def find_log(src: Path) -> Log:
     base = src if src.is_dir() else src.parent
     paths = [src] if src.is_file() else sorted(p for p in src.rglob("*") if p.suffix.lower() in TABLES and p.is_file())
     if not paths:
-        raise DataError(f"{src}: no table here; looked for *{', *'.join(TABLES)}")
+        raise DataError(f"{src}: no table here; " + (known_by_suffix(src) or f"looked for *{', *'.join(TABLES)}"))
     tables, notes = _tables(paths)
     kinds: dict[tuple[str, ...], list[Table]] = {}
     for table in tables:

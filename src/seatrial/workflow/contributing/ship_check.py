@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -18,6 +19,10 @@ from ..simulation import Simulated, simulate
 from .published import Reproduced, published, reproduce, shown
 
 State = Literal["ok", "note", "error"]
+_KEY = re.compile(r"(?P<name>[a-z_]+?)(?P<year>(?:18|19|20)\d\d)[a-z]?\b")
+"""A key of a publication at the beginning of a source."""
+_ASSUMED = re.compile(r"^assumed\b|; assumed\b")
+"""A number that is assumed, or one part of which is."""
 _LEAST_REASON = 12
 """Letters of a source "assumed: reason"; fewer are no reason."""
 
@@ -101,9 +106,21 @@ def _sources(ship: Ship) -> Iterator[Finding]:
               if entry.source.startswith("assumed") and len(entry.source) < _LEAST_REASON]  # fmt: skip
     if hollow:
         yield Finding("reasons", "error", f"assumed without a reason: {', '.join(hollow[:3])}; write assumed: and why")
-    assumed = sum(entry.source.startswith("assumed") for entry in ship.entries.values())
+    unknown = _unexplained(ship)
+    if unknown:
+        yield Finding("keys", "error", f"no reference says what {', '.join(sorted(unknown)[:3])} is; add it to "
+                      "`references` in [notes], with author and year")  # fmt: skip
     if not bare:
+        assumed = sum(bool(_ASSUMED.search(entry.source)) for entry in ship.entries.values())
         yield Finding("sources", "ok", f"{len(ship.entries)} numbers, {assumed} of them assumed")
+
+
+def _unexplained(ship: Ship) -> set[str]:
+    """Keys such as clarke1983 that sources begin with and no reference has, neither as such nor as name and year."""
+    references = str([ship.notes.get("references"), ship.notes.get("title")]).lower()
+    found = (_KEY.match(entry.source) for entry in ship.entries.values())
+    return {key[0] for key in found if key and key[0] not in references
+            and not (key["name"] in references and key["year"] in references)}  # fmt: skip
 
 
 def _validity(ship: Ship) -> Finding:
