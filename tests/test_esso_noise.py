@@ -85,6 +85,7 @@ def test_velocities_that_fit_the_positions_leave_no_kinematic_error(ship, calm):
     assert windows.kinematic_floor(biased)["all"] > 1e-4
 
 
+@pytest.mark.slow
 def test_the_error_of_a_start_is_carried_as_a_thousand_noisy_starts_carry_it(ship, calm):
     cut, predictor = cut_of(ship, calm)
     rng = np.random.default_rng(3)

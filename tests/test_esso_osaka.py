@@ -20,9 +20,12 @@ FREED = ("hull.*", "propeller.*", "rudder.*", "wind.*", "body.m_x", "body.m_y", 
 MEASURED = {"propeller.D_P", "propeller.pitch_ratio", "propeller.J_syn", "propeller.J_syn0", "rudder.A_R",
             "rudder.eta", "rudder.x_R", "wind.A_T", "wind.A_L", "wind.L_wind", "wind.rho_air"}  # fmt: skip
 
-pytestmark = pytest.mark.skipif(
-    not ROOT.is_dir(), reason="Esso Osaka data absent: set SEATRIAL_DATA (public set NAOE-5thLab/FRT-DS-ESSO)"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not ROOT.is_dir(), reason="Esso Osaka data absent: set SEATRIAL_DATA (public set NAOE-5thLab/FRT-DS-ESSO)"
+    ),
+]
 
 
 @pytest.fixture(scope="module")

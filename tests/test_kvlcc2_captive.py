@@ -31,10 +31,13 @@ ROOT = Path(os.environ.get("SEATRIAL_DATA", HOME.parent / "shared" / "data"))
 TESTS, STUDIES = ROOT / "kvlcc2_captive", HOME / "studies"
 PUBLISHED = load("kvlcc2_l7")
 
-pytestmark = pytest.mark.skipif(
-    not (TESTS.is_dir() and (ROOT / "kvlcc2_hsva_simman2008").is_dir() and (ROOT / "kvlcc2_marin_simman2008").is_dir()),
-    reason="KVLCC2 tests absent: set SEATRIAL_DATA (HMRI captive; SIMMAN 2008, HSVA and MARIN free-running)",
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not (TESTS.is_dir() and all((ROOT / f"kvlcc2_{one}_simman2008").is_dir() for one in ("hsva", "marin"))),
+        reason="KVLCC2 tests absent: set SEATRIAL_DATA (HMRI captive; SIMMAN 2008, HSVA and MARIN free-running)",
+    ),
+]
 
 
 def fitted(ship: str) -> CaptiveFit:

@@ -69,6 +69,7 @@ def test_the_ship_of_the_study_is_the_published_one() -> None:
     assert np.array_equal(a.stack("x", "psi"), b.stack("x", "psi"))
 
 
+@pytest.mark.slow
 @data
 def test_the_study_is_sound_and_its_sets_are_apart(study: Study) -> None:
     assert (len(study.problem.trials), len(study.test)) == (8, 3)

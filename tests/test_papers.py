@@ -66,6 +66,7 @@ def defined(path: Path) -> set[str]:
     return found
 
 
+@pytest.mark.slow
 def test_every_row_names_what_exists() -> None:
     for key, kind, span, _, _, where, tests, status, why in ROWS:
         row = f"{key}, {kind} {span}"

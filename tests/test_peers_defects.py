@@ -113,6 +113,7 @@ def test_default_step_is_exact_to_the_digits_of_the_indices(name: str, duration:
     assert abs(euler["advance"] / fine["advance"] - 1) > 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["kvlcc2_l7", "kvlcc2", "esso_osaka_3m", "mariner"])
 def test_zigzag_is_not_quantised_by_the_users_grid(name: str) -> None:
     """shipmmg reverses the rudder on the user's grid of times; the default step moves an overshoot by < 0.1 deg."""
@@ -154,6 +155,7 @@ class Misread(Propeller):
         return thrust(flow, self.t_P, self.D_P, u_P, race(flow.n_P, u_P, self.D_P, self.k_0, self.k_1, self.k_2))
 
 
+@pytest.mark.slow
 def test_wake_straight_ahead_is_that_of_straight_motion() -> None:
     """mmgdynamics: w_P = 0.09 for KVLCC2 straight ahead in place of 0.35, and a circle 11 % too small."""
     ship = load("kvlcc2")

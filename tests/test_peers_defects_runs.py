@@ -52,6 +52,7 @@ def test_package_runs_anywhere_without_a_word_of_deprecation(tmp_path: Path) -> 
 # 6: rudder to the wrong side; wrong astern; Euler everywhere
 
 
+@pytest.mark.slow
 @every_ship
 def test_rudder_to_starboard_turns_to_starboard_and_the_ship_goes_on(name: str) -> None:
     """PythonVehicleSimulator's tanker turns to port under a positive rudder.

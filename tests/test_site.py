@@ -56,6 +56,7 @@ def test_an_equation_stands_beside_its_line_and_its_source() -> None:
     assert line.comment == "Sawada 2024 (49), misprint corrected"
 
 
+@pytest.mark.slow
 def test_every_force_and_family_has_a_page_with_equations(tmp_path: Path) -> None:
     parts = importlib.import_module("parts")
     without: list[str] = []

@@ -57,6 +57,7 @@ def test_draws_keep_their_order_and_get_the_width_of_the_factor() -> None:
     assert 0.5 * (high + low) == pytest.approx(11.0, abs=0.02)
 
 
+@pytest.mark.slow
 def test_they_are_kept_beside_the_model_and_bands_stand_on_them(tmp_path: Path) -> None:
     run = saved(tmp_path / "run", [trial(35), trial(20, 20)])
     path = calibrated(run)

@@ -90,6 +90,7 @@ def test_a_gap_says_nothing_and_too_short_a_past_counts_as_none() -> None:
         past_of(trial, span=0.0)
 
 
+@pytest.mark.slow
 def test_the_past_of_another_ship_is_noticed() -> None:
     rng = np.random.default_rng(0)
     own = log(ship(), 1, rng)

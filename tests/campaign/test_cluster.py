@@ -70,6 +70,7 @@ def test_a_cluster_that_is_gone_ends_the_work() -> None:
         list(Pool(threads, lambda: 1, lambda error: isinstance(error, LostError), gone).each(_lose, [(1,)]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("address", ["blah", "local:0", "local:two", "127.0.0.1:8786"])
 def test_addresses_that_are_none(address: str) -> None:
     pytest.importorskip("distributed")

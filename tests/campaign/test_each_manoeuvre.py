@@ -18,6 +18,7 @@ SHIPS = {"crabbing": "esso_osaka_3m_harbour", "thrust-steps": "milliampere"}
 KINDS = [pytest.param(kind, marks=() if kind in QUICK else pytest.mark.long) for kind in known()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_runs_and_is_replayed(kind: str) -> None:
     document = {"schema": SCHEMA, "ships": [SHIPS.get(kind, "esso_osaka_3m")], "runs": 2,

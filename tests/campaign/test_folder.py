@@ -174,6 +174,7 @@ def test_a_disk_that_fills_up_stops_the_run_in_one_line_and_it_goes_on(
     assert open_folder(out).digest() == open_folder(tmp_path / "whole").digest()
 
 
+@pytest.mark.slow
 def test_workers_without_a_compiler_are_told_of_once(
     campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

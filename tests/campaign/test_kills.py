@@ -50,6 +50,7 @@ def compare(tmp_path: Path, runs: int, chunk: int, duration: float, kills: int, 
     assert killed.digest() == open_folder(tmp_path / "whole").digest()
 
 
+@pytest.mark.slow
 def test_kills_change_no_byte(tmp_path: Path) -> None:
     compare(tmp_path, 100_000, 2000, 20.0, 2, 0.4, 1)
 

@@ -59,6 +59,7 @@ def test_an_index_that_too_few_runs_reach_has_no_band() -> None:
     assert np.isnan(found.edges("no such index", 0.95)).all()
 
 
+@pytest.mark.slow
 def test_bands_hold_as_often_as_they_say() -> None:
     """Fifty fits of one ship, each off by its own error: the truth lies in 95 % of their bands."""
     rng, repeats, draws, scale = np.random.default_rng(7), 50, 100, np.sqrt(np.diag(covariance(0.03)))

@@ -43,6 +43,7 @@ def searched(limit: Limit, seed: int, runs: int = 1600) -> list[Level]:
     return levels
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("limit", [linear, sphere, two_sides])
 def test_one_in_a_million_from_ten_thousand_runs(limit: Limit) -> None:
     searches = [searched(limit, seed) for seed in range(40)]
@@ -105,6 +106,7 @@ def agrees(found: Rare, p: float, sigma: float) -> bool:
     return abs(found.estimate.probability - p) < 2.5 * math.hypot(own, sigma)
 
 
+@pytest.mark.slow
 def test_a_ship_is_as_counting_says(campaign: Campaign, tmp_path: Path) -> None:
     (found,) = rare(campaign, "first_overshoot", tmp_path / "a", runs=1000)
     assert agrees(found, *counted(campaign))

@@ -40,6 +40,7 @@ def campaign(policy: Manoeuvre, duration: float, *, whole: bool, validity: dict[
     return Campaign("test", (case,), 24, ROUGH, weather=Uniform(U_C=0.1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_tally_agrees_with_the_stored_run(name: str) -> None:
     policy, duration = CASES[name]

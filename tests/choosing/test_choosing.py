@@ -22,6 +22,8 @@ from seatrial.models.common import Surroundings
 from seatrial.models.linear import straight
 from seatrial.ships.files import library, load
 
+pytestmark = pytest.mark.slow
+
 KEYS = {c.key for c in CAPABILITIES}
 NAMES = [family.key for family in FAMILIES]
 

@@ -58,6 +58,7 @@ def test_doctor_names_the_missing_compiler_and_what_to_install(monkeypatch) -> N
     assert "gcc" in found.remedy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [("seatrial ident", "identify"), ("seatrial show kvlcc2_l", "kvlcc2_l7"), ("seatrial simulate kcs zigz", "zigzag")],

@@ -66,6 +66,7 @@ def test_help_of_simulate_lists_the_manoeuvres(capsys: pytest.CaptureFixture[str
     assert [name.strip() for name in listed.split(",")] == list(known())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "absent"),
     [("['--help']", ("numpy", "scipy", "pydantic")),

@@ -14,6 +14,7 @@ def test_every_force_class_and_every_published_form_is_tried() -> None:
     assert not untried, f"give an instance of each in the `EXAMPLES` of its module: {untried}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("check", list(FORCE_CHECKS))
 @pytest.mark.parametrize("name", list(MODULES))
 def test_force(name: str, check: str) -> None:

@@ -21,6 +21,7 @@ def test_every_family_is_flown_by_some_ship() -> None:
     assert not untried_families(), "give it a ship, or a line in testing/examples.py"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("check", list(SHIP_CHECKS))
 @pytest.mark.parametrize("name", list(SHIPS))
 def test_ship(name: str, check: str) -> None:

@@ -379,6 +379,7 @@ def test_the_public_container_ship_asks_for_what_is_not_there(tmp_path: Path) ->
     assert re.search(rf'time = {{ column = "\{ASK}"', found.text)
 
 
+@pytest.mark.slow
 def test_the_command_prints_or_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = log_of(tmp_path, basin(straight(20.0)))
     assert main(["import", "--guess", str(log)]) == 0

@@ -48,6 +48,7 @@ def test_mapping_reads_any_table(tmp_path):
     assert len(trial.meta["processing"]) == 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -152,6 +153,7 @@ def test_a_header_of_two_columns_of_one_name_is_refused(tmp_path):
         frt_esso.read(tmp_path / "turn.csv")
 
 
+@pytest.mark.slow
 def test_esso(data_file, tmp_path):
     folder = data_file("esso_osaka_frt", "data")
     trial = read_log(folder / "zigzag" / "zigzag_31-Jul-2020_13_50_28.csv")

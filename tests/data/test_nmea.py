@@ -283,6 +283,7 @@ def test_any_bytes_are_refused_politely(data):
     assert refused <= {"length", "form", "checksum", "kind", "field"}
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.sampled_from(sorted(SENTENCES)), st.lists(st.text("0123456789.-AVNSEWTMK", max_size=8), max_size=20))
 def test_any_fields_are_read_or_refused_and_what_is_read_is_written_the_same_in_value(kind, parts):

@@ -22,6 +22,8 @@ from seatrial.data.robot.messages import NUMBER, unpacked
 from seatrial.data.trialfile import read_trial
 from seatrial.exchange.robot_log import save_robot_log
 
+pytestmark = pytest.mark.slow
+
 FIT = Fittings(Datum(59.43, 10.45), antenna=(2.5, -0.4), log=1.0, stern=-3.5, transducer=0.3, mmsi=0)
 MAPPING = """schema = "seatrial-nmea/1"
 antenna = { forward = 2.5, starboard = -0.4 }

@@ -129,6 +129,7 @@ SIDECARS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", SIDECARS, ids=range(len(SIDECARS)))
 def test_bad_sidecar(tmp_path, text):
     (tmp_path / "a.csv").write_text("t [s],x [m]\n0,1\n1,2\n")

@@ -77,6 +77,7 @@ def runs(case: Any, *devices: Any, **given: Any) -> list[Array]:
     return [simulator(case.system, device=one).run(z, s, case.parameters, **settings).values for one in devices]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("case", ["kvlcc2_l7", "esso_osaka_3m"], indirect=True)
 def test_the_source_equals_the_c_kernel_bit_for_bit(case: Any) -> None:
@@ -100,6 +101,7 @@ def test_a_closed_loop_equals_the_c_kernel_bit_for_bit() -> None:
     assert np.ptp(ours[:, -1, 1]) > 0.1  # lanes that differ
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["kvlcc2_l7", "esso_osaka_3m_hybrid", "kvlcc2_l7_arx"], indirect=True)
 def test_a_device_equals_the_processor(case: Any, device: Any) -> None:
     usual, ours = runs(case, "cpu", device)
@@ -132,6 +134,7 @@ def test_euler_and_series_that_hold_or_are_shared(l7: Any, device: Any) -> None:
             assert np.array_equal(usual.t, ours.t)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("precision", "off"), [("double", 1e-11), ("single", 1e-4)])
 def test_sensitivities_on_a_device(l7: Any, device: Any, precision: str, off: float) -> None:
     """Seven parameters and six initial states: more columns than a kernel carries, lane-wise parameters among them."""
@@ -235,6 +238,7 @@ def printed(single: bool) -> dict[str, str]:
             "sensitivity": lanes.sensitivity_code(system, part, (), single)}  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("single", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_nvrtc_compiles_what_it_is_given(single: bool) -> None:
     """To machine code of an H100, where a closed loop stays in its registers."""

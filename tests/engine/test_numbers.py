@@ -27,6 +27,7 @@ def slope(errors: list[float]) -> float:
     return float(np.polyfit(np.arange(len(errors)), -np.log2(errors), 1)[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "order", "finest"), [("rk4", 4, 400), ("euler", 1, 6400)])
 def test_order_of_integration_and_of_its_derivatives(l7: Any, method: str, order: int, finest: int) -> None:
     """A turn with the rudder held from the start: smooth, so the error falls with the order."""
@@ -87,6 +88,7 @@ def test_trajectories_are_the_same_on_all_back_ends(case: Any) -> None:
             assert (np.abs(simd - other)[..., :own] <= 1e-9 * case.size).all()
 
 
+@pytest.mark.slow
 def test_closed_loop_is_the_same_on_all_back_ends(l7: Any) -> None:
     policy = Zigzag(n_P=11.85, delta=0.35, psi=0.35, side=-1.0)
     system = closed_loop(l7.ship, policy, 0.1)

@@ -176,6 +176,7 @@ def test_a_chart_without_banks_is_silent() -> None:
     assert values[:3].tolist() == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_a_cell_holds_what_the_hull_can_reach() -> None:
     fender = Fender(CURVES["cone"], 1.0, 1e6, 10.0)
     chart = Chart("a", 25.0, quays=(Quay(np.array([[2000.0, 0.0], [0.0, 0.0]]), fender),))
@@ -190,6 +191,7 @@ def test_a_cell_holds_what_the_hull_can_reach() -> None:
     assert Stop._fields[0] == "north"
 
 
+@pytest.mark.slow
 def test_a_wide_chart_has_wider_cells_and_a_cell_too_fine_is_refused() -> None:
     """A kilometre of water about a model of 7 m; the shore of the shoal is where it was."""
     shoal, model = np.array([[-500.0, -300.0], [-500.0, 900.0], [500.0, 900.0], [500.0, -300.0]]), Size(7.0, 1.16, 0.46)
@@ -211,6 +213,7 @@ def test_two_curves_in_one_chart_are_refused() -> None:
         grid_of(Chart("a", 25.0, quays=quays), SHIP)
 
 
+@pytest.mark.slow
 def test_the_cost_of_a_look_does_not_grow_with_the_chart() -> None:
     """The row that a ship reads is as long with 4 km of fenders as with 1 km."""
     widths: list[int] = []

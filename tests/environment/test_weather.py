@@ -90,6 +90,7 @@ def test_ochi_and_shin_join(joint: float) -> None:
     assert low == pytest.approx(high, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_no_gust_on_a_calm_and_across_lets_the_direction_wander() -> None:
     assert not Gust(Uniform()).series(1.0, 50)[:, :2].any()
     series = Gust(BREEZE, across=0.8, seed=3).series(0.5, 20_000)

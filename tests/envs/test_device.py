@@ -35,6 +35,7 @@ def host(values: Any) -> Any:
     return values.host()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("id", "settings"), [
     ("seatrial/Course-v0", {"current": (0.0, 0.1), "randomise": {"hull.Y_v": 0.2, "hull.N_r": 0.1}, "limit": 40}),
     ("seatrial/Track-v0", {"limit": 60}),

@@ -30,11 +30,13 @@ def vector(id: str, ships: int = 20, **settings: Any) -> Any:
     return gymnasium.make_vec(id, num_envs=ships, **settings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("id", IDS)
 def test_gymnasium_finds_nothing_wrong(id: str) -> None:
     check_env(gymnasium.make(id, render_mode="rgb_array").unwrapped)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("id", IDS)
 def test_a_picture_shows_ship_track_and_task(id: str) -> None:
     env = gymnasium.make(id, render_mode="rgb_array")
@@ -56,6 +58,7 @@ def test_a_picture_shows_ship_track_and_task(id: str) -> None:
         ShipEnv("kvlcc2_l7", Course(), render_mode="human")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("id", IDS)
 def test_the_vector_is_the_single_one_many_times(id: str) -> None:
     envs, env = vector(id), gymnasium.make(id)
@@ -93,6 +96,7 @@ def test_the_plant_is_that_of_everywhere() -> None:
             assert lanes.value(name)[0] == pytest.approx(plant[name], rel=1e-9, abs=1e-12), name
 
 
+@pytest.mark.slow
 def test_steps_are_short_enough() -> None:
     """Forty times as many time steps move the ship by less than a thousandth of its length in ten lengths."""
     ends: list[np.ndarray[Any, Any]] = []
@@ -126,6 +130,7 @@ def test_draws_are_even() -> None:
     assert abs(np.corrcoef(draws.T)[0, 1]) < 0.2
 
 
+@pytest.mark.slow
 def test_wind_current_and_parameters_differ_within_their_ranges() -> None:
     lanes = Lanes(load("kvlcc2_l7"), Course(), 200, Settings(current=(0.1, 0.3), randomise={"hull.Y_v": 0.1}))
     lanes.seed(np.arange(200, dtype=np.uint64))
@@ -265,6 +270,7 @@ def aboard(ship: Any, task: Any, ships: int = 20, **settings: Any) -> Lanes:
     return lanes
 
 
+@pytest.mark.slow
 def test_a_current_alone_takes_no_ship_out_of_its_validity() -> None:
     """At its approach speed through 2 m/s of moving water kcs is within 0 to 14 m/s, whatever its speed over ground."""
     lanes = aboard("kcs", Course(), 64, current=(2.0, 2.0))
@@ -274,6 +280,7 @@ def test_a_current_alone_takes_no_ship_out_of_its_validity() -> None:
         assert not lanes.terminated.any()
 
 
+@pytest.mark.slow
 def test_slow_through_the_water_is_slow_whatever_the_current_adds() -> None:
     slow = replace(load("kcs"), validity={"u": (13.0, 20.0)})
     lanes = aboard(slow, Course(), 64, current=(5.0, 5.0))
@@ -282,6 +289,7 @@ def test_slow_through_the_water_is_slow_whatever_the_current_adds() -> None:
     assert lanes.terminated.all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("task", "price"), [(Course(), 100.0), (Track(), 100.0), (Berth(), 10.0)])
 def test_out_of_the_models_validity_is_no_way_out(task: Any, price: float) -> None:
     narrow = replace(load("esso_osaka_3m_harbour"), validity={"r": (-1e-4, 1e-4)})
@@ -294,6 +302,7 @@ def test_out_of_the_models_validity_is_no_way_out(task: Any, price: float) -> No
     pytest.fail("nobody turned")
 
 
+@pytest.mark.slow
 def test_shafts_that_nothing_limits_work_over_the_approachs_revolutions() -> None:
     lanes = aboard("twin_virtual", Berth())
     for _ in range(20):
@@ -306,6 +315,7 @@ def test_shafts_that_nothing_limits_work_over_the_approachs_revolutions() -> Non
     assert 0.1 < lanes.observation[0, at] < 0.6
 
 
+@pytest.mark.slow
 def test_no_effort_without_orders() -> None:
     """The shaft of kvlcc2_l7 runs from 0 to 20 1/s: the cost is that of running, not to be off the middle."""
     work = aboard("kvlcc2_l7", Berth()).work
@@ -328,6 +338,7 @@ def test_a_blow_up_ends_the_episode_and_nothing_else() -> None:
     assert np.isfinite(lanes.value("v_m")).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ship", "task"), [
     ("esso_osaka_3m_hybrid", Berth()), ("twin_virtual", Track()), ("milliampere", Course())])  # fmt: skip
 def test_ships_of_other_kinds(ship: str, task: Any) -> None:

@@ -19,6 +19,7 @@ def pressed(o: Any) -> Any:
     return np.clip(np.stack([Y + N, Y - N], axis=-1), -1.0, 1.0).astype(np.float32)
 
 
+@pytest.mark.slow
 def test_a_canal_draws_the_ship_to_its_nearer_bank() -> None:
     task: Any = Canal(aside=1.5, way=(0.45, 0.45))
     envs = ShipVectorEnv("kvlcc2_harbour", task, 12)

@@ -215,6 +215,7 @@ def test_trajectory_of_the_python_file(name: str, tmp_path: Path) -> None:
     run.check(bare(PYTHON_RUN, told(run), cwd=tmp_path))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STABLE)
 def test_trajectory_of_the_casadi_file(name: str, tmp_path: Path) -> None:
     run = turning(name)
@@ -222,6 +223,7 @@ def test_trajectory_of_the_casadi_file(name: str, tmp_path: Path) -> None:
     run.check(bare(CASADI_RUN, told(run), casadi=True, cwd=tmp_path))
 
 
+@pytest.mark.slow
 @needs_gcc
 @pytest.mark.parametrize("name", STABLE)
 def test_trajectory_of_the_c_file(name: str, tmp_path: Path) -> None:
@@ -242,6 +244,7 @@ def test_trajectory_of_the_c_file(name: str, tmp_path: Path) -> None:
     run.check(printed(program, [first, *run.orders]))  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_actuators_with_lag_dead_time_and_memory(tmp_path: Path) -> None:
     ship = load("kvlcc2")
     speed, n_P = approach(ship)
@@ -365,6 +368,7 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
 
 
+@pytest.mark.slow
 def test_the_tutorial_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for line in blocks("console")[0].splitlines():
@@ -401,6 +405,7 @@ def test_a_name_that_could_become_code_is_refused_where_the_ship_is_read(name: s
     assert str(refused.value).isprintable()
 
 
+@pytest.mark.slow
 def test_names_in_other_letters_reach_python_and_c_and_are_refused_for_an_fmu(tmp_path: Path) -> None:
     ship, x, u = load("qiuxin5"), [0.0, 0.0, 0.0, 0.5, 0.1, 0.01], [1.0, 0.2, 1.0, 0.1]
     model: Any = ship.model
@@ -416,6 +421,7 @@ def test_names_in_other_letters_reach_python_and_c_and_are_refused_for_an_fmu(tm
     assert not list(tmp_path.glob("*.fmu"))
 
 
+@pytest.mark.slow
 def test_the_description_of_an_fmu_is_xml_whatever_its_texts_hold(tmp_path: Path) -> None:
     ship = load("mariner_nomoto")
     odd = replace(ship, name="m\x01\x1b", notes={"title": 'a "<b>" \x02 &\ufffe'})

@@ -35,7 +35,10 @@ from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import library, load
 from seatrial.simulate.approach import approach
 
-pytestmark = pytest.mark.skipif(GCC is None or sys.platform != "linux", reason="no C compiler")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(GCC is None or sys.platform != "linux", reason="no C compiler"),
+]
 HULLED = ("kvlcc2", "twin_virtual", "milliampere")
 
 

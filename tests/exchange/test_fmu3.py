@@ -28,7 +28,10 @@ from seatrial.ships import ShipError
 from seatrial.ships.files import library, load
 from seatrial.simulate.approach import approach
 
-pytestmark = pytest.mark.skipif(GCC is None or sys.platform != "linux", reason="no C compiler")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(GCC is None or sys.platform != "linux", reason="no C compiler"),
+]
 Host = Callable[..., Any]
 
 

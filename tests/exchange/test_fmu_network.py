@@ -157,6 +157,7 @@ def test_a_wide_network_follows_its_double_precision_pass(tmp_path: Path) -> Non
     assert_same(got, np.array(rows))
 
 
+@pytest.mark.slow
 def test_points_within_a_sample_lie_on_its_straight_line(tmp_path: Path) -> None:
     ship = ship_of("gru")
     run = flown(ship, 10.0)
@@ -167,6 +168,7 @@ def test_points_within_a_sample_lie_on_its_straight_line(tmp_path: Path) -> None
     np.testing.assert_allclose(split[1::2], 0.5 * (whole[1:] + whole[:-1]), rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["forgetting", "lstm"])
 def test_a_saved_state_is_taken_up_to_the_bit(kind: str, tmp_path: Path) -> None:
     ship = ship_of(kind)
@@ -280,6 +282,7 @@ def test_it_goes_out_by_the_third_version_too(tmp_path: Path) -> None:
     assert [ends[0][name] for name in STATES] == [ends[1][name] for name in STATES]
 
 
+@pytest.mark.slow
 def test_one_sample_back_is_a_forgetting_network_without_a_chain(tmp_path: Path) -> None:
     ship = ship_of("forgetting", memory=1)
     run = flown(ship, 10.0)
@@ -294,6 +297,7 @@ def test_what_it_takes_and_gives() -> None:
     assert next(r for r in free.outputs if r.name == "body_acceleration.yaw").about.endswith("over the last sample")
 
 
+@pytest.mark.slow
 def test_the_command_writes_both_forms_of_a_network(tmp_path: Path, capsys: Any) -> None:
     model = save(ship_of("rnn", limits=LIMITS), tmp_path / "net.toml")
     path, python = tmp_path / "net.fmu", tmp_path / "net_step.py"

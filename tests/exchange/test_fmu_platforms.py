@@ -133,6 +133,7 @@ def test_platforms_have_one_name_in_the_third_version_and_few_in_the_second() ->
         chosen(("aarch64-linux",), 2)
 
 
+@pytest.mark.slow
 def test_a_platform_that_no_compiler_makes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(binaries, "packaged", lambda: None)
     monkeypatch.setattr(binaries, "_MINGW", "no-such-compiler")

@@ -57,6 +57,7 @@ def test_the_true_tug_answers_whatever_the_model(example: Any, tmp_path: Path) -
         example.export(tmp_path, "kvlcc2")
 
 
+@pytest.mark.slow
 def test_a_model_that_there_is_not_in_one_line(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, str(EXAMPLE), "nosuchmodel"], cwd=tmp_path, check=False,
                           capture_output=True, text=True)  # fmt: skip

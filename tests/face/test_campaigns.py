@@ -58,6 +58,7 @@ def test_it_shows_its_columns_in_a_notebook(table: st.Runs) -> None:
     assert "40 runs" in repr(table)
 
 
+@pytest.mark.slow
 def test_manoeuvres_in_radians_and_several_ships() -> None:
     ten = math.radians(10.0)
     own = Zigzag(11.85, ten, ten)

@@ -27,6 +27,8 @@ from matplotlib import pyplot
 
 from seatrial.face.plots import residuals
 
+pytestmark = pytest.mark.slow
+
 TRUTH = {"hull.R_0": 1.15, "hull.N_v": 1.1, "hull.N_r": 0.9}
 NOISE = {"x": 0.03, "y": 0.03, "psi": 0.0017, "u": 0.005, "v_m": 0.005, "r": 0.0009}
 PAGES = ("README.md", "docs/python.md")

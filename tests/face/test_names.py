@@ -59,6 +59,7 @@ def test_the_import_takes_no_time() -> None:
     assert ours == ["seatrial", "seatrial.core", "seatrial.core.version"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("before", ["", "import seatrial.simulate.run; ", "import seatrial as st; st.load; "])
 def test_simulate_is_the_function_and_the_room_whatever_came_first(before: str) -> None:
     code = (

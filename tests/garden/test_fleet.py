@@ -25,6 +25,7 @@ def trials(folder: Folder) -> list[Trial]:
     return [Trial(log.name, log.t, dict(log.table), {}, dict(folder.meta)) for log in folder.logs]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ship", ["twin", "tug", pytest.param("esso", marks=pytest.mark.long)])
 def test_sound_logs_of_any_ship_get_no_warning(ship: str) -> None:
     assert keys(check_folder(trials(clean(ship, rate=2.0)))) == ()

@@ -42,12 +42,14 @@ def test_the_simulator_has_the_equations_of_the_paper_as_the_package_has(ship: s
         np.testing.assert_allclose(ours, np.array(theirs, dtype=float), rtol=1e-8, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_clean_folder_gets_no_warning() -> None:
     for weather in FLEET["full"].weathers:
         found = keys(check_folder(trials(clean(weather=weather))))
         assert set(found) <= ({"current", "current:x", "current:y"} if weather == "current" else set())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["heading_bias", "gnss_late", "antenna_aft", "rate_sign", "rudder_offset"])
 def test_the_right_culprit_is_named(name: str) -> None:
     assert set(told(name)) & set(BY_NAME[name].culprits)

@@ -24,6 +24,7 @@ def done(folder: Folder, findings: list[Finding]) -> list[Trial]:
     return [part for trial in trials(folder) for part in mended(trial, steps)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["heading_spike", pytest.param("rudder_stuck", marks=pytest.mark.long)])
 def test_what_the_commands_write_mends_the_log(name: str) -> None:
     """check --remedy, mend --by, and check: nothing is found."""

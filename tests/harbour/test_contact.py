@@ -120,6 +120,7 @@ def harbour(mu: float, chi: float, substeps: int) -> System:
     return floating(Contact(outline(L, B), CURVES["cone"], len(stops), len(QUAY), 4.0 * M), sets, substeps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mu", "chi"), [(0.0, 0.0), (0.2, 2.0)])
 @pytest.mark.parametrize("count", [200, pytest.param(10_000, marks=pytest.mark.long)])
 def test_no_impact_gains_energy_or_passes_through(count: int, mu: float, chi: float) -> None:
@@ -144,6 +145,7 @@ def test_lanes_do_not_see_their_neighbours() -> None:
         assert (run(system, start[k : k + 1], 0.1, 20.0)[0] == together[k]).all()
 
 
+@pytest.mark.slow
 def test_a_ship_pressed_on_its_fenders_by_wind_does_not_creep() -> None:
     """Ten minutes under a force on the quay and one along it, within friction: a millimetre."""
     start = [0.0, -0.5 * B - 0.95, 0.0, 0.0, 0.0, 0.0]

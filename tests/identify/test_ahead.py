@@ -78,12 +78,14 @@ def forecasts() -> tuple[Ahead, ...]:
     return looked_ahead(FILTER, bare, [sailed(k) for k in (11, 12)], (5.0, 10.0), warm=20.0, every=5.0)
 
 
+@pytest.mark.slow
 def test_the_fit_finds_the_ferry_though_the_current_changes() -> None:
     for path, value, sigma in zip((f.path for f in fitted().free), fitted().values, fitted().sigma, strict=True):
         known = {**TRUTH, "steady.N_0": 60.0}[path]
         assert value == pytest.approx(known, abs=max(4.0 * sigma, 0.04 * abs(known))), path
 
 
+@pytest.mark.slow
 def test_forecasts_beat_those_who_know_no_ship() -> None:
     for ahead in forecasts():
         assert ahead.rms()[0] < 0.3 * min(ahead.rms(STAYING)[0], ahead.rms(CONSTANT)[0])
@@ -97,12 +99,14 @@ def test_bands_hold_what_they_state_and_narrow_ones_do_not() -> None:
     assert max(every.covered(0.9, widen=0.02)) < 0.5
 
 
+@pytest.mark.slow
 def test_a_ship_without_its_thrusters_forecasts_worse() -> None:
     weak = fitted().ship.having({f"thrusters.{k}.c_2": 0.0 for k in range(1, 5)})
     (worse,) = looked_ahead(FILTER, weak, [sailed(11)], (10.0,), warm=20.0, every=10.0)
     assert worse.rms()[0] > 3.0 * forecasts()[1].rms()[0]
 
 
+@pytest.mark.slow
 def test_readings_after_the_start_change_no_forecast() -> None:
     log = sailed(11)
     (plain,) = looked_ahead(FILTER, fitted().ship, [log], (10.0,), warm=20.0, every=100.0)
@@ -112,6 +116,7 @@ def test_readings_after_the_start_change_no_forecast() -> None:
     assert moved.sigma == pytest.approx(plain.sigma)
 
 
+@pytest.mark.slow
 def test_a_trial_that_is_too_short_is_refused() -> None:
     with pytest.raises(DataError, match="leaves room for 20 s"):
         looked_ahead(FILTER, ferry(), [sailed(11, 25.0)], (10.0,), warm=20.0, every=5.0)

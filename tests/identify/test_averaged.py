@@ -35,6 +35,7 @@ def turns(ship: Ship) -> Problem:
     return Problem(BARE, tuple(made), FREE, Loss(SIZE, 1.0))
 
 
+@pytest.mark.slow
 def test_the_mean_lies_between_its_widths() -> None:
     own = turns(TRUE)
     estimator = Averaged(window=12.5, widths=(1.0, 0.0), threads=1)
@@ -49,6 +50,7 @@ def test_the_mean_lies_between_its_widths() -> None:
     assert told.ship.model.residual_Y.get("d_n_N") == pytest.approx(told.values[1])
 
 
+@pytest.mark.slow
 def test_one_width_is_the_fit_itself() -> None:
     own = turns(TRUE)
     plain = Trajectory(window=12.5, threads=1).fit(own)

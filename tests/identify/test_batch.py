@@ -29,6 +29,7 @@ def many(turns):
     return Many.like(turns, ESTIMATOR)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", [600.0, 90.0])
 def test_each_problem_has_the_normal_equations_of_its_own(turns, window):
     """Also where windows do not fill the blocks, samples are missing, and a prior pulls."""
@@ -56,6 +57,7 @@ def test_the_number_of_threads_and_the_neighbours_change_nothing(turns, many):
     assert np.array_equal(found.H[4], alone.H[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [pytest.param(0.3, marks=pytest.mark.long), 0.5])
 def test_the_optimum_is_that_of_one_search_after_the_other(ratio):
     told = problem(ratio=ratio)
@@ -111,6 +113,7 @@ def test_steps_are_the_best_within_the_box():
         assert promised[0] == pytest.approx(np.sum(e**2) - np.sum((J @ step[0] + e) ** 2), abs=1e-9 * np.sum(e**2))
 
 
+@pytest.mark.slow
 def test_nuisances_are_refused_and_so_is_a_model_that_blows_up_everywhere(turns):
     with pytest.raises(StudyError, match=r"no \[nuisance\]"):
         Many.like(replace(turns, nuisance=Nuisance(current=0.1)), ESTIMATOR)

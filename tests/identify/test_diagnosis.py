@@ -23,6 +23,8 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 
+pytestmark = pytest.mark.slow
+
 Channels = dict[str, Array]
 PATHS = ("hull.Y_v", "hull.N_v", "hull.N_r", "hull.R_0")
 SENSORS = {"x": 0.5, "y": 0.5, "psi": math.radians(0.1), "u": 0.05, "v_m": 0.05, "r": math.radians(0.5 / 60.0)}

@@ -12,6 +12,8 @@ from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.models import STATES
 from seatrial.simulate.replay import replay
 
+pytestmark = pytest.mark.slow
+
 ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")
 
 

@@ -71,6 +71,7 @@ def test_the_score_is_the_paper_s_objective(problem: Problem) -> None:
     assert found.costs(P) == pytest.approx([literally(problem, p) for p in P], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [1, 7])
 @pytest.mark.parametrize("window", [200.0, 55.0])
 def test_the_score_is_the_objective_of_the_gradient(problem: Problem, window: float, every: int) -> None:
@@ -125,6 +126,7 @@ class KilledError(Exception):
     """Thrown in the place of a kill."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("generation", [pytest.param(1, marks=pytest.mark.long), 17,
                                         pytest.param(31, marks=pytest.mark.long)])  # fmt: skip
 def test_it_goes_on_from_its_record(problem: Problem, tmp_path: Path, generation: int) -> None:
@@ -164,6 +166,7 @@ def _never() -> Any:
     raise AssertionError("scored anew")
 
 
+@pytest.mark.slow
 def test_each_run_has_twice_the_population_of_the_last_up_to_the_largest(problem: Problem) -> None:
     fit = Evolution(runs=4, agree=9, generations=2, population=5, largest=16).fit(problem)
     assert len(fit.ends) == 4
@@ -177,6 +180,7 @@ def test_validation_is_watched(problem: Problem) -> None:
     assert len(set(fit.history[:, 2])) > 5
 
 
+@pytest.mark.slow
 def test_a_generation_that_fails_altogether_is_named_and_the_search_comes_back(problem: Problem) -> None:
     """The box reaches far into where the model blows up; the start does not."""
     wild = replace(problem, free=(Free("hull.N_r", -0.057, -0.1, 2000.0), Free("hull.R_0", 0.017, 0.01, 0.03)))
@@ -187,6 +191,7 @@ def test_a_generation_that_fails_altogether_is_named_and_the_search_comes_back(p
     assert np.isfinite(fit.objective)
 
 
+@pytest.mark.slow
 def test_what_it_cannot_do_is_said_in_one_line(problem: Problem) -> None:
     with pytest.raises(StudyError, match=r"hull\.R_0 has no range; .*ratio"):
         Evolution().fit(replace(problem, free=(Free("hull.R_0", 0.02),)))

@@ -201,6 +201,7 @@ def test_usual_candidates_keep_to_the_rudder_and_name_their_lengths(l7):
     assert PseudoRandom.ordered(Settings(10.0, 1.0, 7.0, 0.2)).delta == 0.2
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_plan_and_refuses_bad_words(capsys):
     cli_design.design("mariner_nomoto", ["K", "T"], budget=30.0)
     out = capsys.readouterr()

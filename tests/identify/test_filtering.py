@@ -169,6 +169,7 @@ def test_iterating_changes_nothing_where_readings_are_linear():
 # --- the tug --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_ekf_and_ukf_agree_on_a_mildly_nonlinear_ship(noisy):
     one, two = (Kalman(SENSORS, WALK, kind=kind).run(TUG, noisy) for kind in ("ekf", "ukf"))
     sd = np.sqrt(np.diagonal(one.covariances, axis1=1, axis2=2))
@@ -237,6 +238,7 @@ def test_a_heading_that_jumps_by_a_turn_is_the_same_heading(noisy):
         np.testing.assert_allclose(kalman.run(TUG, jumping).states, kalman.run(TUG, noisy).states, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_current_is_found_and_stands_in_the_trial():
     zigzag = Zigzag(n_P=7.0, delta=math.radians(20), psi=math.radians(20))
     true = simulate(TUG, zigzag, duration=60.0, dt=0.01, every=10, speed=0.9, environment=Uniform(U_C=0.2, gamma_C=1.0))
@@ -254,6 +256,7 @@ def test_a_current_is_found_and_stands_in_the_trial():
     assert told.trial()["U_C"][-1] == pytest.approx(0.2, abs=0.02)
 
 
+@pytest.mark.slow
 @KINDS
 def test_a_parameter_stays_within_its_bounds_and_the_verdict_says_so(noisy, kind):
     free = Free("damping.N_r", -20.0, -22.0, -10.0, -20.0, 2.0)
@@ -267,6 +270,7 @@ def test_a_parameter_stays_within_its_bounds_and_the_verdict_says_so(noisy, kind
     assert found.fitted.model.damping.N_r == values[-1]
 
 
+@pytest.mark.slow
 def test_a_free_without_a_prior_starts_from_its_start_and_interval(noisy):
     for free in (Free("damping.N_r", -20.0, -40.0, -10.0), Free("damping.N_r", -20.0, sigma=5.0)):
         got = Kalman(SENSORS, WALK, (free,)).run(TUG, noisy).parameters["damping.N_r"]
@@ -359,6 +363,7 @@ def test_a_trial_that_cannot_be_filtered_is_refused(noisy):
         kalman.run(noisy).of("w")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["kvlcc2_l7", "mariner_nomoto2", "twin_virtual", "esso_190k_tanker", "suzaku"])
 def test_any_family_with_rates_can_be_filtered(name):
     """Also one with states of its own beyond the six, which has nothing to read them with."""

@@ -20,6 +20,8 @@ from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.study.study import read_study
 
+pytestmark = pytest.mark.slow
+
 STUDY = Path(__file__).parents[2] / "studies" / "suyama2023.toml"
 KEPT = ("hull.R_0", "propeller.w_P0", "rudder.a_H", "rudder.gamma_Rp")
 SMALL = FineTuning(ratios=(0.2, 0.6), population=8, largest=16, agree=2, starts=4, fold_starts=2,

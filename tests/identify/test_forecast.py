@@ -48,6 +48,7 @@ def test_a_right_model_foresees_what_comes(trial):
     assert end == pytest.approx(float(np.sqrt(np.mean(far.end**2))))
 
 
+@pytest.mark.slow
 def test_the_current_found_so_far_is_used(trial):
     """Without one, 0.1 m/s goes wrong by a metre in ten seconds."""
     blind = replace(kalman(), current=False).run(TUG, trial)
@@ -55,6 +56,7 @@ def test_the_current_found_so_far_is_used(trial):
     assert forecasts(blind, 10.0, every=5.0, begin=20.0).rms()[2] > 2.0 * with_current[2]
 
 
+@pytest.mark.slow
 def test_what_a_filter_learnt_later_is_not_used(trial):
     """The same start, whatever the log holds after the horizon."""
     walking = (Free("damping.N_r", -40.0, -1e3, 0.0, -40.0, 20.0),)

@@ -86,6 +86,7 @@ def test_the_bands_of_fine_tunings_cover_the_truth() -> None:
     assert missed <= 2
 
 
+@pytest.mark.slow
 def test_starts_are_eliminated_alike_for_one_problem_and_for_many(short: Problem) -> None:
     """The normal equations of many problems are those of each, at the starts that suit it best."""
     own = begun_as(short, "free")
@@ -107,6 +108,7 @@ def test_starts_are_eliminated_alike_for_one_problem_and_for_many(short: Problem
             assert one.cost(p, eta + shift * np.tile(list(SENSORS.values()), len(one.windows.state0))) > normal.cost
 
 
+@pytest.mark.slow
 def test_all_ways_to_the_optimum_end_there(short: Problem) -> None:
     gradient = SMALL.gradient(200.0).fit(begun_as(short, "free"))
     many = MultiStart(starts=3).fit(short)
@@ -117,6 +119,7 @@ def test_all_ways_to_the_optimum_end_there(short: Problem) -> None:
     assert evolution.ends[:, 0].min() == evolution.objective
 
 
+@pytest.mark.slow
 def test_a_killed_population_search_goes_on_to_the_same_numbers(short: Problem, tmp_path: Path) -> None:
     quick, path = Evolution(runs=2, agree=2, generations=12, population=6), tmp_path / "checkpoint.npz"
     whole = quick.fit(short, checkpoint=path)

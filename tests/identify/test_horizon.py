@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 import numpy as np
+import pytest
 
 from seatrial.identify.filters.horizon import Horizon
 from seatrial.identify.filters.kalman import Extended, FilterModel, Numeric, dense, rk4
@@ -64,6 +65,7 @@ def test_a_linear_model_gives_the_kalman_filter() -> None:
         np.testing.assert_allclose(spread, cov, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_a_nonlinear_model_gains_from_the_window() -> None:
     """With a curved reading the window linearises where the ship was, the filter where it was taken to be."""
     model, errors = pendulum(0.3), []

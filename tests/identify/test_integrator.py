@@ -105,6 +105,7 @@ def recovered(ship: Ship, paths: tuple[str, ...], dt: float, lengths: float = 20
     return np.abs(fit.values / true - 1.0), np.abs(fit.values - true) / deviation
 
 
+@pytest.mark.slow
 def test_a_tanker_logged_at_one_second_gives_its_coefficients_back() -> None:
     """Once .48 % off, stated as .039 %: Euler steps of 1 s in the fit, Runge-Kutta in the ship."""
     relative, deviations = recovered(load("kvlcc2"), FAMILIES["kvlcc2"][:2], 1.0, 8.0)
@@ -120,6 +121,7 @@ def test_every_family_gives_its_parameters_back(name: str, dt: float) -> None:
     assert (np.minimum(relative / 1e-6, deviations / 0.05) < 1.0).all(), (relative, deviations)
 
 
+@pytest.mark.slow
 def test_what_replays_also_fits_and_scores() -> None:
     """A model of 7 m logged at 1 s, which one step a row cannot follow: nothing is left for anyone who scores it."""
     ship = load("kvlcc2_l7")

@@ -72,6 +72,7 @@ def test_directions_are_those_of_the_covariance():
     assert (across / (1.0 + fixed)) @ across.T == pytest.approx(COVARIANCE, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_ship_that_the_model_can_be_needs_no_widening():
     told = turns([SHIP])
     found = power(ESTIMATOR.fit(told), told, ESTIMATOR)
@@ -80,6 +81,7 @@ def test_a_ship_that_the_model_can_be_needs_no_widening():
     assert found.left < 1.5
 
 
+@pytest.mark.slow
 def test_trials_of_two_ships_do_not_make_one_that_is_known_well():
     """The fit is as sure as before, and misses each trial that it has not seen."""
     told = turns([SHIP, TRUTH])

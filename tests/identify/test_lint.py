@@ -69,6 +69,7 @@ def test_errors(problem: Problem, case: str) -> None:
         raise_on_errors(issues)
 
 
+@pytest.mark.slow
 def test_a_sound_problem_has_no_errors(problem: Problem) -> None:
     issues = lint(problem)
     assert [issue for issue in issues if issue.severity == "error"] == []
@@ -104,6 +105,7 @@ def test_a_part_of_the_recording_is_the_recording(problem: Problem) -> None:
     assert any(i.severity == "error" and "share a recording" in i.text for i in lint(problem, (part,)))
 
 
+@pytest.mark.slow
 def test_fewer_samples_than_parameters_is_a_warning(problem: Problem) -> None:
     short = replace(problem.trials[0].rows(slice(0, 25)), name="short")
     many = replace(problem, trials=(short,), free=near(problem.ship.model, *MANY, ratio=0.3))
@@ -112,6 +114,7 @@ def test_fewer_samples_than_parameters_is_a_warning(problem: Problem) -> None:
     assert "25 complete samples for 26 free parameters" in found[0].text
 
 
+@pytest.mark.slow
 def test_parameters_to_which_the_data_are_insensitive_are_named(problem: Problem) -> None:
     straight = simulate(problem.ship, Straight(approach(problem.ship)[1]), duration=60, dt=0.1, name="straight")
     paths = ("hull.R_0", "hull.N_v")
@@ -135,6 +138,7 @@ def _said(problem: Problem, severity: str) -> str:
     return "\n".join(f"{i.where}: {i.text}" for i in lint(problem) if i.severity == severity)
 
 
+@pytest.mark.slow
 def test_a_mass_matrix_of_no_body_is_accepted_with_a_warning(tug: Problem) -> None:
     assert _said(tug, "error") == ""
     words = "inertia: M is not symmetric (m_23 = 1.1254, m_32 = -16.0598): no body has such a mass"
@@ -269,6 +273,7 @@ def test_no_words_decide_whether_a_finding_forbids_the_fit(
     assert issue.severity == severity
 
 
+@pytest.mark.slow
 def test_what_only_several_logs_show_is_told_once_and_not_if_the_fit_estimates_it() -> None:
     """A rudder offset shows in the balance of port and starboard of all manoeuvres."""
     from garden.faults import BY_NAME

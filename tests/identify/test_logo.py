@@ -273,6 +273,7 @@ def test_short_predictions_walk_back_a_start_that_blows_up_in_a_step(told, fit, 
     assert cold.objective == pytest.approx(fit.objective, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compared", [
     ("u", "v_m", "r"), ("x", "y"), pytest.param(("x", "y", "psi"), marks=pytest.mark.long),
     pytest.param(("psi", "u"), marks=pytest.mark.long),

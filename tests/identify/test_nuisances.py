@@ -33,6 +33,7 @@ def drifted(which, rng, *, biased=False):
     return tuple(out)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("freed", [True, False])
 @pytest.mark.parametrize("linked", [True, False])
 def test_slopes_with_nuisances_are_those_of_the_objective(freed, linked):
@@ -81,6 +82,7 @@ def test_a_current_that_nobody_recorded_does_no_harm_once_it_is_estimated():
     assert blind.nuisances == {}
 
 
+@pytest.mark.slow
 def test_both_estimators_tell_currents_and_biases_by_the_same_names():
     recorded = drifted((5, 8), np.random.default_rng(2), biased=True)
     whole = problem(recorded=recorded)

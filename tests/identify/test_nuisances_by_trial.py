@@ -77,6 +77,7 @@ def test_biases_and_currents_that_differ_between_trials_come_back_within_their_s
     assert 0.7 < np.sqrt(np.mean(np.square(own))) < 1.3
 
 
+@pytest.mark.slow
 def test_a_free_parameter_that_copies_an_error_of_an_instrument_is_refused_with_the_pair() -> None:
     neutral = Free("rudder.delta_0", 0.0)
     trials, _ = _logs({}, 0)
@@ -90,6 +91,7 @@ def test_a_free_parameter_that_copies_an_error_of_an_instrument_is_refused_with_
     assert fit.sigma[-1] > 0.9 * DEG
 
 
+@pytest.mark.slow
 def test_a_parameter_that_goes_with_the_current_of_each_trial_is_named() -> None:
     """Straight runs on one course: a current along it and a resistance change the same speed."""
     ahead = tuple(t.rows(slice(0, 30)).having(delta=np.zeros(30)) for t in _logs({}, 1)[0])

@@ -51,6 +51,7 @@ def pool(sent: Pickling, width: int) -> Pool:
     return Pool(sent, lambda: width, away=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimator", [
     MultiStart(starts=5, method="euler", iterations=8),
     Trajectory(window=100.0, starts=3, method="euler", iterations=4),
@@ -65,6 +66,7 @@ def test_starts_elsewhere_end_where_they_end_here(estimator: Any, sent: Pickling
     assert here.digest == there.digest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("initial", ["measured", "free"])
 def test_repetitions_and_profiles_are_the_same_however_they_are_dealt(initial: str, sent: Pickling) -> None:
     told, settings = problem(paths=PATHS), MultiStart(starts=2, method="euler", initial=initial)

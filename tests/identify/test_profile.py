@@ -24,6 +24,7 @@ def noisy():
     return told, fit, profiles(fit, told, ESTIMATOR)
 
 
+@pytest.mark.slow
 def test_where_the_model_is_nearly_linear_a_profile_is_the_parabola_of_the_covariance():
     """Two well determined parameters: the interval is 1.96 deviations to either side."""
     told = problem(loss=SENSORS, paths=("hull.R_0", "rudder.kappa"), truth=SHIP)
@@ -80,6 +81,7 @@ def test_verdicts_are_words_and_intervals_hold_the_truth(noisy):
         assert "nan" not in v.text
 
 
+@pytest.mark.slow
 def test_a_bound_that_the_data_lean_on_is_said():
     told = problem(SHIP, loss=SENSORS, paths=("hull.R_0", "rudder.kappa"))
     shut = replace(told.free[0], high=0.99 * told.free[0].start, start=0.9 * told.free[0].start)
@@ -89,6 +91,7 @@ def test_a_bound_that_the_data_lean_on_is_said():
     assert "leans on its bound" in known.profiles[0].verdict.text
 
 
+@pytest.mark.slow
 def test_a_prior_counts_in_a_profile():
     told = problem(SHIP, loss=SENSORS, paths=("rudder.t_R", "rudder.a_H", "rudder.x_H"))
     free = tuple(replace(f, low=-math.inf, high=math.inf, prior=f.start, sigma=0.02 * abs(f.start)) for f in told.free)

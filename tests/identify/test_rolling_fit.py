@@ -45,6 +45,7 @@ def problem(*without: str) -> Problem:
     return Problem(SHIP.having(START), trials, tuple(Free(path, value) for path, value in START.items()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("without", [(), pytest.param(("p",), marks=pytest.mark.long),
                                      pytest.param(("phi", "p"), marks=pytest.mark.long)])  # fmt: skip
 def test_truth_within_its_standard_errors(without: tuple[str, ...]) -> None:

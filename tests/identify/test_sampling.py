@@ -23,6 +23,8 @@ from seatrial.identify.resume import ResumeError
 from seatrial.identify.trajectory.gauss_newton import Normal
 from seatrial.identify.trajectory.shooting import Trajectory
 
+pytestmark = pytest.mark.slow
+
 ESTIMATOR = Trajectory(window=600.0, every=10, method="euler", initial="measured", threads=2)
 LOSS = Loss(GNSS, correlation=0.0)
 

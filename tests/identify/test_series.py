@@ -196,6 +196,7 @@ def test_only_some(logs: Path, tmp_path: Path) -> None:
         left(series, tmp_path, ["nome"])
 
 
+@pytest.mark.slow
 def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> None:
     series = read_series(written(logs), "quick")
     identify(series.path, tmp_path, quick=True)
@@ -204,6 +205,7 @@ def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> No
         left(other, tmp_path)
 
 
+@pytest.mark.slow
 def test_validate_gives_the_error_of_the_table(
     logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -286,6 +288,7 @@ def test_a_hybrid_has_members_that_judge_the_tests(
     assert found["models"]["physics"]["width"] is None
 
 
+@pytest.mark.slow
 def test_what_is_refused_leaves_no_folder(logs: Path, tmp_path: Path) -> None:
     path = written(logs, MIXED.replace("parts = 2", "parts = 3"))
     with pytest.raises(StudyError, match="parts is 3; there are 2 recordings"):

@@ -140,6 +140,7 @@ def test_a_rate_that_is_never_reached_is_not_told() -> None:
     assert found.servo.lag == pytest.approx(1.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_half_a_turn_is_cautioned() -> None:
     found = fit_servo([log(Azimuth(rate=0.5), np.array([0.0, 1.0, 1.0 - np.pi + 1e-3]))], "alpha_1")
     assert any("either way round" in line for line in found.cautions)

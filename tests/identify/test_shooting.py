@@ -46,6 +46,7 @@ def objective_of(problem, window=25.0):
 NUISANCE = Nuisance(initial={"u": 0.01, "r": 0.001}, current=0.05, bias={"psi": 0.01, "u": 0.01})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nuisance", [Nuisance(), NUISANCE], ids=["plain", "with nuisances"])
 def test_the_gradient_is_that_of_the_cost(trials, nuisance):
     problem = problem_of(trials, nuisance=nuisance)
@@ -114,6 +115,7 @@ def test_gaps_are_skipped_not_filled(trials):
     assert objective.windows.scale[0, 25, 1] > 0.0
 
 
+@pytest.mark.slow
 def test_bounds_hold_and_are_reported(trials):
     truth = read(SHIP.model, "hull.N_r")
     free = (Free("hull.N_r", 1.3 * truth, low=1.4 * truth, high=1.2 * truth), Free("hull.R_0", 0.02))
@@ -124,6 +126,7 @@ def test_bounds_hold_and_are_reported(trials):
     assert "on its bound" in fit.verdicts[0].text
 
 
+@pytest.mark.slow
 def test_the_outcome_depends_neither_on_threads_nor_on_the_caller(trials):
     problem = problem_of(trials)
     one, two = (Trajectory(window=2.0, every=5, threads=n).fit(problem) for n in (1, 2))
@@ -132,6 +135,7 @@ def test_the_outcome_depends_neither_on_threads_nor_on_the_caller(trials):
     assert problem == problem_of(trials)
 
 
+@pytest.mark.slow
 def test_a_killed_run_ends_with_the_same_numbers(trials, tmp_path):
     problem, estimator = problem_of(trials, factor=1.4), Trajectory(window=30.0, every=5, starts=2, tolerance=1e-9)
     whole = estimator.fit(problem)

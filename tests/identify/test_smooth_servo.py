@@ -36,6 +36,7 @@ def test_without_epsilon_it_turns_at_its_rate_and_stops():
     np.testing.assert_allclose(left, [0.5 - RATE, 0.0, 0.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("epsilon", [0.0, 0.05])
 def test_both_numbers_come_back_from_noisy_logs(epsilon):
     found = fit_smooth_servo([log(epsilon, seed=k) for k in range(1)], "alpha_1")

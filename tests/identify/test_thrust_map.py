@@ -35,6 +35,7 @@ def test_without_noise_equation_20_comes_back() -> None:
     assert pytest.approx(1.0, abs=1e-12) == found.R2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sigma", [0.05, pytest.param(0.3, marks=pytest.mark.long)])
 def test_with_noise_thrust_comes_back_within_it(sigma: float) -> None:
     grid = np.linspace(0.25, 10.0, 100)

@@ -179,6 +179,7 @@ class KilledError(Exception):
     pass
 
 
+@pytest.mark.slow
 def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seatrial.identify.networks.training._QUICK", -1.0)
     told, estimator = problem(), Training(**{**SMALL, "epochs": 4}, seeds=[0, 1])
@@ -330,6 +331,7 @@ def test_the_remedy_for_another_step_runs_as_printed(tmp_path: Path, monkeypatch
     assert np.isfinite(Training(**SMALL).fit(replace(problem(), trials=fine)).objective)
 
 
+@pytest.mark.slow
 def test_without_torch_it_names_the_extra() -> None:
     code = (
         "import sys; sys.modules['torch'] = None\n"

@@ -104,6 +104,7 @@ def test_parts_of_one_recording_are_left_out_together(fitted: list[Problem]) -> 
         Widths(window=20.0).fit(problem(made))
 
 
+@pytest.mark.slow
 def test_the_choice_says_how_far_it_has_come(fitted: list[Problem]) -> None:
     """Also through a page, which passes rows on and is shown the ship that the search begins with."""
     said: list[str] = []

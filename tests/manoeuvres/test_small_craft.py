@@ -102,6 +102,7 @@ def test_throttle_is_the_order_ahead_and_is_found_for_a_speed(throttle_boat):
     assert ran.indices["first_overshoot"].value > 0
 
 
+@pytest.mark.slow
 def test_a_side_thruster_steers_where_its_file_says_so(otter):
     bow = Tunnel(x=0.8, D=0.1, T_0=20.0, n_0=20.0, n_per_delta=20.0 / HARD_OVER)
     screw = Screw(y=0.0, k=0.8, n_max=16.5)
@@ -156,6 +157,7 @@ def test_figures_of_the_rudder_become_percent_of_the_demand():
     assert found["advance"] == Index(3.0, "m", 1.5)
 
 
+@pytest.mark.slow
 def test_a_spiral_has_its_neutral_demand_at_the_unequal_thrust(otter):
     weak = replace(otter.model.thrusters.components[1], k=0.9 * otter.model.thrusters.components[1].k)
     model = replace(otter.model, thrusters=Parts(("port", "starboard"), (otter.model.thrusters.components[0], weak)))

@@ -32,6 +32,7 @@ def spiral_of(ship, settings=SETTINGS, lengths=960.0, **changes):
     return policy, simulate(ship, policy, speed=settings.speed, duration=lengths * clock, dt=0.01 * clock)
 
 
+@pytest.mark.slow
 def test_spiral_of_a_linear_ship_is_a_line_of_slope_K():
     policy, run = spiral_of(norrbin())
     assert policy.complete(run)
@@ -55,6 +56,7 @@ def test_spiral_of_an_unstable_ship_jumps_at_the_folds():
     assert found["neutral_rudder"].value == pytest.approx(0.0, abs=0.05 * DEGREE)
 
 
+@pytest.mark.slow
 def test_reverse_spiral_holds_the_unstable_middle():
     """A direct spiral cannot: every point lies on -r + alpha r^3 = K delta."""
     policy = ReverseSpiral.ordered(SETTINGS)

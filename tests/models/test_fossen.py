@@ -177,6 +177,7 @@ def test_published_coriolis_is_the_consistent_one_of_a_symmetric_decoupled_mass(
     assert np.array(next(both)) == pytest.approx(np.array(next(both)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [SHIPS[0], *(pytest.param(name, marks=pytest.mark.long) for name in SHIPS[1:])])
 def test_current_only_carries_the_ship_along(name: str) -> None:
     ship = load(name)

@@ -88,6 +88,7 @@ def test_beyond_the_data_the_residual_stays_what_it_was_at_their_edge() -> None:
     assert np.abs(residual(edge)).max() > 1.0
 
 
+@pytest.mark.slow
 def test_memory_is_the_model_s_own_lag_of_the_log_before() -> None:
     """`recall` gives at each row what the equation of the states has made of them, held inputs from row to row."""
     rng = np.random.default_rng(1)

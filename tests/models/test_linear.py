@@ -111,6 +111,7 @@ def test_step_answer_is_that_of_a_small_rudder_in_the_nonlinear_model(name: str)
         np.testing.assert_allclose(small * answer.y[0, 0], trial[output], atol=2e-3 * scale)
 
 
+@pytest.mark.slow
 def test_a_kink_has_two_sides_and_a_mean() -> None:
     model: Any = load("kvlcc2_l7").model
     port, mean, starboard = (straight(model, 1.179, side=s).A for s in (-1.0, None, 1.0))

@@ -131,6 +131,7 @@ def test_container_turns(name: str, rpm: int, order: float, GM: float) -> None:
     agrees(track, rows, ship.L_pp)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "rpm", "angle"),
     [
@@ -153,6 +154,7 @@ def test_container_rolls_freely() -> None:
     agrees(track[: len(each)], {name: column[each] for name, column in rows.items()}, ship.L_pp)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["step_N1000kNm", "zigzag_N500kNm_20", "roll_decay_0mps", "roll_decay_8mps",
                                   *(pytest.param(name, marks=long) for name in ("step_N200kNm", "step_N500kNm"))])
 def test_naval_ship(name: str) -> None:

@@ -94,6 +94,7 @@ def tuned(model: Mmg, a_r: str) -> Mmg:
                           for path, value in zip(TUNED, GOLDEN["tuned"][a_r], strict=True)})  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_library_ship_circles_as_the_paper_says_of_its_own() -> None:
     """All that is said of the circles of the test trials: larger in all cases, and how far two sets are apart."""
     known: Any = load("suzaku").model

@@ -48,6 +48,7 @@ def reference(name: str) -> list[State]:
     return [tuple(float(cell or "nan") for cell in line.split(",")) for line in lines]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [35, pytest.param(-35, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ("name", "block", "n_P", "u", "dt", "steps"),

@@ -102,6 +102,7 @@ def test_small_motions_are_those_of_the_frequency_domain() -> None:
             assert np.abs(np.angle(ratio)).max() < math.radians(1.0), f"{SIX[mode]} at {omega:.2f} rad/s"
 
 
+@pytest.mark.slow
 def test_a_decay_is_that_of_the_impulse_response() -> None:
     """Released from 0.5 m of heave and from a degree of pitch: the inverse transform of the data's own response.
 
@@ -169,6 +170,7 @@ def test_all_modes_fade() -> None:
     assert np.linalg.eigvals(A).real.max() < 1e-6
 
 
+@pytest.mark.slow
 def test_manoeuvres_in_calm_water_are_those_of_the_ship_that_rolls() -> None:
     """A 35 degree turn: what is steady equal to 1e-4, what changes to 2 %: the memory sees accelerations alone."""
     whole: Any = ship()
@@ -209,6 +211,7 @@ def test_a_file_keeps_it(tmp_path: Path) -> None:
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [

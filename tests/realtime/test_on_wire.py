@@ -114,6 +114,7 @@ def known_to_pynmeagps(data: bytes) -> bool:
     return False
 
 
+@pytest.mark.slow
 def test_nothing_but_valid_sentences_moves_the_ship(ship):
     """Every change of orders or of the steering control has a sentence behind it that another reader takes."""
     pytest.importorskip("pynmeagps")
@@ -184,6 +185,7 @@ def said_by(wire: Strings) -> Counter[str]:
     return Counter(line[3:6].decode() for data in wire.out for line in split(data))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.0, 0.02])
 def test_a_ship_that_lies_still_says_as_much_through_noisy_instruments(ship, speed):
     plant = Plant.of(ship, dt=0.1, start=(0.0, 0.0, 0.0, speed, 0.0, 0.0), n_P=0.0)
@@ -210,6 +212,7 @@ def test_through_instruments_it_sends_every_sentence_that_it_sends_without(ship)
     assert {kind.decode() for kind, _ in kinds[0]} == {*RATES, "VDO"}
 
 
+@pytest.mark.slow
 def test_the_antenna_stands_where_it_is_told_with_and_without_faults(ship):
     datum, antenna = Datum(35.0, 139.0), (3.0, -1.0)
     for sensors in (None, usual(ship, antenna)):
@@ -244,6 +247,7 @@ def heading(course: float) -> bytes:
     return encode(type(htc)(htc.talker, htc.kind, {**htc.fields, "cmdheading": course}))
 
 
+@pytest.mark.slow
 def test_its_steering_control_goes_by_its_gyro(ship):
     """A compass that shows 10 degrees too much keeps the ship 10 degrees to port of what was ordered."""
     gyros = Gyro(rate=10.0, heading=Errors(bias=10.0 * DEG)), RateGyro(rate=10.0)
@@ -426,6 +430,7 @@ def test_a_transponder_has_a_number_and_tells_name_and_size(tmp_path, capsys):
     assert static[0]["draught"] == pytest.approx(20.8)
 
 
+@pytest.mark.slow
 def test_talkers_are_those_of_the_standard_and_depth_is_told(tmp_path):
     log = tmp_path / "w.nmea"
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "3", "--factor", "inf", "--depth", "30"]
@@ -437,6 +442,7 @@ def test_talkers_are_those_of_the_standard_and_depth_is_told(tmp_path):
     assert depths == pytest.approx([30.0] * len(depths), abs=0.1)
 
 
+@pytest.mark.slow
 def test_other_ships_hold_their_course_and_are_heard(tmp_path):
     log = tmp_path / "w.nmea"
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "300", "--factor", "inf", "--rate", "1"]
@@ -460,6 +466,7 @@ def test_a_recording_of_steer_says_when_and_where(tmp_path):
     assert abs((datetime.fromisoformat(meta["start"]) - before).total_seconds()) < 5.0
 
 
+@pytest.mark.slow
 def test_a_ship_on_the_wire_feels_gusts_and_waves(tmp_path):
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "20", "--factor", "inf"]
     weather = ["--wind", "10,90", "--gusts", "davenport", "--waves", "3,9,0"]
@@ -501,6 +508,7 @@ def test_another_program_beside_it(code, status, capsys):
         assert told.out.startswith("127.0.0.1:")
 
 
+@pytest.mark.slow
 def test_command_line(tmp_path, capsys):
     options = ["--nmea", "tcp://127.0.0.1:0", "--factor", "100", "--duration", "20", "--json"]
     files = ["--log", str(tmp_path / "w.nmea"), "-o", str(tmp_path / "run.csv")]

@@ -26,6 +26,7 @@ START = (250.0, -32.0, 0.0, 0.0, 0.1, 0.0)
 DT = 0.05
 
 
+@pytest.mark.slow
 def test_it_meets_the_fenders_as_a_simulation_does() -> None:
     """A berthing at 10 cm/s: the same track to rounding, and no way through the quay that open water would allow."""
     # the start is 10 cm/s, 1 m from the fenders
@@ -41,6 +42,7 @@ def test_it_meets_the_fenders_as_a_simulation_does() -> None:
     assert plant["y"] < -29.0
 
 
+@pytest.mark.slow
 def test_a_recording_on_a_chart_is_reproduced_with_its_place_and_not_without(tmp_path: Path) -> None:
     plant, path = Plant.of(SHIP, dt=DT, start=START, n_P=0.0, place=PLACE), tmp_path / "run.csv"
     recording = Recording(plant, path)
@@ -58,6 +60,7 @@ def test_a_recording_on_a_chart_is_reproduced_with_its_place_and_not_without(tmp
         rerun(path, SHIP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("y", "said"), [(-10.0, "starts inside quay 1"), (60.0, "")])
 def test_a_start_in_a_wall_is_refused(y: float, said: str) -> None:
     if not said:
@@ -70,6 +73,7 @@ def test_a_start_in_a_wall_is_refused(y: float, said: str) -> None:
         others_of([f"kvlcc2_harbour@250,{y:g},0"], 20.0, Uniform(), 1, CHART)
 
 
+@pytest.mark.slow
 def test_ships_of_a_kind_share_a_place_and_families_without_forces_have_none() -> None:
     noted: list[str] = []
     assert placed(load("mariner_nomoto"), CHART, START, noted.append) is None

@@ -262,6 +262,7 @@ loop.run()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0.05, pytest.param(0.3, marks=pytest.mark.long)])
 def test_a_killed_process_leaves_a_valid_trial_that_runs_again(compiled, tmp_path, delay):
     path = tmp_path / "run.csv"

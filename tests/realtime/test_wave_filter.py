@@ -90,6 +90,7 @@ def sail(filtered: bool, sea: Sea) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return tuple(np.array(kept).T)  # type: ignore[return-value]
 
 
+@pytest.mark.slow
 def test_an_autopilot_with_a_wave_filter_leaves_the_rudder_at_rest() -> None:
     sea = Sea(Jonswap(3.0, 8.0), 0.5, seed=2)
     loud, slow, seen = sail(False, sea)

@@ -74,6 +74,7 @@ def test_datagrams_there_and_back(udp):
     other.close()
 
 
+@pytest.mark.slow
 def test_who_sends_nothing_valid_is_not_answered(udp):
     other = Wire(udp.address, connect=True)
     other.send(b"hello\r\n")
@@ -112,6 +113,7 @@ def test_tcp_lines_in_pieces_and_clients_that_come_and_go(tcp):
     other.close()
 
 
+@pytest.mark.slow
 def test_a_tcp_line_without_an_end_is_dropped_and_the_next_one_read(tcp):
     client = socket.create_connection((tcp.address.host, tcp.address.port))
     client.sendall(b"x" * 5000)
@@ -122,6 +124,7 @@ def test_a_tcp_line_without_an_end_is_dropped_and_the_next_one_read(tcp):
     client.close()
 
 
+@pytest.mark.slow
 def test_a_client_that_does_not_read_is_dropped_and_the_rest_goes_on(tcp):
     deaf = socket.create_connection((tcp.address.host, tcp.address.port))
     deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -233,6 +236,7 @@ def test_it_does_not_grow():
     assert len(intake._senders) <= 64
 
 
+@pytest.mark.slow
 def test_mutated_datagrams_never_raise():
     intake = Intake(rate=1e9)
     for data in mutations.datagrams(5000, seed=1):
@@ -241,6 +245,7 @@ def test_mutated_datagrams_never_raise():
     assert sum(intake.counts.values()) >= 5000
 
 
+@pytest.mark.slow
 def test_a_flood_over_the_socket_does_not_stop_the_loop(udp):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as flood:
         for _ in range(5000):

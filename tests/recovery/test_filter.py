@@ -201,6 +201,7 @@ def test_the_innovation_test_speaks_when_a_parameter_jumps(sea):
             assert "no longer fits" in run.verdicts[0].text
 
 
+@pytest.mark.slow
 def test_a_parameter_that_may_walk_follows_a_jump(sea):
     rng = np.random.default_rng(10)
     jump = (25.0, "damping.N_r", 2.0 * read(TUG.model, "damping.N_r"))

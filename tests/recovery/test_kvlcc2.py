@@ -13,6 +13,8 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 
+pytestmark = pytest.mark.slow
+
 TRUTH = load("kvlcc2_l7")
 TUNED = ("hull.R_0", "hull.Y_v", "hull.Y_r", "hull.N_v", "hull.N_r", "hull.X_vv", "propeller.t_P",
          "propeller.w_P0", "rudder.t_R", "rudder.a_H", "rudder.gamma_Rp", "rudder.gamma_Rn")  # fmt: skip

@@ -21,6 +21,8 @@ from seatrial.report.identifiability import sections
 from seatrial.report.page import Page
 from seatrial.sensors import Sensors
 
+pytestmark = pytest.mark.slow
+
 PATHS = ("hull.R_0", "propeller.w_P0", "rudder.a_H", "rudder.x_H")
 ESTIMATOR = MultiStart(starts=2, method="euler", initial="measured")
 

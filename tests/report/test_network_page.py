@@ -159,6 +159,7 @@ def test_losses_close_to_each_other_are_told_in_digits() -> None:
     assert len(numbers) == len(set(numbers)) > 2
 
 
+@pytest.mark.slow
 def test_what_each_fit_took_wraps(series: Series, tmp_path: Path) -> None:
     found = judged(series, tmp_path)
     long = replace(one_member(), summary={"status": "no better for 20 epochs; " * 20})

@@ -21,6 +21,8 @@ from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 from seatrial.validate.rivals import AS_SAILED, FULL, RIVAL, TRUTH, VELOCITIES, Case, Drive, Rivals, score
 
+pytestmark = pytest.mark.slow
+
 TUG = load("qiuxin5")
 
 

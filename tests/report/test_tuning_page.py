@@ -19,6 +19,8 @@ from seatrial.report.tuning import numbers, page
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 
+pytestmark = pytest.mark.slow
+
 PATHS = ("rudder.a_H", "rudder.epsilon")
 
 

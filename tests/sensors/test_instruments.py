@@ -117,6 +117,7 @@ def test_north_and_east_err_on_their_own():
     assert abs(np.corrcoef(x, y)[0, 1]) < 4.0 / math.sqrt(len(x))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [1.0, 5.0])
 def test_a_wandering_bias_grows_with_the_root_of_time_at_any_rate(rate):
     error = Errors(bias=1.0, walk=0.3)

@@ -70,6 +70,7 @@ def test_the_rudders_of_a_pair_are_outside_of_every_formula_and_said_so(made):
     assert any("two screws" in line for line in made.cautions)
 
 
+@pytest.mark.slow
 def test_is_a_twin_ship_that_reads_back_and_runs_beside_that_of_the_library(made, tmp_path):
     path = save(made.ship, tmp_path / "twin.toml")
     back = load(path)

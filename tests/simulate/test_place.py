@@ -48,6 +48,7 @@ def run(ship: Ship, chart: Chart | None, start: tuple[float, ...], seconds: floa
     return simulate(ship, Given(), duration=seconds, start=start, dt=0.5, place=place, **more), place
 
 
+@pytest.mark.slow
 def test_the_depth_of_a_chart_is_that_of_the_weather() -> None:
     """Without banks and quays a chart is a depth and nothing else."""
     even = Chart("even", 28.0, areas=(Area(np.array([[-1e4, -1e4], [1e4, -1e4], [1e4, 1e4], [-1e4, 1e4]]), 25.0),))
@@ -59,6 +60,7 @@ def test_the_depth_of_a_chart_is_that_of_the_weather() -> None:
     assert here["depth"] == pytest.approx(25.0)
 
 
+@pytest.mark.slow
 def test_banks_draw_the_ship_to_the_nearer_one_and_turn_its_bow_off_and_mirror() -> None:
     ship = vessel(Suction(A_M=SECTION, x_bank=-0.1))
     right, _ = run(ship, canal(), (0.0, 60.0, 0.0, 4.0, 0.0, 0.0), 40.0)
@@ -72,6 +74,7 @@ def test_banks_draw_the_ship_to_the_nearer_one_and_turn_its_bow_off_and_mirror()
     assert np.abs(plain["v_m"]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_another_ship_is_felt_as_it_passes() -> None:
     """Moored beside its course: pushed off first, drawn in abeam; not at all from far away."""
     ship = vessel(Passing(A_M=SECTION, B=58.0))
@@ -91,6 +94,7 @@ def quay(chi: float = 5.0) -> Chart:
     return Chart("quay", 25.0, quays=(Quay(np.array([[370.0, 0.0], [130.0, 0.0]]), fender),))
 
 
+@pytest.mark.slow
 def test_a_ship_comes_to_lie_on_its_fenders_and_the_run_has_figures() -> None:
     ship, chart = vessel(), quay()
     trial, place = run(ship, chart, (250.0, -31.5, 0.0, 0.0, 0.06, 0.0), 60.0)
@@ -119,6 +123,7 @@ def test_off_the_fenders_there_are_no_figures_and_no_force() -> None:
     assert not trial["v_m"].any()
 
 
+@pytest.mark.slow
 def test_the_virtual_machine_does_the_same() -> None:
     ship, policy = vessel(Suction(A_M=SECTION)), Given()
     place = place_of(ship, quay())

@@ -43,6 +43,7 @@ def integral(rao: Rao, spectrum: Ittc | Jonswap, chi: float, mode: int) -> float
     return float(np.trapezoid(spectrum.density(rao.omega) * np.abs(rao.R[:, column, mode]) ** 2, rao.omega))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("spectrum", "chi"), [(Jonswap(3.0, 9.0, 3.3), 60.0), (Ittc(3.0, 9.0), 135.0)])
 def test_variance_of_an_hour_is_that_of_spectrum_and_operator(spectrum: Ittc | Jonswap, chi: float) -> None:
     """Heave, roll and pitch within 3 % of the mean over twelve seas; a single hour scatters as the sea itself does."""
@@ -65,6 +66,7 @@ def test_the_mean_course_does_not_drift() -> None:
         assert abs((seen[name] - run[name]).mean()) < 0.03
 
 
+@pytest.mark.slow
 def test_rates_are_those_of_the_motions() -> None:
     """Also in a turn, where omega_e t as a phase would be wrong by t times the change of omega_e."""
     t = np.arange(3000.0, 3300.0, 0.05)
@@ -78,6 +80,7 @@ def test_rates_are_those_of_the_motions() -> None:
         assert np.std(slope[1:-1] - seen[rate][1:-1]) < 0.05 * seen[rate].std(), motion
 
 
+@pytest.mark.slow
 def test_long_waves_carry_the_ship_along() -> None:
     """Heave is the surface itself, upside down as z is, and the ship rolls with its slope."""
     sea = Sea(Ittc(2.0, 20.0), 0.5 * math.pi, seed=2)  # from the east, ship heads north
@@ -100,6 +103,7 @@ def test_a_model_that_heels_keeps_its_heel() -> None:
     assert seen["phi"].mean() == pytest.approx(0.1, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_mirrored_sea_mirrors_the_motions() -> None:
     """Sea from starboard or from port: sway, roll and yaw change sides, the others stay."""
     one = in_waves(straight(0.0), Sea(Ittc(2.0, 9.0), 0.8, seed=5), ship())
@@ -120,6 +124,7 @@ def rao(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_command_adds_motion_and_mean_drift(rao: Path) -> None:
     calm = simulate("kvlcc2", "straight", duration=400.0)
     ran = simulate("kvlcc2", "straight", duration=400.0, sea="4,10,90", rao=rao, seed=3)

@@ -168,6 +168,7 @@ def test_a_current_takes_nobody_out_of_the_validity() -> None:
         simulate(slow, policy, duration=20.0, environment=Uniform(U_C=5.0))
 
 
+@pytest.mark.slow
 def test_between_rows_the_log_tells_the_mean_of_what_acted() -> None:
     """Orders that change between rows, directions across the cut at 180 deg, and gusts."""
     ship = load("milliampere")

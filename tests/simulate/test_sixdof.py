@@ -61,6 +61,7 @@ def regular(omega: float, beta: float, a: float = 0.02) -> Waves:
     return Waves(one, one**2 / GRAVITY, np.array([beta]), np.array([a]), np.zeros(1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("omega", "chi"), [(0.7, math.pi), (0.9, 0.5 * math.pi), (0.5, 0.75 * math.pi)])
 def test_regular_waves_give_the_response_of_the_frequency_domain(omega: float, chi: float) -> None:
     """Heave and pitch at rest in waves of 2 cm: amplitude of the last periods against operator, within 1 %.
@@ -131,6 +132,7 @@ def test_what_is_refused(tmp_path: Path) -> None:
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_the_commands_write_ships(tmp_path: Path) -> None:
     """A ship that rolls, and one in six degrees of freedom that moves in a sea with forces of the same file."""
     made = roll("kvlcc2", 5.7, 18.6, tmp_path / "rolls.toml", keels="0.5,80")

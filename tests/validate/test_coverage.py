@@ -123,6 +123,7 @@ def test_bad_input_is_refused_in_one_line(train):
         coverage(Reference.of(train), empty)
 
 
+@pytest.mark.slow
 def test_the_page_draws_every_channel_and_says_the_verdict(train):
     reference, far = Reference.of(train, ("delta", "n_P")), wandering(50, n_P=40.0)
     text = page_of(reference, train, [far], [coverage(reference, far)], ["a finding"]).html

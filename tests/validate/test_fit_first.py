@@ -53,6 +53,7 @@ def test_what_is_planted_comes_back_and_the_rest_is_predicted() -> None:
     assert [steady[name][0] for name in ("x", "u", "psi")] == pytest.approx(found.state[[0, 3, 2]].tolist())
 
 
+@pytest.mark.slow
 def test_a_sound_log_is_hardly_changed_and_a_known_current_is_not_estimated() -> None:
     found = fit_first(SHIP, zigzag(1, faulty=False), 40.0, current=False)
     assert set(found.found) == {"bias.psi", "bias.u", "bias.v_m", "bias.r"}

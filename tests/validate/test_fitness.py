@@ -17,6 +17,8 @@ from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 from seatrial.validate.fitness import FEWEST, FIT, NOT_FIT, OPEN, SIZE, Limit, brakes, interval, judge, shows, verdict
 
+pytestmark = pytest.mark.slow
+
 SHIP = load("esso_osaka_3m")
 LIMIT = Limit("x", "an error", "position", 1.0, "L", "a test")
 

@@ -14,6 +14,8 @@ from seatrial.simulate.run import approach
 from seatrial.validate.imo import FAIL, NOT_APPLICABLE, PASS, ImoTable, imo_table, no_stop, overshoot_limits
 from seatrial.workflow import RequestError
 
+pytestmark = pytest.mark.slow
+
 
 def rows_of(table: ImoTable) -> dict[tuple[str, str], object]:
     return {(row.name, row.side): row for row in table.rows}

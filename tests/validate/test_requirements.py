@@ -42,6 +42,7 @@ def test_the_scopes_have_the_items_of_the_paper() -> None:
     assert [i.number for i in FUNCTIONAL] == ["1a", "1b", "1c", "1d", "1e", "1f", "2", "3", "4", "N1", "N2"]
 
 
+@pytest.mark.slow
 def test_kvlcc2_meets_all_of_collision_avoidance() -> None:
     found = judge(load("kvlcc2"), "collision-avoidance")
     assert found.failed == ()
@@ -74,6 +75,7 @@ def test_a_ship_left_alone_comes_to_rest_as_fast_as_the_least_resistance_makes_i
     assert check(fading).verdict == verdict
 
 
+@pytest.mark.slow
 def test_a_slick_hull_comes_to_rest_slowly_and_passes() -> None:
     """A resistance of R_0' = .008, a third of a tanker's, is still one."""
     assert item(load("kvlcc2").having({"hull.R_0": 0.008}), "1").verdict == "pass"
@@ -102,6 +104,7 @@ def test_an_expansion_about_a_speed_does_not_come_to_rest() -> None:
     assert {"1", "4", "6"} <= set(judge(load("mariner"), "berthing").failed)
 
 
+@pytest.mark.slow
 def test_a_hull_without_damping_fails() -> None:
     ship = load("esso_osaka_3m")
     slippery = ship.having({"hull.Y_v": 0.0, "hull.C_D": 0.0})
@@ -121,6 +124,7 @@ def test_a_hull_that_pushes_is_found_out() -> None:
     assert [checked(items[n], probe).verdict for n in ("1", "2", "4")] == ["fail"] * 3
 
 
+@pytest.mark.slow
 def test_a_rudder_of_the_wrong_sign_fails() -> None:
     ship = load("kvlcc2_l7")
     model: Any = ship.model
@@ -208,6 +212,7 @@ def test_real_time_is_a_hundred_lengths_over_the_time_they_took() -> None:
     assert factor == pytest.approx(100 * ship.L_pp / ship.speed, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_real_time_is_judged_by_the_clock() -> None:
     ship = load("esso_osaka_3m")
     assert item(ship, "14", clock=Clock(1.0)).verdict == "pass"

@@ -37,6 +37,7 @@ def test_bands_of_a_right_model_hold(trials: list[Trial]) -> None:
     assert 0.90 <= np.mean(held) <= 0.98
 
 
+@pytest.mark.slow
 def test_bands_of_a_wrong_model_are_seen_to_fail(trials: list[Trial]) -> None:
     right, wrong = rows(trials, 0.001)[-1], rows(trials, 0.001, off=0.2)[-1]
     assert wrong.held["position"] < 0.6

@@ -21,6 +21,7 @@ def run(tmp_path: Path) -> Path:
     return saved(tmp_path / "run", [trial(35), trial(20, 20)])
 
 
+@pytest.mark.slow
 def test_edges_of_a_turn_are_the_calibrated_ones_and_so_are_its_indices(run: Path) -> None:
     calibrated(run)
     found = simulate_with_bands(str(run), "turning", 90.0, draws=300, rudder=35.0)
@@ -43,6 +44,7 @@ def _sized(run: Path, size: float) -> Path:
     return run
 
 
+@pytest.mark.slow
 def test_a_zigzag_has_its_indices_apart_by_the_mean_factor(run: Path) -> None:
     widths: list[float] = []
     scales: list[float] = []
@@ -56,6 +58,7 @@ def test_a_zigzag_has_its_indices_apart_by_the_mean_factor(run: Path) -> None:
     assert widths[1] == pytest.approx(2.0 * widths[0], rel=0.02)
 
 
+@pytest.mark.slow
 def test_kinds_and_times_that_no_left_out_trial_shows_are_named(run: Path) -> None:
     calibrated(run, kinds=("zigzag",))
     found = simulate_with_bands(str(run), "turning", 90.0, draws=300, rudder=35.0, duration=400.0)
@@ -63,6 +66,7 @@ def test_kinds_and_times_that_no_left_out_trial_shows_are_named(run: Path) -> No
     assert any(line.startswith("calibrated up to 150 s") for line in found.sailed.caveats)
 
 
+@pytest.mark.slow
 def test_beyond_its_trials_a_calibrated_ship_is_refused_or_says_so(run: Path) -> None:
     calibrated(run)
     with pytest.raises(RequestError, match="leaves the trials of the fit"):
@@ -80,6 +84,7 @@ def test_a_calibration_of_another_fit_and_a_level_it_cannot_show_are_refused(run
         simulate_with_bands(str(run), "turning", 90.0)
 
 
+@pytest.mark.slow
 def test_json_and_page_say_what_bands_stand_on(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip

@@ -157,6 +157,7 @@ def test_a_card_of_two_runs_is_refused(run: Path) -> None:
         card(str(run))
 
 
+@pytest.mark.slow
 def test_bands_are_written_beside_the_run(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out" / "turn.csv"
     assert main(["simulate", str(run), "turning", "--rudder", "35", "--bands", "90", "--draws", "300",
@@ -190,6 +191,7 @@ def left_out(run: Path, factor: float = 9.0, **more: object) -> Path:
     return run
 
 
+@pytest.mark.slow
 def test_left_out_trials_widen_bands_and_give_them_beyond_the_trials(run: Path) -> None:
     """The trials go to starboard: to port the fit's own covariance is refused, the widened one is not."""
     settings = {"draws": 300, "side": "port", "rudder": 35.0}
@@ -221,6 +223,7 @@ def test_what_left_out_trials_say_is_not_edited(run: Path, wrong: dict[str, obje
         simulate_with_bands(str(left_out(run, **wrong)), "turning", 95.0)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_card_of_a_calibrated_model_says_how_often_its_bands_held(run: Path, tmp_path: Path) -> None:
     """Errors of the calibration are normal and of known size, so left-out coverage is the level up to chance."""
     calibrated(run, size=3.0)
@@ -237,6 +240,7 @@ def test_a_card_of_a_calibrated_model_says_how_often_its_bands_held(run: Path, t
     assert "hold up to" in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_bands_that_are_too_narrow_are_seen_on_unseen_trials_and_forbidden(run: Path, tmp_path: Path) -> None:
     """The adversary: a calibration of errors a hundredth of the real ones."""
     calibrated(run, size=0.01)

@@ -17,6 +17,8 @@ from seatrial.ships.writing import save
 from seatrial.workflow.comparing import provenance
 from seatrial.workflow.validate import predict, validate
 
+pytestmark = pytest.mark.slow
+
 
 def judged(at: Path, model: str, capsys: pytest.CaptureFixture[str], *more: str) -> dict:
     capsys.readouterr()

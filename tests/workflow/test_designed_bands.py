@@ -39,6 +39,7 @@ def test_fewer_trials_leave_wider_bands(tmp_path: Path) -> None:
     assert np.median([a.share for a in few]) > np.median([b.share for b in many])
 
 
+@pytest.mark.slow
 def test_what_makes_no_bands_is_said_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     for more, said in ((["--bands", "120"], "above 0 and below 100"), (["--draws", "300"], "--draws needs --bands"),
                        (["--bands", "95", "--draws", "10"], "take 100 to")):  # fmt: skip

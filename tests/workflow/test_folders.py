@@ -55,6 +55,7 @@ def test_the_table_is_for_people(folder: Path, capsys) -> None:
     assert "4 recordings: 2 zigzag, 1 turning, 1 straight" in told
 
 
+@pytest.mark.slow
 def test_an_unreadable_file_is_a_row_with_the_reason(folder: Path, tmp_path: Path, capsys) -> None:
     """The others are told, and the exit status says that something failed."""
     here = tmp_path / "logs"
@@ -74,6 +75,7 @@ def test_an_unreadable_file_is_a_row_with_the_reason(folder: Path, tmp_path: Pat
     assert "# left out: bad.csv: " in study.read_text()
 
 
+@pytest.mark.slow
 def test_the_page_draws_every_recording_north_up(folder: Path, tmp_path: Path) -> None:
     page = tmp_path / "trials.html"
     assert main(["trials", str(folder), "-o", str(page)]) == 0

@@ -40,6 +40,7 @@ def ended(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str
     return status, told.out, told.err
 
 
+@pytest.mark.slow
 def test_the_exit_status_is_the_verdict(logs: Path, tmp_path: Path, capsys) -> None:
     status, out, _ = ended(capsys, "esso_osaka_3m", str(logs), *SEA, "--json")
     assert status == 0

@@ -13,6 +13,7 @@ from seatrial.simulate.contacts import LIMIT, MEAN
 from seatrial.workflow.harbour import RUNS, harbour
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "about"),
     [(("berthin",), "near: berthing"), (("canal", "--chart", "nowhere"), "no chart 'nowhere'"),

@@ -70,6 +70,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return at / "study.toml"
 
 
+@pytest.mark.slow
 def test_identify_returns_fit_document_and_summary_and_prints_nothing(
     study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -148,6 +149,7 @@ class Halving(Trajectory):
         return replace(super().fit(problem, progress=progress, checkpoint=checkpoint), details=Halves(2))
 
 
+@pytest.mark.slow
 def test_an_estimator_brings_its_own_report(
     study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

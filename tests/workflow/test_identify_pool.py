@@ -20,6 +20,8 @@ from seatrial.workflow import Silent
 from seatrial.workflow.identify import identify
 from two_zigzags import write_zigzags
 
+pytestmark = pytest.mark.slow
+
 TABLE = """schema = "seatrial-series/1"
 [data]
 root = "logs"

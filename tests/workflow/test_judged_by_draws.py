@@ -59,6 +59,7 @@ def test_the_same_ship_is_decided_by_a_good_fit_and_open_by_a_poor_one(tmp_path:
     assert rows["advance, rudder 35 deg (port)"].verdict == "pass"
 
 
+@pytest.mark.slow
 def test_a_criterion_beyond_the_trials_is_undecided_and_says_why(tmp_path: Path) -> None:
     run = saved(tmp_path / "run", [trial(20, 20, 1), trial(20, 20, -1)])
     table = imo(run, bands=90.0, draws=200)

@@ -13,6 +13,8 @@ from seatrial.workflow import RequestError
 from seatrial.workflow.campaigns.reading import campaign_of
 from seatrial.workflow.identify import identify
 
+pytestmark = pytest.mark.slow
+
 STUDY = """
 schema = "seatrial-study/1"
 ship = "kvlcc2_l7"

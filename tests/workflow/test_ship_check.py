@@ -53,6 +53,7 @@ def errors(path: Path) -> dict[str, str]:
     return {one.what: one.detail for one in check_ship_file(path).findings if one.state == "error"}
 
 
+@pytest.mark.slow
 def test_a_ship_that_gives_its_published_index_passes_and_has_a_page(tmp_path: Path, capsys) -> None:
     path, out = ship(tmp_path, OVERSHOOT.format(value=4.977)), tmp_path / "evidence.html"
     assert main(["ships", "--check", str(path), "-o", str(out), "--json"]) == 0
@@ -64,6 +65,7 @@ def test_a_ship_that_gives_its_published_index_passes_and_has_a_page(tmp_path: P
     assert "1 of 1 published indices reproduced" in out.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_an_index_that_the_model_does_not_give_is_an_error(tmp_path: Path, capsys) -> None:
     path = ship(tmp_path, OVERSHOOT.format(value=6.0))
     assert "6 deg" in errors(path)["published first overshoot"]
@@ -71,16 +73,19 @@ def test_an_index_that_the_model_does_not_give_is_an_error(tmp_path: Path, capsy
     capsys.readouterr()
 
 
+@pytest.mark.slow
 def test_a_ship_without_a_published_index_says_why(tmp_path: Path) -> None:
     assert list(errors(ship(tmp_path, ""))) == ["published indices"]
     assert not errors(ship(tmp_path, '[notes]\nunverified = "the paper prints no index"\n'))
 
 
+@pytest.mark.slow
 def test_numbers_without_a_source_or_a_reason_are_named(tmp_path: Path) -> None:
     text = '[hull]\nY_v = { prime = -0.315, source = "assumed" }\n[notes]\nunverified = "x"\n'
     assert "hull.Y_v" in errors(ship(tmp_path, text))["reasons"]
 
 
+@pytest.mark.slow
 def test_a_key_that_no_reference_explains_is_named(tmp_path: Path) -> None:
     text = '[hull]\nY_v = {{ prime = -0.315, source = "clarke1983 Tab. 1" }}\n[notes]\nunverified = "x"\n{}\n'
     assert "clarke1983" in errors(ship(tmp_path, text.format("")))["keys"]
@@ -88,6 +93,7 @@ def test_a_key_that_no_reference_explains_is_named(tmp_path: Path) -> None:
         assert not errors(ship(tmp_path, text.format(f'references = ["Yasukawa 2015", "{reference}"]')))
 
 
+@pytest.mark.slow
 def test_what_is_assumed_in_part_is_counted_as_assumed(tmp_path: Path) -> None:
     text = '[hull]\nY_v = {{ prime = -0.315, source = "{}" }}\n[notes]\nunverified = "x"\n'
 
@@ -99,6 +105,7 @@ def test_what_is_assumed_in_part_is_counted_as_assumed(tmp_path: Path) -> None:
     assert count("half of yasukawa2015") != count("assumed: a fuller stern than theirs")
 
 
+@pytest.mark.slow
 def test_a_ship_that_breaks_the_contract_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
     """A hull that pushes at rest and to one side only."""
     (tmp_path / "lopsided.py").write_text(LOPSIDED, encoding="utf-8")

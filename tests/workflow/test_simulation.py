@@ -14,6 +14,7 @@ from seatrial.workflow.judging import design
 from seatrial.workflow.simulation import known, simulate
 
 
+@pytest.mark.slow
 def test_a_manoeuvre_is_a_value(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     notes: list[str] = []
     by_name = simulate("kvlcc2_l7", "turning", rudder=20.0, side="port", out=tmp_path / "run.csv", note=notes.append)
@@ -36,6 +37,7 @@ def test_what_a_manoeuvre_does_not_take_is_refused_with_what_it_takes() -> None:
     assert "zigzag" in known()
 
 
+@pytest.mark.slow
 def test_a_design_says_what_it_assumed(capsys: pytest.CaptureFixture[str]) -> None:
     notes: list[str] = []
     made = design("mariner_nomoto", ["K", "T"], budget=30.0, note=notes.append)

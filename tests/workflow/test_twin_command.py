@@ -35,6 +35,7 @@ def test_it_follows_one_log(log: Path) -> None:
         twin(SHIP, nmea="udp://somewhere")
 
 
+@pytest.mark.slow
 def test_it_leaves_a_ship_a_card_and_its_state(log: Path, tmp_path: Path) -> None:
     said: list[str] = []
     outcome = twin(SHIP, trial=log, out=tmp_path / "out", free=("hull.N_r",), note=said.append)
@@ -46,6 +47,7 @@ def test_it_leaves_a_ship_a_card_and_its_state(log: Path, tmp_path: Path) -> Non
     assert any("goes on from t = 30 s" in line for line in said)
 
 
+@pytest.mark.slow
 def test_a_log_of_a_robot_is_followed_as_the_trial_is(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -12,6 +12,7 @@ from seatrial.campaign.analysis.spread import SHARES, histogram, spread
 from seatrial.campaign.designs import uniform
 
 
+@pytest.mark.slow
 def test_intervals_of_quantiles_hold_the_truth() -> None:
     held = dict.fromkeys(SHARES[1:-1], 0)
     for seed in range(400):

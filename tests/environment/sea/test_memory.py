@@ -60,6 +60,7 @@ def test_two_motions_share_their_poles_and_need_two_sections() -> None:
     assert memory.misfit.retardation < 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "modes"), [("wigley", LONGITUDINAL), ("wigley", LATERAL), ("hemisphere", LONGITUDINAL)]
 )
@@ -79,6 +80,7 @@ def test_the_memory_of_a_hull(name: str, modes: tuple[int, ...]) -> None:
     assert np.abs(memory.c.sum(axis=0) / np.outer(size, size)).max() < 1e-9  # relative degree one
 
 
+@pytest.mark.slow
 def test_energy_taken_is_never_negative() -> None:
     """A hull moved at random from rest: the work that the memory has taken by any time is above zero."""
     pytest.importorskip("h5netcdf")
@@ -97,6 +99,7 @@ def test_energy_taken_is_never_negative() -> None:
         assert work.min() > -2e-3 * work.max()
 
 
+@pytest.mark.slow
 def test_a_hemisphere_has_the_coefficients_of_theory() -> None:
     """Heave over the displaced mass by Hulme (1982), table 1, at Ka: added mass and damping to 1.2 %.
 

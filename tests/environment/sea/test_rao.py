@@ -57,6 +57,7 @@ def raft(first: str = "complex", names: list[str] = DOFS) -> object:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", ["complex", "influenced_dof"])
 def test_a_raft_follows_the_water(tmp_path: Path, first: str) -> None:
     """In ship axes: waves towards chi, y to starboard, z down, bow up; any order of the dimension of parts."""

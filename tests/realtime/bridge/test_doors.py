@@ -76,6 +76,7 @@ def idle(port: int, stack: ExitStack, said: bytes = b"") -> socket.socket:
     return one
 
 
+@pytest.mark.slow
 def test_a_connection_that_says_nothing_is_let_go_in_good_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pages, "PATIENCE", 0.2)
     with served() as (port, _), ExitStack() as stack:
@@ -91,6 +92,7 @@ def test_a_connection_that_says_nothing_is_let_go_in_good_time(monkeypatch: pyte
         assert get(port, "/")[0] == 200
 
 
+@pytest.mark.slow
 def test_the_oldest_silent_connection_makes_way(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pages, "CONNECTIONS", 8)
     with served() as (port, _), greeted(port) as ws, ExitStack() as stack:
@@ -102,6 +104,7 @@ def test_the_oldest_silent_connection_makes_way(monkeypatch: pytest.MonkeyPatch)
         hear(ws, "note")  # and who is there stays
 
 
+@pytest.mark.slow
 def test_sockets_that_never_say_hello_leave_room_for_those_that_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "_STRANGERS", 4)
     with served() as (port, _), ExitStack() as stack:
@@ -114,6 +117,7 @@ def test_sockets_that_never_say_hello_leave_room_for_those_that_do(monkeypatch: 
                 one.recv(timeout=2)
 
 
+@pytest.mark.slow
 def test_sockets_that_were_told_to_go_and_stay_keep_nobody_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pages, "CONNECTIONS", 10)
     monkeypatch.setattr(server, "_STRANGERS", 4)
@@ -160,6 +164,7 @@ def test_320_idle_connections_at_256_descriptors_leave_the_page_alive(tmp_path: 
     assert list(tmp_path.glob("*.csv"))
 
 
+@pytest.mark.slow
 def test_a_page_for_other_machines_answers_to_addresses_and_its_own_names_only() -> None:
     own = socket.gethostname()
     with served(pages.anywhere()) as (port, _):
@@ -174,6 +179,7 @@ def test_a_page_for_other_machines_answers_to_addresses_and_its_own_names_only()
             pytest.fail("let in")
 
 
+@pytest.mark.slow
 def test_who_has_not_the_key_neither_sees_nor_steers() -> None:
     with served(pages.anywhere(), "right key") as (port, deck):
         for said in ({}, {"key": "wrong"}, {"key": 3}, {"key": "right key "}):
@@ -195,6 +201,7 @@ def test_anywhere_prints_an_address_with_a_key(tmp_path: Path) -> None:
         process.kill()
 
 
+@pytest.mark.slow
 def test_two_sockets_of_one_browser_do_not_both_steer() -> None:
     with served() as (port, deck), greeted(port) as first:
         hear(first, "hello")
@@ -208,6 +215,7 @@ def test_two_sockets_of_one_browser_do_not_both_steer() -> None:
             assert deck.command.holder == "Bridge 1"
 
 
+@pytest.mark.slow
 def test_the_commander_who_reloads_a_full_bridge_is_let_in(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "MOST", 3)
     with served() as (port, deck), ExitStack() as stack:
@@ -222,6 +230,7 @@ def test_the_commander_who_reloads_a_full_bridge_is_let_in(monkeypatch: pytest.M
             late.recv(timeout=5)
 
 
+@pytest.mark.slow
 def test_the_commander_comes_back_though_others_took_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(server, "MOST", 3)
     with served() as (port, deck), ExitStack() as stack:

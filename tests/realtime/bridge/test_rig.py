@@ -15,6 +15,8 @@ from bridges import Running, hear
 
 from seatrial.cli.app import main
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("fastapi")
 
 SCENARIO = """schema = "seatrial-scenario/1"

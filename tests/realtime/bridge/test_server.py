@@ -26,6 +26,8 @@ from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def running(tmp_path: Path) -> Iterator[Running]:

@@ -107,6 +107,7 @@ def events(loop: Loop) -> list[str]:
     return [one.text for one in loop.events if one.kind in ("little", "aground")]
 
 
+@pytest.mark.slow
 def test_a_ship_feels_the_depth_of_the_chart_from_where_it_begins(compiled: Compiled) -> None:
     free, shallow, far = (sailed(compiled, chart, 120.0).vessels[OWN].plant
                           for chart in (None, shoal(1.3 * T, 300.0), shoal(1.3 * T, 9e3)))  # fmt: skip
@@ -117,6 +118,7 @@ def test_a_ship_feels_the_depth_of_the_chart_from_where_it_begins(compiled: Comp
     assert shallow["x"] > 300.0
 
 
+@pytest.mark.slow
 def test_little_water_and_grounding_are_announced_once(compiled: Compiled) -> None:
     (said,) = events(sailed(compiled, shoal(1.1 * T, 200.0), 60.0))
     assert said.endswith("m under the keel by the chart")

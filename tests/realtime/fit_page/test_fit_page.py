@@ -115,6 +115,7 @@ def test_every_file_is_there_and_nothing_comes_from_elsewhere(served: Served) ->
         served.line("http://evil.example")
 
 
+@pytest.mark.slow
 def test_a_running_fit_a_reload_and_the_last_state(served: Served) -> None:
     part = served.board.begin("fit", PROBLEM, 60.0)
     for k in range(1, 4):
@@ -138,6 +139,7 @@ def test_a_running_fit_a_reload_and_the_last_state(served: Served) -> None:
             again.recv(timeout=5)
 
 
+@pytest.mark.slow
 def test_who_stops_reading_is_dropped_and_the_fit_does_not_wait(
     served: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -162,6 +164,7 @@ def test_who_stops_reading_is_dropped_and_the_fit_does_not_wait(
     assert slowest < 0.2
 
 
+@pytest.mark.slow
 def test_junk_and_floods_drop_their_sender_alone(served: Served) -> None:
     served.board.begin("fit", PROBLEM, None)(1, 1.0, math.nan)
     with served.line() as good, served.line() as giant:

@@ -44,6 +44,7 @@ def stage() -> Stage:
 PILOTS = "/signalk/v2/api/vessels/self/autopilots"
 
 
+@pytest.mark.slow
 def test_signal_k_tells_what_the_instruments_say(stage):
     plant = stage.loop.vessels["own"].plant
     with Served(SignalK(stage)) as http:
@@ -57,6 +58,7 @@ def test_signal_k_tells_what_the_instruments_say(stage):
         assert http.get("/signalk/v1/api/vessels/self/navigation/no").status_code == 404
 
 
+@pytest.mark.slow
 def test_signal_k_streams_deltas_of_what_changes_and_of_other_ships(stage):
     with Served(SignalK(stage)) as http, http.socket("/signalk/v1/stream?subscribe=all") as ws:
         assert heard(ws)["self"] == "vessels.urn:mrn:imo:mmsi:211000001"
@@ -83,6 +85,7 @@ def _paths(said: dict[str, Any]) -> list[str]:
     return [one["path"] for one in said["updates"][0]["values"]] if "211000001" in said["context"] else []
 
 
+@pytest.mark.slow
 def test_signal_k_apps_steer_the_ship(stage):
     plant = stage.loop.vessels["own"].plant
     with Served(SignalK(stage)) as http:
@@ -103,6 +106,7 @@ def test_signal_k_apps_steer_the_ship(stage):
     assert plant["delta_cmd"] == 0.0
 
 
+@pytest.mark.slow
 def test_signal_k_refuses(stage):
     cases = [
         ("PUT", "seatrial/target", b'{"value": "north"}', 400), ("PUT", "seatrial/target", b'{"value": NaN}', 400),
@@ -118,6 +122,7 @@ def test_signal_k_refuses(stage):
     assert stage.on_wire.conning.counts["taken"] == 0
 
 
+@pytest.mark.slow
 def test_signal_k_needs_the_key_and_refuses_foreign_pages(stage):
     base, body, key = f"{PILOTS}/seatrial/target", {"value": 1.0}, {"Authorization": "Bearer secret"}
     with Served(SignalK(stage, "secret")) as http:
@@ -131,6 +136,7 @@ def test_signal_k_needs_the_key_and_refuses_foreign_pages(stage):
             http.socket("/signalk/v1/stream?token=secret", "http://evil.example")
 
 
+@pytest.mark.slow
 def test_while_the_mariner_steers_a_link_orders_nothing(stage):
     stage.on_wire.conning.listen(False)
     with Served(SignalK(stage)) as http:
@@ -159,6 +165,7 @@ def test_rosbridge_publishes_in_the_frames_of_rep_103(stage):
     assert bridge.message("/delta")["data"] == pytest.approx(plant["delta"])
 
 
+@pytest.mark.slow
 def test_rosbridge_talks_and_obeys(stage):
     with Served(Rosbridge(stage)) as http, http.socket("/rosbridge") as ws:
         ws.send(json.dumps({"op": "call_service", "id": "1", "service": "/rosapi/topics"}))
@@ -256,6 +263,7 @@ def test_a_ship_on_a_serial_line_tells_and_obeys(ends):
     line.close()
 
 
+@pytest.mark.slow
 def test_a_ship_is_steered_on_a_serial_line(ends, tmp_path, capsys):
     """`seatrial steer` with the program beside it told the device; a line has one other end, so --to is refused."""
     far, device = ends
@@ -304,6 +312,7 @@ def test_links_of_the_command_line_are_refused_in_one_line(tmp_path, capsys):
     assert "serial:///dev/nothing" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_stage_without_a_wire_is_steered_by_links_alone():
     stage = Stage(scene(name="kvlcc2"), line=Line(Mute()))
     with Served(SignalK(stage)) as http:

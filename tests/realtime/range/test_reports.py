@@ -126,6 +126,7 @@ def test_a_turning_ship_reports_by_message_3():
     assert 3 in {pyais.decode(line).msg_type for line in wire.said("VDM") if line.split(b",")[1] == b"1"}
 
 
+@pytest.mark.slow
 def test_alarms_go_out_and_are_acknowledged_over_the_wire():
     stage, wire = on_wire(scene(FERRY, limits=Limits(cpa=500.0, tcpa=300.0)))
     stage.loop.run(80.0)

@@ -117,6 +117,7 @@ def test_what_is_wrong_is_told_in_one_line(tmp_path, old, new, message):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_the_command_plays_judges_and_records(tmp_path, capsys):
     path = written(tmp_path, WHOLE.replace("passing_distance = 500.0", "passing_distance = 100000.0"))
     out = tmp_path / "run.csv"
@@ -149,6 +150,7 @@ def test_wrong_requests_are_refused(tmp_path, capsys, given, message):
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_nobody_on_the_wire_ends_the_run_with_status_1(tmp_path, capsys):
     path = written(tmp_path, WHOLE)
     assert main(["range", str(path), "--nmea", "udp://127.0.0.1:0", "--lock-step", "--patience", "0.2"]) == 1

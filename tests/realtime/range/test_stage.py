@@ -44,6 +44,7 @@ def test_weather_changes_in_steps_and_ramps():
     assert stage.loop.vessels["own"].plant["wind_y"] == pytest.approx(8.0)
 
 
+@pytest.mark.slow
 def test_gusts_have_the_mean_and_the_spread_of_their_spectrum_and_the_same_values_again():
     weather = (Weather(0.0, 0.0, Uniform(10.0, 0.0).now()),)
     skies = [Stage(scene(weather=weather, gusts="davenport", seed=seed)).sky for seed in (3, 3, 4)]
@@ -65,6 +66,7 @@ def test_weather_set_from_the_page_stays():
 # --- pilots ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("usual", [False, True])
 def test_the_track_pilot_takes_out_a_steady_current(usual):
     weather = (Weather(0.0, 0.0, Uniform(U_C=0.8, gamma_C=0.5 * math.pi).now()),)
@@ -75,6 +77,7 @@ def test_the_track_pilot_takes_out_a_steady_current(usual):
     assert abs(plant["y"]) < (8.0 if usual else 3.0)
 
 
+@pytest.mark.slow
 def test_another_ship_follows_its_waypoints():
     there = Other("coaster", ordinary("coaster", 90.0, 6.0),
                   Sailing(1000.0, 1000.0, 0.0, 6.0, ((3000.0, 1000.0), (3000.0, 4000.0))))  # fmt: skip
@@ -108,6 +111,7 @@ def test_a_jammed_rudder_stays_whatever_is_ordered_and_obeys_when_it_is_free():
     assert math.degrees(plant["delta"]) == pytest.approx(-10.0)
 
 
+@pytest.mark.slow
 def test_a_slow_rudder_moves_at_its_rate_and_a_lost_propeller_does_not_turn():
     faults = (Fault("slow", "delta", 0.0, rate=0.5 * DEG), Fault("lost", "n_P", 0.0))
     stage, wire = on_wire(scene(name="kvlcc2", faults=faults, route=((20000.0, 0.0),)))
@@ -152,6 +156,7 @@ def test_a_run_with_faults_and_weather_is_reproduced_from_its_recording(tmp_path
     assert [again[name][-1] for name in ("x", "psi", "delta")] == [plant[name] for name in ("x", "psi", "delta")]
 
 
+@pytest.mark.slow
 def test_a_run_is_the_same_again_and_from_the_middle():
     weather = (Weather(0.0, 0.0, Uniform(10.0, 1.0).now()),)
     said = scene(FERRY, name="kvlcc2", weather=weather, gusts="davenport", usual=True, seed=5,
@@ -270,6 +275,7 @@ def test_a_rudder_that_moves_is_not_stuck():
 # --- command ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_mariner_overrides_the_wire_and_hands_back():
     stage, wire = on_wire(scene(), page=True)
     panel, plant = Panel(stage), stage.loop.vessels["own"].plant
@@ -296,6 +302,7 @@ def test_the_mariner_overrides_the_wire_and_hands_back():
         panel.doing["hand"]({"to": "the captain"})
 
 
+@pytest.mark.slow
 def test_handed_to_the_track_pilot_the_ship_goes_back_to_its_route():
     stage, wire = on_wire(scene(route=((20000.0, 0.0),), rate=2.0), page=True)
     wire.waiting.append(heading(40.0))

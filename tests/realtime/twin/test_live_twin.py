@@ -52,6 +52,7 @@ def twin(voyage: Voyage, estimator: str = "ekf", free: tuple[str, ...] = ("hull.
     return Live(voyage.ship, settings, ("delta", "delta_cmd"))
 
 
+@pytest.mark.slow
 def test_further_states_are_those_of_the_filter(ship) -> None:
     """With the states that the offline filter has too, both move and read alike."""
     sensors = (Antenna(0.5), Heading(0.01), Rate(0.001))
@@ -107,6 +108,7 @@ def test_faults_are_named_within_a_minute(ship, fault: str, cause: str) -> None:
     assert 0.0 < live.alarms[0].named - AT <= 60.0
 
 
+@pytest.mark.slow
 def test_a_killed_twin_goes_on_with_the_same_numbers(ship, tmp_path: Path) -> None:
     voyage, kept = Voyage(ship, 0.06), tmp_path / "twin.json"
     rows = [row for row, _ in voyage.rows()]
@@ -150,6 +152,7 @@ def test_moving_horizon_follows_as_well(ship) -> None:
     assert not np.array_equal(ekf.follower.mean, mhe.follower.mean)
 
 
+@pytest.mark.slow
 def test_gaps_late_rows_and_a_clock_set_back_end_nothing(ship) -> None:
     voyage = Voyage(ship, 0.2)
     live = twin(voyage)
@@ -191,6 +194,7 @@ def test_settings_refuse_what_they_cannot_use(ship) -> None:
         Live(arx, usual(arx, list(NOISE)))
 
 
+@pytest.mark.slow
 def test_a_log_too_short_for_a_forecast_is_judged_by_its_innovations(ship) -> None:
     rows = [row for row, _ in Voyage(ship, 60.0 / 3600.0).rows()]
     settings = usual(ship, list(NOISE), noise=NOISE)
