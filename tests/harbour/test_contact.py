@@ -52,8 +52,8 @@ def floating(contact: Contact, sets: Any, substeps: int = 1) -> System:
     return System(
         ("x", "y", "psi", "u", "v", "r"), near, ("north", "east"), derivative, acting=near,
         logged=("stored", "deepest"), before=before, field=field,
-        kicks=Kicks(lambda h, z, k, a, p: contact.first(h, z, k, a, push),
-                    lambda h, z, e, a, p: contact.last(h, z, e, a, push), substeps),
+        kicks=Kicks(contact.touched, lambda h, z, k, a, t, p: contact.first(h, z, k, a, t, push),
+                    lambda h, z, e, a, t, p: contact.last(h, z, e, a, t, push), contact.size, substeps),
     )  # fmt: skip
 
 

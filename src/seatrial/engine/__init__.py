@@ -51,14 +51,22 @@ class Kicks:
 
     Where the field has nothing near on any lane of a block they are left out: there they must not change a bit.
 
+    An impulse changes velocities only, so that what is touched at the end of a step is touched at the beginning of the
+    next: `touch`, the larger part of the work, is done once a step.
+
     Attributes:
-        first: (h, state, rates, acting, parameters) -> (state and what is kept): the impulse before a step of `h` [s].
-        last: (h, state, kept, acting, parameters) -> state: the one after it.
+        touch: (state, acting) -> what is touched: a function of the pose and of what is near.
+        first: (h, state, rates, acting, touched, parameters) -> (state and what is kept): the impulse before a step of
+            `h` [s].
+        last: (h, state, kept, acting, touched, parameters) -> state: the one after it.
+        touched: how many values `touch` gives.
         substeps: steps of the motion in a time step.
     """
 
-    first: Callable[[Scalar, Scalars, Scalars, Scalars, Scalars], Scalars]
-    last: Callable[[Scalar, Scalars, Scalar, Scalars, Scalars], Scalars]
+    touch: Callable[[Scalars, Scalars], Scalars]
+    first: Callable[[Scalar, Scalars, Scalars, Scalars, Scalars, Scalars], Scalars]
+    last: Callable[[Scalar, Scalars, Scalar, Scalars, Scalars, Scalars], Scalars]
+    touched: int
     substeps: int = 1
 
 

@@ -178,7 +178,7 @@ def _head(sizes: Mapping[str, int]) -> str:
 
 def rollout_source(
     system: System, rhs: Function, before: Function | None, lanewise: dict[int, int],
-    kicks: tuple[Function, Function] | None = None,
+    kicks: tuple[Function, Function, Function] | None = None,
 ) -> str:  # fmt: skip
     """C source of the kernel that integrates `system` over lanes."""
     acting = len(system.acting or system.series)
@@ -196,8 +196,9 @@ def rollout_source(
     macros = _loop_macros(system) | {"PREPARE": prepare}
     if system.field is not None:
         text = text.replace(HEADER, HEADER + _field_sizes(system)) + _loop("field.c")
-    for name, f in zip(("kick_in", "kick_out"), kicks or (), strict=False):
-        text += lane_function(name, f, ("scalar", "lane", "lane", "lane", "parameters"), lanewise)
+    for name, f in zip(("touch", "kick_in", "kick_out"), kicks or (), strict=False):
+        kinds = ("lane", "lane") if name == "touch" else ("scalar", "lane", "lane", "lane", "lane", "parameters")
+        text += lane_function(name, f, kinds, lanewise)
     loop = _loop("rollout.c")
     for name, line in macros.items():
         loop = loop.replace(f"{name}\n", f"{line}\n")
@@ -214,16 +215,20 @@ def _loop_macros(system: System) -> dict[str, str]:
     """Lines of the loop that only some systems have: looks into a field, substeps between kicks."""
     looked, kicks = system.field is not None, system.kicks
     steps = kicks.substeps if kicks else 1
-    around = "double with[(NG+NF+NE+1)*LB]={0}; long seen[LB]={0},close=0;"
+    around = "double with[(NG+NF+NE+1)*LB]={0}; long seen[LB+1]={0},close=0;"
+    look = "for(long i=0;i<NG*LB;i++)with[i]=s[i]; seen[LB]=0; close=look(z,W,with+NG*LB,seen); s=with;"
+    first = last = ""
     if kicks:
-        around += " double kick[(NS+1)*LB];"
-    first = ("if(close){rhs(z,a,q,P,k); kick_in(h,z,k,a,q,P,kick); for(long i=0;i<NS*LB;i++)z[i]=kick[i];}"
-             if kicks else "")  # fmt: skip
-    last = ("if(close){kick_out(h,z,kick+NS*LB,a,q,P,w); for(long i=0;i<NS*LB;i++)z[i]=w[i];} }"
-            if kicks else "")  # fmt: skip
+        around += f" double kick[(NS+1)*LB],touched[{max(kicks.touched, 1)}L*LB]; long known=0;"
+        look += " if(seen[LB]||!close)known=0;"
+        # What was touched at the end of a step is so at the beginning of the next, while all lanes stay in their cells.
+        first = ("if(close){if(!known)touch(z,a,q,P,touched); rhs(z,a,q,P,k); kick_in(h,z,k,a,touched,q,P,kick);"
+                 " for(long i=0;i<NS*LB;i++)z[i]=kick[i];}")  # fmt: skip
+        last = ("if(close){touch(z,a,q,P,touched); known=1; kick_out(h,z,kick+NS*LB,a,touched,q,P,w);"
+                " for(long i=0;i<NS*LB;i++)z[i]=w[i];} }")  # fmt: skip
     return {
         "AROUND": around if looked else "",
-        "LOOK": "for(long i=0;i<NG*LB;i++)with[i]=s[i]; close=look(z,W,with+NG*LB,seen); s=with;" if looked else "",
+        "LOOK": look if looked else "",
         "SUBSTEPS": f"const double h=dt/{steps}.0; for(long sub=0;sub<{steps}L;sub++){{" if kicks else "const double h=dt;",
         "FIRST": first, "LAST": last,
     }  # fmt: skip

@@ -7,6 +7,6 @@ static long look(in z,const void*const*W,double*f,long*seen){
   const double*p=T+(i*ny+j)*NF,*r=p+ny*NF;
   for(long c=0;c<NF;c++)f[c*LB+b]=(1.0-x)*((1.0-y)*p[c]+y*p[NF+c])+x*((1.0-y)*r[c]+y*r[NF+c]);
   const long k=C[i*(ny-1)+j]; close|=k;
-  if(k!=seen[b]){seen[b]=k; for(long c=0;c<NE;c++)f[(NF+c)*LB+b]=E[k*NE+c];}
+  if(k!=seen[b]){seen[b]=k; seen[LB]=1; for(long c=0;c<NE;c++)f[(NF+c)*LB+b]=E[k*NE+c];}
  }
  return close;}

@@ -65,17 +65,21 @@ def preparation(system: System) -> Function | None:
     return ca.Function("before", [t, dt, *vectors], [ca.cse(ca.vertcat(*map(_column, stepped)))])
 
 
-def kicks(system: System) -> tuple[Function, Function] | None:
-    """CasADi functions (h, z, k, a, p) -> (state, kept) and (h, z, kept, a, p) -> state, or None."""
-    if system.kicks is None:
+def kicks(system: System) -> tuple[Function, Function, Function] | None:
+    """CasADi functions of `System.kicks`, or None: touch, first and last, with the inputs in the order given there."""
+    own = system.kicks
+    if own is None:
         return None
     h, names = ca.SX.sym("h"), (system.states, system.acting or system.series, system.parameters)
-    (z, a, p), scalars = _symbols("zap", names)
-    (rates, kept), (slopes, (one,)) = _symbols("kw", (system.states, ("kept",)))
-    first = _column(system.kicks.first(h, scalars[0], slopes, *scalars[1:]))
-    last = _column(system.kicks.last(h, scalars[0], one, *scalars[1:]))
-    return (ca.Function("first", [h, z, rates, a, p], [ca.cse(first)]),
-            ca.Function("last", [h, z, kept, a, p], [ca.cse(last)]))  # fmt: skip
+    (z, a, p), (state, acting, parameters) = _symbols("zap", names)
+    met = tuple(f"touched_{k}" for k in range(own.touched))
+    (rates, kept, touched), (slopes, (one,), values) = _symbols("kwt", (system.states, ("kept",), met))
+    touch = _column(own.touch(state, acting))
+    first = _column(own.first(h, state, slopes, acting, values, parameters))
+    last = _column(own.last(h, state, one, acting, values, parameters))
+    return (ca.Function("touch", [z, a], [ca.cse(touch)]),
+            ca.Function("first", [h, z, rates, a, touched, p], [ca.cse(first)]),
+            ca.Function("last", [h, z, kept, a, touched, p], [ca.cse(last)]))  # fmt: skip
 
 
 def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:

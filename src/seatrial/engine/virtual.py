@@ -81,7 +81,7 @@ class VirtualRollout:
     lanewise: tuple[str, ...]
     rhs: Function | None
     before: Function | None
-    kicks: tuple[Function, Function] | None = None
+    kicks: tuple[Function, Function, Function] | None = None
 
     pack = staticmethod(pack)
 
@@ -129,13 +129,15 @@ class VirtualRollout:
         """`z` one step later, with the impulses of contact around each part of the step."""
         if self.kicks is None or self.system.kicks is None:
             return _moved(slope, z, dt, rk4)
-        first, last = (one.map(z.shape[0]) for one in self.kicks)
+        touch, first, last = (one.map(z.shape[0]) for one in self.kicks)
         steps = self.system.kicks.substeps
         h = np.full((1, z.shape[0]), dt / steps)
+        touched = touch(z.T, a.T)
         for _ in range(steps):
-            start = np.array(first(h, z.T, slope(z).T, a.T, P))
+            start = np.array(first(h, z.T, slope(z).T, a.T, touched, P))
             z = _moved(slope, start[:-1].T, dt / steps, rk4)
-            z = np.array(last(h, z.T, start[-1:], a.T, P)).T
+            touched = touch(z.T, a.T)
+            z = np.array(last(h, z.T, start[-1:], a.T, touched, P)).T
         return z
 
     def _stepped(

@@ -60,11 +60,12 @@ class Curve:
     def both(self, s: Scalar) -> tuple[Scalar, Scalar]:
         """Reaction over rated reaction, and energy over rated reaction times height, at a deflection over height."""
         force: Scalar = 0.0
-        energy: Scalar = 0.0
+        twice: Scalar = 0.0
         for at, k in self._hinges:
             beyond = larger(s - at, 0.0)
-            force, energy = force + k * beyond, energy + 0.5 * k * beyond * beyond
-        return force, energy
+            more = k * beyond
+            force, twice = force + more, twice + more * beyond
+        return force, 0.5 * twice
 
     @property
     def stiffest(self) -> float:

@@ -13,7 +13,7 @@ from math import pi
 from typing import ClassVar
 
 from ..core.parameters import Scalar, Scalars, spec
-from ..core.symbolic import clip, cos, sign, sin, speed
+from ..core.symbolic import clip, cos, magnitude, sin, speed
 from . import Flow, Force, ThrusterModule
 
 
@@ -35,7 +35,9 @@ class PushTug(ThrusterModule):
 
     def force(self, flow: Flow, control: Scalars) -> Force:
         left = clip(1.0 - (speed(flow.u, flow.v_m) - 1e-6) / self.U_end, 0.0, 1.0)
-        Y = -sign(self.y) * left * clip(control[0], -self.pulls * self.f_max, self.f_max)
+        # A side that all lanes share, as a quotient: a choice there keeps gcc 12 from vectors.
+        side = self.y / (magnitude(self.y) + 1e-30)
+        Y = -side * left * clip(control[0], -self.pulls * self.f_max, self.f_max)
         return Force(0.0, Y, self.x * Y)
 
 

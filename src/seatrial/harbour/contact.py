@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -35,7 +36,7 @@ Push = Callable[[Scalars], Scalars]
 class Touch(NamedTuple):
     """One contact: compression, reaction, stored energy, its place and the way the ship is pushed, in ship axes.
 
-    `n` is the unit vector of the force on the ship; mu and chi as in `Stop`.
+    `n` is the unit vector of the force on the ship.
     """
 
     delta: Scalar
@@ -45,8 +46,6 @@ class Touch(NamedTuple):
     b: Scalar
     n_a: Scalar
     n_b: Scalar
-    mu: Scalar
-    chi: Scalar
 
     @property
     def force(self) -> Scalars:
@@ -55,14 +54,30 @@ class Touch(NamedTuple):
         return X, Y, self.a * Y - self.b * X
 
     @property
+    def pressed(self) -> Pressed:
+        """What friction and loss need of it."""
+        return Pressed(self.R, self.n_a, self.n_b, self.a * self.n_a + self.b * self.n_b,
+                       self.a * self.n_b - self.b * self.n_a)  # fmt: skip
+
+
+class Pressed(NamedTuple):
+    """A contact as friction and loss see it: reaction, way of the push, moments of unit forces."""
+
+    R: Scalar
+    n_a: Scalar
+    n_b: Scalar
+    turn_along: Scalar
+    turn_across: Scalar
+
+    @property
     def along(self) -> Scalars:
         """X, Y, N of a unit force along the hull there."""
-        return -self.n_b, self.n_a, self.a * self.n_a + self.b * self.n_b
+        return -self.n_b, self.n_a, self.turn_along
 
     @property
     def across(self) -> Scalars:
         """X, Y, N of a unit force that pushes the ship away."""
-        return self.n_a, self.n_b, self.a * self.n_b - self.b * self.n_a
+        return self.n_a, self.n_b, self.turn_across
 
 
 @dataclass(frozen=True)
@@ -104,10 +119,41 @@ def outline(L: float, B: float) -> tuple[tuple[float, float], ...]:
     return tuple((x * L, y * B) for x, y in shape)
 
 
+class Chain(NamedTuple):
+    """An outline from its widest point to one end: lengths of its sides, their ways forward (or aft) and out."""
+
+    length: tuple[float, ...]
+    away: tuple[float, ...]
+    out: tuple[float, ...]
+
+
+@cache
+def _chains(half: tuple[tuple[float, float], ...]) -> tuple[float, float, Chain, Chain]:
+    """The widest point of half an outline, and the chains of sides forward and aft of it, as many in both."""
+    most = max(b for _, b in half)
+    middle = sum(a for a, b in half if b == most) / sum(b == most for _, b in half)
+    ahead = [(middle, most), *((a, b) for a, b in half if a > middle)]
+    astern = [(middle, most), *((a, b) for a, b in reversed(half) if a < middle)]
+    stem, stern = half[-1], half[0]
+    ahead += [stem] * (ahead[-1] != stem)
+    astern += [stern] * (astern[-1] != stern)
+    count = max(len(ahead), len(astern)) - 1
+
+    def chain(points: list[tuple[float, float]], way: float) -> Chain:
+        steps = [(way * (a_2 - a), b_2 - b) for (a, b), (a_2, b_2) in pairwise(points)]
+        sides = [(s, e / s, f / s) for e, f in steps for s in [(e * e + f * f) ** 0.5]]
+        return Chain(*zip(*sides, *[(0.0, 1.0, 0.0)] * (count - len(sides)), strict=True))
+
+    return middle, most, chain(ahead, 1.0), chain(astern, -1.0)
+
+
 def distance(
     half: tuple[tuple[float, float], ...], a: Scalar, b: Scalar
 ) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar]:
     """Distance of a point from a hull, below zero inside; the nearest point of the hull, the unit vector from it.
+
+    From the widest point to either end an outline turns by at most a right angle.  So the nearest point is found by
+    going along the sides one after another, each as far as the rest of the way points along it.
 
     Args:
         half: half its outline, from stern to stem.
@@ -115,29 +161,30 @@ def distance(
     """
     side = where(b < 0.0, -1.0, 1.0)
     up = side * b
-    best: Scalar = 1e12
+    middle, most, ahead, astern = _chains(half)
+    forward = a >= middle
+    way = where(forward, 1.0, -1.0)
+    rest_a, rest_b = way * (a - middle), up - most
+    for one, two in zip(zip(*ahead, strict=True), zip(*astern, strict=True), strict=True):
+        length, e, f = (p if p == q else where(forward, p, q) for p, q in zip(one, two, strict=True))
+        t = clip(rest_a * e + rest_b * f, 0.0, length)
+        rest_a, rest_b = rest_a - t * e, rest_b - t * f
+    rest_a = way * rest_a
     within: Scalar = -1e12
-    at_a, at_b, in_a, in_b = (0.0,) * 4
+    in_a, in_b = 0.0, 0.0
     for (p, q), (p_2, q_2) in pairwise(half):
-        e, f = p_2 - p, q_2 - q
-        length = (e * e + f * f) ** 0.5
-        e, f = e / length, f / length
-        t = clip((a - p) * e + (up - q) * f, 0.0, length)
-        c_a, c_b = p + t * e, q + t * f
-        square = (a - c_a) * (a - c_a) + (up - c_b) * (up - c_b)
-        nearer = square < best
-        best = where(nearer, square, best)
-        at_a, at_b = where(nearer, c_a, at_a), where(nearer, c_b, at_b)
-        off = -f * (a - p) + e * (up - q)  # from the stern forward the water is to starboard
-        out = off > within
-        within = where(out, off, within)
-        in_a, in_b = where(out, -f, in_a), where(out, e, in_b)
+        length = ((p_2 - p) ** 2 + (q_2 - q) ** 2) ** 0.5
+        e, f = (p_2 - p) / length, (q_2 - q) / length
+        off = e * up - f * a - (e * q - f * p)  # from the stern forward the water is to starboard
+        nearer = off > within
+        within = larger(off, within)
+        in_a, in_b = where(nearer, -f, in_a), where(nearer, e, in_b)
     inner = within < 0.0
-    far = root(best + _TINY)
-    n_a, n_b = where(inner, in_a, (a - at_a) / far), where(inner, in_b, (up - at_b) / far)
+    far = root(rest_a * rest_a + rest_b * rest_b + _TINY)
+    per = 1.0 / far
+    n_a, n_b = where(inner, in_a, per * rest_a), where(inner, in_b, per * rest_b)
     gap = where(inner, within, far)
-    at_a, at_b = where(inner, a - gap * n_a, at_a), where(inner, up - gap * n_b, at_b)
-    return gap, at_a, side * at_b, n_a, side * n_b
+    return gap, a - gap * n_a, side * (up - gap * n_b), n_a, side * n_b
 
 
 @dataclass(frozen=True)
@@ -179,7 +226,7 @@ class Contact:
         height = larger(stop.height, 1e-3)
         delta = larger(stop.height - gap, 0.0)
         force, energy = self.curve.both(delta / height)
-        return Touch(delta, stop.reaction * force, stop.reaction * height * energy, a, b, -n_a, -n_b, stop.mu, stop.chi)
+        return Touch(delta, stop.reaction * force, stop.reaction * height * energy, a, b, -n_a, -n_b)
 
     def _corner(self, wall: Wall, a: float, b: float, x: Scalar, y: Scalar, c: Scalar, s: Scalar) -> Touch:
         """A corner of the hull within the block of a wall: pushed out by the shortest way."""
@@ -192,7 +239,7 @@ class Contact:
         delta = larger(best, 0.0)
         R = self.hard * delta
         n_x, n_y = w_along * wall.along_x - w_off * wall.along_y, w_along * wall.along_y + w_off * wall.along_x
-        return Touch(delta, R, 0.5 * R * delta, a, b, n_x * c + n_y * s, n_y * c - n_x * s, 0.0, 0.0)
+        return Touch(delta, R, 0.5 * R * delta, a, b, n_x * c + n_y * s, n_y * c - n_x * s)
 
     def elastic(self, state: Scalars, near: Scalars) -> tuple[list[Touch], Scalars, Scalar]:
         """Contacts, the force X, Y, N of all that is elastic, and what it stores [J]."""
@@ -209,24 +256,41 @@ class Contact:
             total, energy = tuple(p + q for p, q in zip(total, pull, strict=True)), energy + stored
         return touches, total, energy
 
-    def first(self, h: Scalar, state: Scalars, rates: Scalars, near: Scalars, push: Push) -> Scalars:
-        """State after the impulse before a step of `h` [s], and the energy left to it: stored, less what it gave."""
+    @property
+    def size(self) -> int:
+        """How many values `touched` gives."""
+        return 4 + self.stops * len(Pressed._fields)
+
+    def touched(self, state: Scalars, near: Scalars) -> Scalars:
+        """All that the impulses need of a pose: the elastic force, what it stores, and each stop as `Pressed`."""
         touches, force, stored = self.elastic(state, near)
+        return (*force, stored, *(value for touch in touches[: self.stops] for value in touch.pressed))
+
+    def _met(self, touched: Scalars, near: Scalars) -> tuple[list[tuple[Pressed, Stop]], Scalars, Scalar]:
+        """The stops, the elastic force and what it stores, of what `touched` gave."""
+        wide, own = len(Stop._fields), len(Pressed._fields)
+        met = [(Pressed._make(touched[4 + k * own : 4 + (k + 1) * own]), Stop._make(near[k * wide : (k + 1) * wide]))
+               for k in range(self.stops)]  # fmt: skip
+        return met, touched[:3], touched[3]
+
+    def first(self, h: Scalar, state: Scalars, rates: Scalars, near: Scalars, touched: Scalars, push: Push) -> Scalars:
+        """State after the impulse before a step of `h` [s], and the energy left to it: stored, less what it gave."""
+        met, force, stored = self._met(touched, near)
         v, gained = _kicked(state[3:6], force, push, 0.5 * h)
         ahead = tuple(0.5 * h * rate for rate in rates[3:6])
-        v = _rubbed(v, ahead, touches[: self.stops], push, 0.5 * h)
+        v = _rubbed(v, ahead, met, push, 0.5 * h)
         return (*state[:3], *v, *state[6:], stored - gained)
 
-    def last(self, h: Scalar, state: Scalars, kept: Scalar, near: Scalars, push: Push) -> Scalars:
+    def last(self, h: Scalar, state: Scalars, kept: Scalar, near: Scalars, touched: Scalars, push: Push) -> Scalars:
         """State after the impulse that ends a step."""
-        touches, force, stored = self.elastic(state, near)
+        met, force, stored = self._met(touched, near)
         v, gained = _kicked(state[3:6], force, push, 0.5 * h)
         share = larger(stored + gained - kept, 0.0) / larger(_kinetic(v, push), _TINY)
         slower = root(larger(1.0 - share, 0.0))
         v = tuple(slower * one for one in v)
-        for touch in touches[: self.stops]:
-            v = _damped(v, touch, push, h)
-        v = _rubbed(v, (0.0, 0.0, 0.0), touches[: self.stops], push, 0.5 * h)
+        for pressed, stop in met:
+            v = _damped(v, pressed, stop.chi, push, h)
+        v = _rubbed(v, (0.0, 0.0, 0.0), met, push, 0.5 * h)
         return (*state[:3], *v, *state[6:])
 
 
@@ -251,27 +315,27 @@ def _kinetic(v: Scalars, push: Push) -> Scalar:
     return 0.5 * (v[0] * v[0] / X[0] + v[1] * sway + v[2] * yaw)
 
 
-def _rubbed(v: Scalars, ahead: Scalars, touches: list[Touch], push: Push, h: Scalar) -> Scalars:
+def _rubbed(v: Scalars, ahead: Scalars, met: list[tuple[Pressed, Stop]], push: Push, h: Scalar) -> Scalars:
     """Velocities after friction for a time, contact by contact.
 
     Each takes away the sliding that there would be with the change `ahead`, as far as its pressure reaches.
     """
-    for touch in touches:
-        way = touch.along
+    for pressed, stop in met:
+        way = pressed.along
         answer = push(way)
         slide = _dot(way, v) + _dot(way, ahead)
-        most = h * touch.mu * touch.R
+        most = h * stop.mu * pressed.R
         impulse = clip(-slide / larger(_dot(way, answer), _TINY), -most, most)
         v = tuple(one + impulse * rate for one, rate in zip(v, answer, strict=True))
     return v
 
 
-def _damped(v: Scalars, touch: Touch, push: Push, h: Scalar) -> Scalars:
+def _damped(v: Scalars, pressed: Pressed, chi: Scalar, push: Push, h: Scalar) -> Scalars:
     """Velocities after the loss within a fender for a time: never a pull, and never more than all of the speed."""
-    way = touch.across
+    way = pressed.across
     answer = push(way)
     closing = -_dot(way, v)
-    loss = h * touch.chi * touch.R
+    loss = h * chi * pressed.R
     impulse = closing * loss / (1.0 + loss * _dot(way, answer))
-    impulse = larger(impulse, -h * touch.R)
+    impulse = larger(impulse, -h * pressed.R)
     return tuple(one + impulse * rate for one, rate in zip(v, answer, strict=True))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import pi
 
 from ..core.parameters import Scalar, Scalars, spec
-from ..core.symbolic import cos, larger, root, sin, tanh, where
+from ..core.symbolic import cos, larger, root, sin, tanh
 from ..environment import Environment, to_body, to_earth
 from ..forces import Force
 from .common import Surroundings
@@ -78,7 +78,9 @@ class Quay:
         push, rub = self._contact(off, v_off, v_ahead)
         back, up = self._contact(ahead, v_ahead, v_off)
         # A corner far behind the wall across came in round its end: there is no wall.
-        here = _before(off - self.reach) * _before(-ahead - _THICK) * where(self.reach > 0, 1.0, 0.0)
+        # Whether there is a wall, which all lanes share, as a quotient: a choice there keeps gcc 12 from vectors.
+        wall = self.reach / (self.reach + 1e-30)
+        here = _before(off - self.reach) * _before(-ahead - _THICK) * wall
         f_ahead, f_off = rub + here * back, push + here * up
         X, Y = to_body(*to_earth(f_ahead, f_off, along, out), c, s)
         return Force(X, Y, a * Y - b * X)

@@ -14,7 +14,7 @@ from ..actuators import Servo, queue_length, queued, table
 from ..core.parameters import Parts, Scalar, Terms, unknown, update, values
 from ..data import Array
 from ..engine import Scalars, System
-from ..environment import CHANNELS, PLACE, Charted, Environment
+from ..environment import CHANNELS, PLACE, Environment
 from ..environment.grid import SMOOTH
 from ..manoeuvres import Policy, Scheduled
 from ..models import Sampled, Stepped, kinematics
@@ -274,7 +274,7 @@ class _Loop:
         if self.place is None:
             return _rates(self.model(parameters), state, acting)
         n = len(self.ship.model.controls)
-        around: Any = Charted(*acting[n : n + len(CHANNELS) + len(PLACE)])
+        around: Any = self.place.charted(acting[n : n + len(CHANNELS) + len(PLACE)])
         return self.model(parameters).derivative(state, acting[:n], around)
 
 

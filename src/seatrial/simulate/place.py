@@ -83,6 +83,13 @@ class Place:
             base = Charted(*base[: -len(PLACE[4:])], *self.other.at(t, state))
         return (*base, *looked[wide:])
 
+    def charted(self, values: Scalars) -> Charted:
+        """Channels and place by name; what is not there is zero for every lane, so that no kernel computes it."""
+        around = Charted(*values)
+        if self.other is not None:
+            return around
+        return Charted(*around[: -len(PLACE[4:])])
+
     def kicks(self, controls: int, steps: int, model_of: Callable[[Scalars], Any]) -> Kicks | None:
         """Impulses of contact on a ship; None without contact."""
         contact, first = self.contact, controls + len(CHANNELS) + len(PLACE)
@@ -90,7 +97,7 @@ class Place:
             return None
 
         def push(state: Scalars, acting: Scalars, parameters: Scalars) -> Push:
-            around = Charted(*acting[controls:first])
+            around = self.charted(acting[controls:first])
             own = model_of(parameters)
             flow = Surroundings.of(state, around).flow(own.body)
             X, Y, N = (own.answer(Force(*unit), flow) for unit in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
@@ -98,10 +105,11 @@ class Place:
                 force[0] * x + force[1] * y + force[2] * n for x, y, n in zip(X, Y, N, strict=True))  # fmt: skip
 
         return Kicks(
-            lambda h, z, k, a, p: contact.first(h, z, k, a[first:], push(z, a, p)),
-            lambda h, z, kept, a, p: contact.last(h, z, kept, a[first:], push(z, a, p)),
-            steps,
-        )
+            lambda z, a: contact.touched(z, a[first:]),
+            lambda h, z, k, a, t, p: contact.first(h, z, k, a[first:], t, push(z, a, p)),
+            lambda h, z, kept, a, t, p: contact.last(h, z, kept, a[first:], t, push(z, a, p)),
+            contact.size, steps,
+        )  # fmt: skip
 
     def substeps(self, ship: Ship, dt: float) -> int:
         """Steps of the motion within `dt` [s] that the stiffness of what it may touch needs."""
