@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.environment import Environment
+from seatrial.environment import Environment, Uniform
+from seatrial.environment.weather import Gust
 from seatrial.realtime.plant import Compiled, Plant
 from seatrial.ships import Ship
 from seatrial.ships.files import load
@@ -33,6 +34,7 @@ class Voyage:
         current: north and east over time [m/s].
         bias: error of the rate gyro [rad/s].
         pull: steady acceleration to the north-east that no log shows [m/s^2].
+        gusty: whether that pull is of a wind with Davenport's gusts, which turns by 90 deg in 12 hours.
         sea: random forces that no log shows, as shares of `SEA`.
     """
 
@@ -47,6 +49,7 @@ class Voyage:
     bias: float = 0.0
     sea: float = 1.0
     pull: float = 0.0
+    gusty: bool = False
     seed: int = 1
 
     def rows(self) -> Iterator[tuple[Row, dict[str, float]]]:
@@ -55,6 +58,7 @@ class Voyage:
         base = float(self.ship.model.hull.R_0)
         plant: Plant | None = None
         n_P, course, slow, held = 0.0, 0.0, np.zeros(3), dict[str, float]()
+        pulls = self._pulls()
         inner = 2
         for k in range(round(self.hours * 3600.0 / self.dt)):
             t = k * self.dt
@@ -75,8 +79,9 @@ class Voyage:
             plant.surround(Environment(current_x=north, current_y=east))
             slow += -slow * self.dt / 500.0 + SEA[:, 1] * math.sqrt(2.0 * self.dt / 500.0) * rng.standard_normal(3)
             if self.pull:
-                c, s = math.cos(plant["psi"] - 0.25 * math.pi), math.sin(plant["psi"] - 0.25 * math.pi)
-                pushed(plant, self.pull * self.dt * np.array([c, -s, 0.0]))
+                much, way = pulls[k].tolist()
+                c, s = math.cos(plant["psi"] - way), math.sin(plant["psi"] - way)
+                pushed(plant, much * self.dt * np.array([c, -s, 0.0]))
             pushed(plant, self.sea * (slow * self.dt + SEA[:, 0] * math.sqrt(self.dt) * rng.standard_normal(3)))
             error = math.remainder(course - plant["psi"], 2.0 * math.pi)
             wanted = min(max(1.0 * error - 25.0 * plant["r"], -0.35), 0.35)
@@ -97,6 +102,15 @@ class Voyage:
             yield (t, self._read(t, truth, wanted, n_P, held, rng)), truth
             for _ in range(inner):
                 plant.step()
+
+    def _pulls(self) -> np.ndarray:
+        """The pull of each row and where to, shape (rows, 2)."""
+        steps = round(self.hours * 3600.0 / self.dt)
+        if not self.gusty:
+            return np.tile([self.pull, 0.25 * math.pi], (steps, 1))
+        wind = Gust(Uniform(U_T=10.0), spectrum="davenport", seed=self.seed).series(self.dt, steps)[:, 0]
+        turned = 0.25 * math.pi + 0.5 * math.pi * np.arange(steps) * self.dt / 43200.0
+        return np.column_stack([self.pull * (wind / 10.0) ** 2, turned])
 
     def _read(
         self, t: float, truth: dict[str, float], wanted: float, n_P: float, held: dict[str, float],

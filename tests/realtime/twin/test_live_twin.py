@@ -109,6 +109,19 @@ def test_faults_are_named_within_a_minute(ship, fault: str, cause: str) -> None:
 
 
 @pytest.mark.slow
+def test_a_rudder_whose_angle_is_logged_with_the_wrong_sign_is_named_and_lived_with(ship) -> None:
+    """From the first turn on it is taken as it acts, and the readings are as likely as ever."""
+    live = twin(Voyage(ship, 0.4))
+    for (t, read), _ in Voyage(ship, 0.4).rows():
+        live.feed(t, read | {name: -read[name] for name in ("delta", "delta_cmd")})
+    (alarm,) = live.alarms
+    assert alarm.cause == "delta of the wrong sign"
+    assert 600.0 < alarm.named < 660.0
+    assert live.follower is not None
+    assert abs(live.follower.value("hull.R_0")[0] / float(ship.model.hull.R_0) - 1.0) < 0.1
+
+
+@pytest.mark.slow
 def test_a_killed_twin_goes_on_with_the_same_numbers(ship, tmp_path: Path) -> None:
     voyage, kept = Voyage(ship, 0.06), tmp_path / "twin.json"
     rows = [row for row, _ in voyage.rows()]
@@ -297,12 +310,12 @@ def test_hours_are_held_against_their_band() -> None:
 
 @pytest.mark.long
 def test_an_unlogged_wrong_model_is_called_that(ship) -> None:
-    """A rudder that turns the ship the other way: no sensor is to blame."""
+    """A rudder that turns the ship the other way, its order unknown: no sensor is to blame."""
     voyage = Voyage(ship, 0.35)
     settings = replace(usual(ship, list(NOISE), noise=NOISE), settle=60.0)
     live = Live(ship, settings)
     for (t, read), _ in voyage.rows():
         live.feed(t, {**read, "delta": -read["delta"]})
-    assert live.alarms
+    assert "delta of the wrong sign" in {one.cause for one in live.alarms}
     assert live.follower is not None
     assert np.isfinite(live.follower.mean).all()

@@ -11,7 +11,7 @@ import numpy as np
 from ...data import Array
 from ...environment import CHANNELS
 from ...models import Model
-from .suspects import LAZY, LOST
+from .suspects import LAZY, LOST, REVERSED
 
 _PLACE = {name: k for k, name in enumerate(CHANNELS)}
 _VECTORS = (("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
@@ -19,7 +19,7 @@ _VECTORS = (("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
 
 @dataclass
 class Override:
-    """What a control does in place of what the log says: holds `now`, follows slowly, or that share of it is lost."""
+    """What a control does in place of what the log says: holds `now`, follows slowly, loses a share, is reversed."""
 
     how: str
     now: float
@@ -29,6 +29,8 @@ class Override:
         """The control as it acts, for a row of `span` seconds."""
         if self.how == LOST:
             return logged * math.sqrt(max(1.0 - self.now, 0.0))
+        if self.how == REVERSED:
+            return -logged
         if self.how == LAZY:
             self.now += min(max(logged - self.now, -self.rate * span), self.rate * span)
         return self.now

@@ -21,7 +21,7 @@ from .alarms import FROZEN, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of
 from .follow import Follower, Machine, Step, begun, made, surprise, without
 from .settings import MHE, Settings
 from .stuck import FOLLOWS, JAMMED, Repeats, steerings
-from .suspects import IMPULSE, JUMP, LAZY, LOST, RAMP, STUCK, Bank, Evidence, suspects, threshold
+from .suspects import IMPULSE, JUMP, LOST, OF_CONTROL, RAMP, Bank, Evidence, suspects, threshold
 from .tally import Tally
 
 # A gap of so many times L/U begins the motion anew.
@@ -372,10 +372,10 @@ class Live:
         for k in channels if alarm.how in (JUMP, RAMP, FROZEN) else ():
             self._masked[k] = alarm
             self._agreed[k] = t
-        if alarm.how in (STUCK, LAZY, LOST):
+        if alarm.how in OF_CONTROL:
             self._override(alarm)
         opened: tuple[tuple[str, ...], Array] = (), np.zeros(0)
-        if alarm.how in (STUCK, LAZY, LOST):  # nor is it known how much exactly is left of its effect
+        if alarm.how in OF_CONTROL:  # nor is it known how much exactly is left of its effect
             some = tuple(name for name in SLOW if name in self.machine.names)
             opened = some, np.array([3.0 * self.machine.settings.start[name] for name in some])
         elif alarm.how == IMPULSE:
@@ -397,7 +397,7 @@ class Live:
         """A control acts again as the log says."""
         control = evidence.suspect.what[0]
         del self._overrides[control]
-        self._close(lambda a: a.what == (control,) and a.how in (STUCK, LAZY, LOST), t)
+        self._close(lambda a: a.what == (control,) and a.how in OF_CONTROL, t)
         self._again(evidence.onset, ((), np.zeros(0)))
         self._forget(t, min(15.0, self._long))
 

@@ -31,8 +31,11 @@ _BESIDE = math.radians(1.0)
 # A slow rudder moves at one of these shares of its rate.
 _SLOW = (0.4, 0.15)
 
-JUMP, RAMP, IMPULSE, STUCK, LAZY, LOST = "jump", "ramp", "impulse", "stuck", "lazy", "lost"
-"""How a fault acts: on a reading as a step or a ramp, on a state, on a control (holds, lags, has no effect)."""
+JUMP, RAMP, IMPULSE = "jump", "ramp", "impulse"
+STUCK, LAZY, LOST, REVERSED = "stuck", "lazy", "lost", "reversed"
+"""How a fault acts: on a reading as a step or a ramp, on a state, on a control (holds, lags, has no effect, has the
+opposite one)."""
+OF_CONTROL = frozenset({STUCK, LAZY, LOST, REVERSED})
 
 
 @dataclass(frozen=True)
@@ -41,9 +44,9 @@ class Suspect:
 
     Attributes:
         cause: its name.
-        how: one of `JUMP` ... `LOST`.
+        how: one of `JUMP` ... `REVERSED`.
         what: names of the channels, the states or the control that it acts on; one or two.
-        size: standard deviation of its size, for each of them; a stuck or lazy control has size 1.
+        size: standard deviation of its size, for each of them; a stuck, lazy or reversed control has size 1.
         unit: of the size.
         share: of its rate at which a lazy control moves.
     """
@@ -58,7 +61,7 @@ class Suspect:
     @property
     def fixed(self) -> bool:
         """Whether its size is known, 1."""
-        return self.how in (STUCK, LAZY)
+        return self.how in (STUCK, LAZY, REVERSED)
 
 
 @dataclass(frozen=True)
@@ -109,6 +112,7 @@ def suspects(machine: Machine) -> tuple[Suspect, ...]:
         if unit(control) == "rad":
             found.append(Suspect(f"{control} jammed", STUCK, (control,) * 2, (1.0, _BESIDE), "1"))
             found += [Suspect(f"{control} slow", LAZY, (control,), (1.0,), "1", share) for share in _SLOW]
+            found.append(Suspect(f"{control} of the wrong sign", REVERSED, (control,), (1.0,), "1"))
         else:
             found.append(Suspect(f"{control} without its thrust", LOST, (control,), (1.0,), "1"))
     return tuple(one for one in found if not one.what[0].startswith(BIAS) and T > 0.0)
@@ -125,7 +129,7 @@ class Bank:
         self._place = {name: k for k, name in enumerate(machine.names)}
         self._control = {name: k for k, name in enumerate(machine.ship.model.controls)}
         self._rate = {name: _rate(machine.ship.actuators.of(name)) for name in self._control}
-        self._acted = [k for k, one in enumerate(self.suspects) if one.how in (STUCK, LAZY, LOST)]
+        self._acted = [k for k, one in enumerate(self.suspects) if one.how in OF_CONTROL]
         self._prior = np.array([size**-2.0 for one in self.suspects for size in one.size])[:, None]
         self.clear()
 
@@ -223,9 +227,9 @@ class Bank:
                 away[:, column] += pushed[number][:, None] * (self._lazy[k] - here)
             else:
                 other = step.acting.copy()
-                other[number] = 0.0
-                (without,) = traced.onward(step.before, other, step.dt)
-                away[:, column] += (without - usual)[:, None]
+                other[number] = -here if one.how == REVERSED else 0.0
+                (instead,) = traced.onward(step.before, other, step.dt)
+                away[:, column] += (instead - usual)[:, None]
 
     def _misread(self, step: Step, found: Array) -> None:
         """Add what faulty readings do to the innovations."""
