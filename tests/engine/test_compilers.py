@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import platform
 import shutil
 import stat
 import sys
@@ -113,3 +114,15 @@ def test_kernels_of_another_compiler_are_the_same_to_rounding(
     assert np.abs(ours[0, -1, :2]).max() > 10.0
     assert (theirs == theirs[:1]).all()
     np.testing.assert_allclose(theirs, ours, rtol=1e-10, atol=1e-10)
+
+
+def test_zig_links_the_vector_functions_that_run_and_does_without_where_there_are_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A system without a compiler has no development files, and one with musl has no vector functions."""
+    zig = Compiler((str(program(tmp_path, "zig", "clang version 20")), "cc"))
+    for found, libraries in (("/lib64/libmvec.so.1", ("/lib64/libmvec.so.1", "-lm")), ("", ("-lm",))):
+        monkeypatch.setattr(compilers, "_vector_library", lambda found=found: found)
+        assert zig.libraries == libraries
+        assert ("-fveclib=libmvec" in zig.flags) == (bool(found) and platform.machine() == "x86_64")
+    assert Compiler(("/usr/bin/gcc",)).libraries == ("-lmvec", "-lm")

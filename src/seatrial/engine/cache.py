@@ -25,7 +25,7 @@ from functools import cache
 from pathlib import Path
 
 from ..core.errors import CompilerError as CompilerError
-from .compilers import LIBRARIES, Compiler, compiler
+from .compilers import Compiler, compiler
 
 DIGEST = 32
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
@@ -59,7 +59,7 @@ def library(source: str) -> ctypes.CDLL:
             load here.
     """
     cc, text = compiler(), source.encode()
-    parts = [text, " ".join((*cc.flags, *LIBRARIES)).encode(), _machine(cc)]
+    parts = [text, " ".join((*cc.flags, *cc.libraries)).encode(), _machine(cc)]
     path = kept(parts, "so", lambda scratch: _compiled(cc, text, scratch))
     try:
         return ctypes.CDLL(str(path))
@@ -138,7 +138,7 @@ def _sweep(folder: Path) -> None:
 def _compiled(cc: Compiler, text: bytes, scratch: Path) -> bytes:
     c, so = scratch / "kernel.c", scratch / "kernel.so"
     c.write_bytes(text)
-    command = [*cc.command, *cc.flags, str(c), "-o", str(so), *LIBRARIES]
+    command = [*cc.command, *cc.flags, str(c), "-o", str(so), *cc.libraries]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise CompilerError(f"{cc.name} failed: {done.stderr.strip().splitlines()[-1:] or done.returncode}")

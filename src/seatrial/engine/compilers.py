@@ -22,7 +22,7 @@ _COMMON = (
     "-O2", "-ftree-vectorize", "-march=native", "-mprefer-vector-width=512", "-fopenmp-simd",
     "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC",
 )  # fmt: skip
-LIBRARIES = ("-lmvec", "-lm")
+_LIBRARY = "libmvec.so.1"
 _ORDER = ("gcc", "cc", "clang")
 
 
@@ -47,8 +47,21 @@ class Compiler:
     def flags(self) -> tuple[str, ...]:
         """Options for a kernel of many lanes."""
         clang = b"clang" in self.identity.lower()
-        own = ("-fveclib=libmvec",) if clang and platform.machine() == "x86_64" else () if clang else ("-fno-builtin",)
+        vectors = platform.machine() == "x86_64" and self.libraries != ("-lm",)
+        own = ("-fveclib=libmvec",) if clang and vectors else () if clang else ("-fno-builtin",)
         return (*_COMMON, *own)
+
+    @property
+    def libraries(self) -> tuple[str, ...]:
+        """Mathematics: of vectors, and of numbers.
+
+        Zig brings a C library to link with, but none of vectors.  That of the system is named as the file that runs:
+        `-lmvec` asks for its development files, which a system without a compiler has not.
+        """
+        if "zig" not in self.name:
+            return ("-lmvec", "-lm")
+        found = _vector_library()
+        return (found, "-lm") if found else ("-lm",)
 
 
 def compiler() -> Compiler:
@@ -89,6 +102,14 @@ def packaged() -> Compiler | None:
         if program:
             return Compiler((program, "cc"))
     return None
+
+
+@cache
+def _vector_library() -> str:
+    """The file of glibc's vector functions; empty where there is none, as with musl."""
+    own = f"lib/{platform.machine()}-linux-gnu"
+    folders = [f"/{top}{sub}" for sub in (own, "lib64", "lib") for top in ("", "usr/")]
+    return next((str(path) for folder in folders if (path := Path(folder, _LIBRARY)).exists()), "")
 
 
 @cache

@@ -24,6 +24,7 @@ from ..engine import SimulationError, System
 from ..engine.rollout import Simulator, simulator
 from ..engine.single import Stepper, stepper
 from ..environment import CHANNELS, Environment, Uniform, Weather, through_water
+from ..environment.grid import SMOOTH, Grid
 from ..environment.weather import Gust, Together
 from ..models import STATES, Sampled, Stepped
 from ..models.settled import settled
@@ -173,8 +174,15 @@ class Plant:
             return self._orders[self._commands[name]]
         at = _CHANNEL.get(name)
         if at is not None:
+            if name == "per_depth" and self.place is not None and self.place.grid is not None:
+                return self._sounded(self.place.grid)
             return self._around.values[at]
         raise KeyError(unknown(name, self.names, "value"))
+
+    def _sounded(self, grid: Grid) -> float:
+        """One over the depth of the chart where the ship is [1/m], as its forces have it."""
+        here = (np.array([self._stepper.now[self._at[name]]]) for name in ("x", "y"))
+        return float(grid.field.look(*here)[0][0, SMOOTH.index("chart.per_depth")])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)

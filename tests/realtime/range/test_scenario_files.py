@@ -176,3 +176,59 @@ def test_an_autopilot_that_knows_only_nmea_keeps_clear(name):
     blind = play(path)
     assert not blind.met
     assert any(one.name == "passing_distance" and not one.met for one in blind.judged)
+
+
+CANAL = """schema = "seatrial-scenario/1"
+duration = 60.0
+rate = 2.0
+chart = "canal"
+[own]
+ship = "kvlcc2_harbour"
+at = [0.0, 60.0]
+heading = 0.0
+speed = 4.0
+[criteria]
+under_keel = 3.0
+[alarms]
+under_keel = 5.0
+"""
+
+
+@pytest.mark.slow
+def test_a_chart_is_felt_sounded_and_judged(tmp_path):
+    """In 25 m of water with a draught of 20.8 m; the nearer bank turns the bow away."""
+    ran = play(written(tmp_path, CANAL.replace("speed = 4.0", 'speed = 4.0\npilot = "none"')))
+    plant = ran.stage.loop.vessels["own"].plant
+    assert plant.place is not None
+    assert plant["per_depth"] == pytest.approx(1.0 / 25.0)
+    assert plant["psi"] < 0.0
+    (keel,) = ran.judged
+    assert (keel.name, keel.met) == ("under_keel", True)
+    assert keel.value == pytest.approx(4.2, abs=0.01)
+    assert [alarm.cause.text for alarm in ran.stage.alarms.standing()] == ["UNDER KEEL"]
+    assert ran.document()["indices"]["under_keel"] == pytest.approx(4.2, abs=0.01)
+    strict = written(tmp_path, CANAL.replace("under_keel = 3.0", "under_keel = 4.5"))
+    assert not play(strict).met
+
+
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ('chart = "canal"', 'chart = "canla"', "chart: no chart 'canla'; near: canal"),
+    ('chart = "canal"', "", "criteria.under_keel: there is no chart|alarms.under_keel: there is no chart"),
+    ('chart = "canal"', 'chart = "coast.geojson"', "a coast to look at"),
+])  # fmt: skip
+def test_a_chart_that_cannot_be_is_told_in_one_line(tmp_path, old, new, message):
+    (tmp_path / "coast.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [
+        {"type": "Feature", "properties": {},
+         "geometry": {"type": "LineString", "coordinates": [[139.7, 35.0], [139.8, 35.1]]}}]}))  # fmt: skip
+    text = CANAL.replace(old, new).replace("duration = 60.0", "duration = 60.0\nplace = [35.0, 139.7]")
+    with pytest.raises(RequestError, match=message) as error:
+        read_scenario(written(tmp_path, text))
+    assert "\n" not in str(error.value)
+
+
+def test_a_ship_that_begins_on_land_is_refused(tmp_path, capsys):
+    path = written(tmp_path, CANAL.replace("at = [0.0, 60.0]", "at = [0.0, 260.0]"))
+    assert main(["range", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert "own: it starts aground" in told
+    assert told.strip().count("\n") == 0

@@ -39,6 +39,11 @@ class Soundings:
         """Depth of the chart at midship [m]; infinite where it has none."""
         return float(self._chart.depth_at(np.array([plant["x"]]), np.array([plant["y"]]))[0])
 
+    def under(self, plant: Plant) -> float:
+        """Depth of the chart at midship less the draught [m]; infinite where either is unknown."""
+        deep = draught(plant.ship)
+        return self.depth(plant) - deep if deep > 0.0 and math.isfinite(plant["x"] + plant["y"]) else math.inf
+
     def sound(self, loop: Loop) -> None:
         """Pass the depth on to ships that feel it; announce little water and grounding, each once until it is over."""
         for name, vessel in loop.vessels.items():

@@ -29,8 +29,8 @@ _SILENT = 5.0
 _STUCK, _MOVED = 5.0, math.radians(2.5)
 """Time for which a rudder apart from its order has to move by this angle at least [s, rad]."""
 
-CPA, GYRO, GNSS, RUDDER, TRACK, PILOT = 10001, 10011, 10012, 10021, 10031, 10041
-"""Identifiers: nearest approach, heading lost, position lost, rudder, off track, autopilot silent."""
+CPA, GYRO, GNSS, RUDDER, TRACK, PILOT, KEEL = 10001, 10011, 10012, 10021, 10031, 10041, 10051
+"""Identifiers: nearest approach, heading lost, position lost, rudder, off track, autopilot silent, little water."""
 
 
 class Cause(NamedTuple):
@@ -81,18 +81,20 @@ class Alarms:
 
     def __init__(
         self, loop: Loop, own: str, contacts: Contacts, faults: Faults, limits: Limits,
-        across: Callable[[], float | None], deaf: Callable[[], bool],
+        across: Callable[[], float | None], deaf: Callable[[], bool], keel: Callable[[], float] = lambda: math.inf,
     ) -> None:  # fmt: skip
         """Watch the ship `own` from now on.
 
         Args:
             across: distance from the route by the instruments [m]; None while it is unknown.
             deaf: whether the autopilot on the wire is silent.
+            keel: water under the keel [m].
         """
         self._vessel, self._contacts, self._faults, self._limits = loop.vessels[own], contacts, faults, limits
         self._numbers = {name: k for k, name in enumerate((n for n in loop.vessels if n != own), 1)}
         plant = self._vessel.plant
         self._rudders = tuple(name for name in plant.controls if name.startswith("delta") and unit(name) == "rad")
+        self._keel = keel
         self._across, self._deaf, self._every = across, deaf, max(round(loop.rate), 1)
         self.reset()
         loop.after(self.tick)
@@ -137,6 +139,8 @@ class Alarms:
         across, most = self._across(), self._limits.cross_track
         if most is not None and across is not None and abs(across) > most:
             yield Cause(TRACK, 1, "W", "OFF TRACK")
+        if self._limits.under_keel is not None and self._keel() < self._limits.under_keel:
+            yield Cause(KEEL, 1, "A", "UNDER KEEL")
         if self._deaf():
             yield Cause(PILOT, 1, "W", "AUTOPILOT SILENT")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,10 +42,15 @@ class Judge:
         cross_track: greatest distance from the leg that is followed [m].
         cross_track_rms: root of its mean square so far [m].
         heading_error: greatest difference of the heading from the leg, `settle` seconds after the leg began [rad].
+        under_keel: least water under the keel [m]; infinite without a chart.
     """
 
-    def __init__(self, loop: Loop, own: str, route: Sequence[Leg], turn: float, criteria: Criteria) -> None:
-        """Judge the ship `own` of the loop from now on; `turn` as in `pilots.Guide`."""
+    def __init__(
+        self, loop: Loop, own: str, route: Sequence[Leg], turn: float, criteria: Criteria,
+        keel: Callable[[], float] = lambda: math.inf,
+    ) -> None:  # fmt: skip
+        """Judge the ship `own` of the loop from now on; `turn` as in `pilots.Guide`, `keel`: the water under it now."""
+        self._keel = keel
         self._vessel, self._guide, self._criteria = loop.vessels[own], Guide(route, turn), criteria
         self.reset()
         loop.after(self.tick)
@@ -56,6 +61,7 @@ class Judge:
         plant, guide = self._vessel.plant, self._guide
         if self._vessel.failure is not None or self.arrived is not None:
             return
+        self.under_keel = min(self.under_keel, self._keel())
         leg = guide.number
         across = abs(guide.across(plant["x"], plant["y"]))
         if guide.number != leg:
@@ -84,6 +90,9 @@ class Judge:
             if wanted.passing_distance is not None:
                 met = passed.distance >= wanted.passing_distance
                 found.append(Judged("passing_distance", passed.distance, wanted.passing_distance, "m", met, name))
+        if wanted.under_keel is not None:
+            met = self.under_keel >= wanted.under_keel
+            found.append(Judged("under_keel", self.under_keel, wanted.under_keel, "m", met))
         if wanted.cross_track is not None:
             met = self.cross_track <= wanted.cross_track
             found.append(Judged("cross_track", self.cross_track, wanted.cross_track, "m", met))
@@ -98,7 +107,7 @@ class Judge:
     def snapshot(self) -> dict[str, Any]:
         return {"guide": self._guide.snapshot(), "arrived": self.arrived, "cross_track": self.cross_track,
                 "heading_error": self.heading_error, "since": self._since, "squares": self._squares,
-                "count": self._count}  # fmt: skip
+                "count": self._count, "under_keel": self.under_keel}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         self._guide.restore(saved["guide"])
@@ -106,10 +115,12 @@ class Judge:
             saved["arrived"], saved["cross_track"], saved["heading_error"]
         )  # fmt: skip
         self._since, self._squares, self._count = saved["since"], saved["squares"], saved["count"]
+        self.under_keel = saved["under_keel"]
 
     def reset(self) -> None:
         self._guide.reset()
         self.arrived: float | None = None
         self.heading_error: float | None = None
         self.cross_track = 0.0
+        self.under_keel = math.inf
         self._since, self._squares, self._count = 0.0, 0.0, 0

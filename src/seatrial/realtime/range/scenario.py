@@ -10,6 +10,7 @@ from typing import Literal
 from ...actuators import Actuator, Actuators
 from ...data.geodesy import Datum
 from ...environment import CALM, Environment
+from ...environment.chart import Chart
 from ...manoeuvres.autopilot import K_PRIME, T_PRIME
 from ...manoeuvres.track import Leg, legs
 from ...models.nomoto import Nomoto, from_prime
@@ -114,6 +115,7 @@ class Criteria:
 
     Attributes:
         passing_distance: least distance to every other ship, between the midships.
+        under_keel: least depth of the chart at midship, less the draught; squat is not in it.
         cross_track: greatest distance from the route.
         heading_error: greatest difference from the direction of the leg, `settle` seconds after the start of it.
         time: until the last waypoint is abeam.
@@ -124,16 +126,18 @@ class Criteria:
     heading_error: float | None = None
     time: float | None = None
     settle: float = 60.0
+    under_keel: float | None = None
 
 
 @dataclass(frozen=True)
 class Limits:
-    """When alarms are raised: nearest approach within a time, distance from the route, rudder apart from its order."""
+    """When alarms are raised: nearest approach within a time, off the route, rudder off its order, under the keel."""
 
     cpa: float = 926.0
     tcpa: float = 720.0
     cross_track: float | None = None
     rudder: float = math.radians(5.0)
+    under_keel: float | None = None
 
 
 @dataclass(frozen=True)
@@ -149,6 +153,7 @@ class Scenario:
         variation: of the magnetic compass, east positive [rad]; None without one.
         gusts: spectrum of the gusts; None without.
         weather: by time; before the first it is calm.
+        chart: depths, banks, quays and fenders, about where x and y are zero; None for open water.
     """
 
     title: str
@@ -165,6 +170,7 @@ class Scenario:
     faults: tuple[Fault, ...] = ()
     criteria: Criteria = Criteria()
     limits: Limits = Limits()
+    chart: Chart | None = None
 
     @property
     def first(self) -> Environment:

@@ -83,6 +83,7 @@ class CriteriaTable(Strict):
     """What makes a run a success; what is left out is not judged. `settle` is the time before the heading counts."""
 
     passing_distance: Positive | None = None
+    under_keel: Positive | None = None
     cross_track: Positive | None = None
     heading_error: Positive | None = None
     time: Positive | None = None
@@ -90,12 +91,13 @@ class CriteriaTable(Strict):
 
 
 class AlarmsTable(Strict):
-    """When alarms are raised: nearest approach [m] within a time [s], and distance from the route [m]."""
+    """When alarms are raised: nearest approach [m] within a time [s], distance from the route, water under the keel."""
 
     cpa: Positive = 926.0
     tcpa: Positive = 720.0
     cross_track: Positive | None = None
     rudder: Positive = 5.0
+    under_keel: Positive | None = None
 
 
 class ScenarioFile(Strict):
@@ -109,6 +111,7 @@ class ScenarioFile(Strict):
     variation: Annotated[float, Field(ge=-180.0, le=180.0)] | None = None
     start: datetime = datetime.fromisoformat("2026-01-01T12:00:00+00:00")
     gusts: str | None = None
+    chart: str | None = None
     own: OwnTable
     traffic: dict[str, TrafficTable] = Field(default_factory=dict, max_length=99)
     weather: tuple[WeatherTable, ...] = ()

@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 from ...core.errors import LoopError
 from ...data.nmea.ship import NULL_ISLAND, Fittings
 from ...environment import CHANNELS, Environment
+from ...environment.chart import Chart
+from ...models.common import Composed
 from ...sensors.suite import draught, usual
+from ...ships import Ship
+from ...simulate.place import Place, aground_or_inside, place_of
+from ..bridge.soundings import Soundings
 from ..bridge.view import OWN
 from ..loop import LoneClock, Loop
 from ..on_wire import FIRST, OnWire, Speech, exact, fitted
@@ -46,6 +51,28 @@ class Still:
     def series(self, dt: float, steps: int) -> NDArray[np.float64]:
         """The channels, shape (1, 8)."""
         return np.array([self.around], dtype=np.float64).reshape(1, len(CHANNELS))
+
+
+class Places:
+    """Where ships sail on a chart, each kind of ship tabulated once."""
+
+    def __init__(self, chart: Chart | None) -> None:
+        self._chart, self._known = chart, dict[str, Place]()
+
+    def of(self, name: str, ship: Ship, start: Sequence[float]) -> Place | None:
+        """The place of a ship; None on open water, or for a family that has no forces of banks and quays.
+
+        Raises:
+            LoopError: it begins aground or in a wall.
+        """
+        if self._chart is None or not isinstance(ship.model, Composed):
+            return None
+        if ship.name not in self._known:
+            self._known[ship.name] = place_of(ship, self._chart)
+        place = self._known[ship.name]
+        if wrong := aground_or_inside(place, tuple(start), draught(ship)):
+            raise LoopError(f"{name}: {wrong}; begin elsewhere")
+        return place
 
 
 @dataclass(frozen=True)
@@ -81,6 +108,7 @@ class Stage:
         on_wire: the own ship on its wire; None without one.
         pilot: track pilot of the own ship; None for a ship without a rudder, or without a pilot.
         faults, contacts, judge, alarms, handover, sky: as the modules of these names.
+        soundings: of the chart; None on open water.
     """
 
     def __init__(
@@ -94,22 +122,28 @@ class Stage:
             page: whether a mariner at a page may steer.
 
         Raises:
-            LoopError: a ship that cannot be steered along its route, or a rate that fits no ship.
+            LoopError: a ship that cannot be steered along its route, that begins aground or in a wall, or a rate that
+                fits no ship.
+            ChartError: a chart that cannot be tabulated for a ship.
             WireError: a sentence that the instruments cannot provide.
         """
         self.scenario = scenario
         own = scenario.own
         ticks = rate_of(own.ship, scenario.rate)
-        around = Still(scenario.first)
-        plants = {OWN: plant_of(own.ship, ticks, around, _start(own.sailing), scenario.seed)}
-        for other in scenario.others:
-            plants[other.name] = plant_of(other.ship, ticks, around, _start(other.sailing), scenario.seed)
+        around, places = Still(scenario.first), Places(scenario.chart)
+        afloat = {OWN: (own.ship, own.sailing)} | {one.name: (one.ship, one.sailing) for one in scenario.others}
+        plants = {
+            name: plant_of(ship, ticks, around, _start(sailing), scenario.seed,
+                           place=places.of(name, ship, _start(sailing)))
+            for name, (ship, sailing) in afloat.items()
+        }  # fmt: skip
         self.fittings = self._fitted(plants[OWN], line)
         suite = usual(own.ship) if own.usual else exact(plants[OWN].controls, self.fittings, ticks)
         clock = None if page else LoneClock()
         self.loop = loop = Loop(plants, ticks, factor, sensors={OWN: suite}, clock=clock)
         route = own.sailing.legs
         self.sky = Sky(loop, scenario)
+        self.soundings = Soundings(loop, scenario.chart) if scenario.chart is not None else None
         for other in scenario.others:
             _steerable(loop, other.name)
             TrafficPilot(loop, other.name, other.sailing.legs)
@@ -119,9 +153,10 @@ class Stage:
             _steerable(loop, OWN)
             self.pilot = OwnPilot(loop, OWN, route, True)
         self.contacts = Contacts(loop, OWN, scenario.limits.cpa, scenario.limits.tcpa)
-        self.judge = Judge(loop, OWN, route, _TURN * own.ship.L_pp, scenario.criteria)
+        self.judge = Judge(loop, OWN, route, _TURN * own.ship.L_pp, scenario.criteria, self._keel)
         self.on_wire = self._connected(line)
-        self.alarms = Alarms(loop, OWN, self.contacts, self.faults, scenario.limits, self._across, self._deaf)
+        self.alarms = Alarms(loop, OWN, self.contacts, self.faults, scenario.limits, self._across, self._deaf,
+                             self._keel)  # fmt: skip
         self.handover = Handover(loop, OWN, self.pilot, self.on_wire, page)
         if self.on_wire is not None and line is not None:
             self.reports = Reports(loop, self.on_wire, scenario.others, self.contacts, self.alarms, line.only)
@@ -176,6 +211,10 @@ class Stage:
     def _across(self) -> float | None:
         """Distance from the route by the instruments [m]; None without a route or before the first readings."""
         return None if self.pilot is None or not self.scenario.own.sailing.route else self.pilot.across
+
+    def _keel(self) -> float:
+        """Water under the keel of the own ship by the chart [m]; infinite without one."""
+        return math.inf if self.soundings is None else self.soundings.under(self.loop.vessels[OWN].plant)
 
     def _deaf(self) -> bool:
         return self.on_wire is not None and self.on_wire.conning.stale

@@ -65,6 +65,7 @@ class Ranged:
                 "passing": passed, "cross_track_max": stage.judge.cross_track,
                 "cross_track_rms": stage.judge.cross_track_rms,
                 "heading_error_max": None if error is None else error / DEGREE,
+                "under_keel": stage.judge.under_keel if math.isfinite(stage.judge.under_keel) else None,
             },
             "criteria": [_criterion(one) for one in self.judged],
             "events": stage.told(), "state": stage.digest, "written": self.written,

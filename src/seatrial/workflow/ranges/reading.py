@@ -14,8 +14,10 @@ from ...core.files import read_toml
 from ...core.parameters import unknown
 from ...data.geodesy import Datum
 from ...environment import CALM, Environment, Uniform
+from ...environment.chart import Chart, ChartError
 from ...environment.weather import Gust
 from ...models import unit
+from ...realtime.bridge.situation import read_chart
 from ...realtime.bridge.view import OWN
 from ...realtime.helm import obeying
 from ...realtime.range.faults import INSTRUMENTS
@@ -72,7 +74,7 @@ def scenario_of(document: dict[str, Any], path: Path, own: Ship | None = None) -
 
 
 def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
-    datum = _datum(table)
+    chart, datum = _chart(table, path, _datum(table))
     if table.gusts is not None:
         Gust(Uniform(), table.gusts)
     if OWN in table.traffic:
@@ -86,9 +88,32 @@ def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
         table.rate, table.seed, datum, start.timestamp(),
         None if table.variation is None else table.variation * DEGREE, table.gusts,
         _weather(own, table.weather), tuple(_fault(k, one, own) for k, one in enumerate(table.faults, 1)),
-        _criteria(table.criteria),
-        Limits(table.alarms.cpa, table.alarms.tcpa, table.alarms.cross_track, table.alarms.rudder * DEGREE),
+        _criteria(table.criteria, chart),
+        Limits(table.alarms.cpa, table.alarms.tcpa, table.alarms.cross_track, table.alarms.rudder * DEGREE,
+               _charted("alarms", table.alarms.under_keel, chart)),
+        chart,
     )  # fmt: skip
+
+
+def _charted(table: str, under_keel: float | None, chart: Chart | None) -> float | None:
+    """The least water under the keel, which a chart alone tells."""
+    if under_keel is not None and chart is None:
+        raise RequestError(f"{table}.under_keel: there is no chart to tell the depth; give chart = a chart file")
+    return under_keel
+
+
+def _chart(table: ScenarioFile, path: Path, datum: Datum | None) -> tuple[Chart | None, Datum | None]:
+    """The chart, of the library or a file beside the scenario, and where x and y are zero."""
+    if table.chart is None:
+        return None, datum
+    beside = path.parent / table.chart
+    try:
+        shown, here = read_chart(beside if beside.suffix and beside.exists() else table.chart, datum)
+    except ChartError as error:
+        raise RequestError(f"chart: {error}") from None
+    if shown.chart is None:
+        raise RequestError(f"chart: {table.chart}: a coast to look at; a scenario takes a seatrial-chart/1")
+    return shown.chart, here
 
 
 def _ship(path: Path, name: str) -> Ship:
@@ -205,6 +230,7 @@ def _fault(k: int, table: FaultTable, own: Ship) -> Fault:
     return fault if table.rate is None else replace(fault, rate=table.rate * scale)
 
 
-def _criteria(table: CriteriaTable) -> Criteria:
+def _criteria(table: CriteriaTable, chart: Chart | None) -> Criteria:
     error = None if table.heading_error is None else table.heading_error * DEGREE
-    return Criteria(table.passing_distance, table.cross_track, error, table.time, table.settle)
+    keel = _charted("criteria", table.under_keel, chart)
+    return Criteria(table.passing_distance, table.cross_track, error, table.time, table.settle, keel)

@@ -15,6 +15,7 @@ from ...data.geodesy import Datum
 from ...environment import Environment, Uniform
 from ...environment.weather import Gust
 from ...realtime.bridge.deck import Deck, Outfit
+from ...realtime.bridge.situation import Shown, Situation
 from ...realtime.bridge.view import OWN
 from ...realtime.loop import LoopError
 from ...realtime.range.panel import Panel
@@ -90,13 +91,13 @@ def rig(
         played = _plain(vessel, sailing, datum_of(place), other, seed, note, **around)
     else:
         played = replace(read_scenario(scenario, vessel), rate=_RATE)
+    played, situation = _charted(played, scenario, chart)
     own, reports = split(only)
     authority = Authority.of(tuple(commander))
     with listen(host, port, anywhere) as listening, maybe(nmea, to, anywhere) as wire, writing(log) as file:
         tied = Mute() if wire is None and (signalk or rosbridge or can is not None) else wire
         line = None if tied is None else Line(tied, framed, own, reports, max(hold, 10.0), authority, simulator, file)
         stage = _stage(played, factor, line)
-        situation = situation_of(chart, played.datum, played.epoch)
         ahead = path_ahead(ship, stage.loop.vessels[OWN].plant, bands, draws, extrapolate=extrapolate)
         outfit = Outfit(drills(vessel), out, None, hold, cannot(vessel), situation.meta, Panel(stage), situation, ahead)
         deck = Deck(stage.loop, outfit)
@@ -152,6 +153,16 @@ def _stage(scenario: Scenario, factor: float, line: Line | None) -> Stage:
         return Stage(scenario, factor, line, page=True)
     except (WireError, LoopError) as error:
         raise RequestError(str(error)) from None
+
+
+def _charted(played: Scenario, scenario: Path | None, chart: str | None) -> tuple[Scenario, Situation]:
+    """The scenario with the chart of `--chart`, which the ships then feel, and what the page shows of it."""
+    if played.chart is not None and chart is not None:
+        raise RequestError(f"--chart is given by the scenario; leave it out, or change {scenario}")
+    if played.chart is not None:
+        return played, Situation(played.datum, played.epoch, Shown(played.chart))
+    situation = situation_of(chart, played.datum, played.epoch)
+    return replace(played, chart=situation.shown.chart, datum=situation.datum), situation
 
 
 def _refuse_of_scenario(scenario: Path | None, **given: object) -> None:
