@@ -6,7 +6,6 @@ import importlib
 import json
 import math
 import re
-import sys
 import textwrap
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rooms import rooms
 from seatrial.cli.app import main
 from seatrial.core.parameters import near, read
 from seatrial.data import Trial
@@ -56,24 +56,8 @@ Put = Callable[[str], Any]
 @pytest.fixture
 def put(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Put]:
     """Puts a module of the page into its room, as a file; gives the module."""
-    made: list[tuple[Any, str, str]] = []
-
-    def place(file: str) -> Any:
-        room, name = file.rpartition("/")[0], Path(file).stem
-        package = importlib.import_module(f"seatrial.{room.replace('/', '.')}" if room else "seatrial")
-        folder = tmp_path / "rooms" / room
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{name}.py").write_text(BLOCKS[file][0], encoding="utf-8")
-        monkeypatch.setattr(package, "__path__", [*package.__path__, str(folder)])
-        importlib.invalidate_caches()
-        made.append((package, name, f"{package.__name__}.{name}"))
-        return importlib.import_module(f"{package.__name__}.{name}")
-
-    yield place
-    for package, name, full in made:
-        sys.modules.pop(full, None)
-        if hasattr(package, name):
-            delattr(package, name)
+    with rooms(tmp_path, monkeypatch) as made:
+        yield lambda file: made.put(file, BLOCKS[file][0])
 
 
 def within(file: str, module: str) -> dict[str, Any]:
