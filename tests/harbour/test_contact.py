@@ -178,6 +178,31 @@ def test_distance_from_a_hull() -> None:
         assert mirrored == pytest.approx((gap, at_a, -at_b, n_a, -n_b))
 
 
+HALVES = (
+    outline(100.0, 20.0), ((-50.0, 0.0), (-50.0, 10.0), (50.0, 10.0), (50.0, 0.0)),  # a ship, a pontoon
+    ((-50.0, 0.0), (-50.0, 12.0), (50.0, 0.0)), ((-50.0, 0.0), (40.0, 12.0), (50.0, 0.0)),  # widest at an end
+    ((-50.0, 0.0), (-50.0, 12.0), (50.0, 5.0), (50.0, 0.0)), ((-50.0, 0.0), (-20.0, 9.0), (0.0, 12.0), (50.0, 0.0)),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("half", HALVES)
+def test_the_distance_is_that_to_the_nearest_of_all_sides(half: tuple[tuple[float, float], ...]) -> None:
+    """Along the sides from the widest point, as by trying every side; on the outline itself it is zero."""
+    rng = np.random.default_rng(2)
+    corners = np.array([*half, *((a, -b) for a, b in reversed(half))])
+    from_, to = corners, np.roll(corners, -1, axis=0)
+    for a, b in [*rng.uniform((-80.0, -30.0), (80.0, 30.0), (300, 2)), *(0.5 * (from_ + to)), *corners]:
+        sides = to - from_
+        length = np.maximum((sides**2).sum(axis=1), 1e-12)
+        t = np.clip(((np.array([a, b]) - from_) * sides).sum(axis=1) / length, 0.0, 1.0)
+        far = np.hypot(*(np.array([a, b]) - from_ - t[:, None] * sides).T).min()
+        gap = distance(half, float(a), float(b))[0]
+        assert abs(gap) == pytest.approx(far, abs=1e-6)
+        turned = [(x - a) * (y_2 - b) - (x_2 - a) * (y - b) for (x, y), (x_2, y_2) in zip(from_, to, strict=True)]
+        inside = max(turned) <= 1e-9 or min(turned) >= -1e-9
+        assert gap <= 1e-6 if inside else gap >= -1e-6
+
+
 def test_a_line_pulls_and_never_pushes_and_its_energy_is_its_work() -> None:
     line = Line(50.0, 20.0, 40.0, 8.0, 15.0, 2e6, holds=2e5)
     slack = line.pull(0.0, 0.0, 1.0, 0.0)

@@ -179,7 +179,7 @@ def distance(
         nearer = off > within
         within = larger(off, within)
         in_a, in_b = where(nearer, -f, in_a), where(nearer, e, in_b)
-    inner = within < 0.0
+    inner = within <= 0.0  # on the outline too, where the fold at the widest point may lie on a side across
     far = root(rest_a * rest_a + rest_b * rest_b + _TINY)
     per = 1.0 / far
     n_a, n_b = where(inner, in_a, per * rest_a), where(inner, in_b, per * rest_b)
