@@ -107,6 +107,17 @@ def test_what_authors_get_wrong_is_named_with_its_place(law: Callable[[Flow], Fo
         check_force(Part(written(), rho=1000.0, L_pp=7.0, d=0.46, U=1.2, n=7.0))
 
 
+@pytest.mark.parametrize(("named", "said"), [("bias", "write a tuple"), (("nosuch",), "names 'nosuch'; it has x, ")])
+def test_asymmetries_that_name_no_number_are_told(named: object, said: str) -> None:
+    sided = type("Sided", (Fin,), {"mirror_symmetric": False, "asymmetries": named})
+    with pytest.raises(ContractError, match=said):
+        check_force(tried(sided(x=-3.0, bias=1.0)))
+
+
+def test_a_force_whose_side_is_named_passes() -> None:
+    check_force(tried(type("Sided", (Fin,), {"mirror_symmetric": False, "asymmetries": ("bias",)})(x=-3.0, bias=1.0)))
+
+
 def test_a_force_that_does_not_say_whether_port_mirrors_starboard_is_told_to() -> None:
     @dataclass(frozen=True)
     class Silent:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import DataError, Trial
-from seatrial.data.prepare import Step, mended, read_steps, steps_text
+from seatrial.data.prepare import Step, derivable, mended, read_steps, steps_text
 from seatrial.data.prepare.steps import OPERATIONS
 from seatrial.data.trialfile import write_trial
 from seatrial.workflow.data import mend
@@ -110,3 +110,15 @@ def test_steps_for_what_is_not_there_are_refused_before_anything_is_written(tmp_
         with pytest.raises(DataError, match=words):
             mend([tmp_path / "in"], file, out)
         assert not out.exists()
+
+
+def test_a_track_without_velocities_says_how_they_are_come_by() -> None:
+    bare = circle()
+    bare = replace(bare, channels={name: bare[name] for name in ("x", "y", "psi")})
+    told = derivable(bare, ("u", "v_m", "r", "n_P"))
+    assert 'do = "derive", channels = ["u", "v_m", "r"]' in told
+    assert derivable(replace(bare, channels={"psi": bare["psi"]}), ("u",)) == ""
+    with pytest.raises(DataError, match=r'no channel .u.; .* do = "derive"'):
+        mended(bare, (Step(do="from_track", channels=("u", "v_m")),))
+    (whole,) = mended(bare, (Step(do="derive", channels=("u", "v_m", "r")),))
+    assert {"u", "v_m", "r"} <= set(whole.channels)

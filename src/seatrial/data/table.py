@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Container, Generator, Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -17,6 +17,9 @@ from . import Array, DataError
 
 _LONGEST = 1e10
 """Largest time in seconds; those since 1970 are below."""
+
+_NAMED = 8
+"""Columns that an error names."""
 
 _LOOKED = 65536
 """Bytes at the beginning of a file in which a binary one has a zero."""
@@ -95,8 +98,9 @@ def once(path: str | Path, line: int, heads: Sequence[str], wanted: Iterable[str
 
 
 def numbers(
-    path: str | Path, lines: Sequence[str], first: int, columns: Sequence[str], delimiter: str | None
-) -> tuple[Array, list[int]]:
+    path: str | Path, lines: Sequence[str], first: int, columns: Sequence[str], delimiter: str | None,
+    gaps: Container[str] = (),
+) -> tuple[Array, list[int]]:  # fmt: skip
     """Table of floats from the lines after the header; empty cells become NaN, blank lines are left out.
 
     Args:
@@ -105,6 +109,7 @@ def numbers(
         first: index of the first line of numbers.
         columns: names of the columns, for the errors and the count.
         delimiter: what separates cells; None for white space.
+        gaps: words for a missing value, such as "--"; empty cells, nan, na and null are known.
 
     Returns:
         The table, shape (rows, columns), and the line number of each row (1 is the first of the file).
@@ -115,14 +120,14 @@ def numbers(
         cells = lines[k].split(delimiter)
         if len(cells) != len(columns):
             raise DataError(
-                f"{path}: line {k + 1} has {len(cells)} cells, the header has {len(columns)} columns; "
+                f"{path}: line {k + 1} has {len(cells)} cells, not {len(columns)} ({_listed(columns)}); "
                 "complete or remove the line"
             )
         try:
             # whole rows only: extend would keep half of a bad one
             flat += list(map(float if lines[k].isascii() and "_" not in lines[k] else decimal, cells))
         except ValueError:
-            flat.extend(_number(path, k, *pair) for pair in zip(columns, cells, strict=True))
+            flat.extend(_number(path, k, *pair, gaps) for pair in zip(columns, cells, strict=True))
     table = np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))
     infinite = np.argwhere(np.isinf(table))
     if infinite.size:
@@ -145,9 +150,14 @@ def decimal(text: str) -> float:
     return float(text)
 
 
-def _number(path: str | Path, k: int, column: str, cell: str) -> float:
+def _listed(columns: Sequence[str]) -> str:
+    """Names of columns, the first few."""
+    return ", ".join(columns[:_NAMED]) + (", ..." if len(columns) > _NAMED else "")
+
+
+def _number(path: str | Path, k: int, column: str, cell: str, gaps: Container[str]) -> float:
     text = cell.strip().strip('"').strip()
-    if text.lower() in ("", "nan", "na", "null"):
+    if text.lower() in ("", "nan", "na", "null") or text in gaps:
         return math.nan
     try:
         return decimal(text)
@@ -181,7 +191,7 @@ def check_time(path: str | Path, column: str, t: Array, lines: Sequence[int], ad
         DataError: naming file, column and line.
     """
     if t.size < 2:
-        raise DataError(f"{path}: {t.size} rows of numbers; a trial needs at least 2")
+        raise DataError(f"{path}: {t.size} row{'s' * (t.size != 1)} of numbers; a trial needs at least 2")
     found = disorder(t, advice)
     if found is not None:
         raise DataError(f"{path}: column '{column}', line {lines[found[0]]}: {found[1]}")

@@ -17,6 +17,7 @@ import numpy as np
 from ..core.parameters import specs, unknown
 from ..data import DataError, Trial
 from ..data.check import Finding, check_folder, check_set
+from ..data.prepare import derivable
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
@@ -182,7 +183,7 @@ def _trials(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
         absent = [name for name in needed if name not in trial]
         if absent:
             told = f"no channel {', '.join(absent)}; the model needs {', '.join(needed)}"
-            yield Issue("error", trial.name, f"{told}{_derived(trial, absent)}")
+            yield Issue("error", trial.name, f"{told}{derivable(trial, absent)}")
             continue
         yield from _trial(problem, trial)
         if problem.ship.model.motion != STATES and not logged(trial, "phi"):
@@ -191,15 +192,6 @@ def _trials(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
             rows += int(np.isfinite(trial.stack(*needed)).all(axis=1).sum())
     if problem.trials and rows < len(problem.free):
         yield Issue("warning", "trials", f"{rows} complete samples for {len(problem.free)} free parameters")
-
-
-def _derived(trial: Trial, absent: Sequence[str]) -> str:
-    """How to come by velocities and rate of turn that were not logged; a clause, empty where the track cannot tell."""
-    wanted = [name for name in absent if name in STATES[3:]]
-    if not wanted or any(name not in trial for name in STATES[:3]):
-        return ""
-    step = f"do = \"derive\", channels = {wanted}".replace("'", '"')
-    return f"; the track tells {', '.join(wanted)}: seatrial mend --by a file of steps with {step} (docs/data.md)"
 
 
 def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:

@@ -172,7 +172,9 @@ class _Reading:
         for key in dotted.split("."):
             found = found.get(key, {})
             if not isinstance(found, Mapping):
-                raise ShipError(f"{self.path}: {dotted} is not a table")
+                part, _, last = dotted.rpartition(".")
+                named = f"; parts have names: write [{part}.NAME]" if last == "type" else ""
+                raise ShipError(f"{self.path}: {dotted} is not a table{named}")
         return found
 
     def text(self, key: str, default: str) -> str:

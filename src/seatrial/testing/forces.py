@@ -6,11 +6,13 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
 
 from .. import forces
+from ..core.parameters import walk
 from ..data import Array
 from ..forces import Flow, Slipstream
 from . import discovery as found
@@ -59,6 +61,11 @@ def declared(part: Part) -> None:
     name = type(part.module).__name__
     said = isinstance(getattr(part.module, "mirror_symmetric", None), bool)
     require(said, f"{name} does not say `mirror_symmetric: ClassVar[bool]`: True, or False with its `asymmetries`")
+    own = getattr(part.module, "asymmetries", ())
+    require(isinstance(own, tuple), f"{name}: `asymmetries` is {own!r}; write a tuple, such as (\"delta_0\",)")
+    numbers = [path for path, _, _ in walk(part.module)]
+    unknown = [one for one in own if not any(fnmatchcase(path, one) for path in numbers)]
+    require(not unknown, f"{name}: `asymmetries` names {', '.join(map(repr, unknown))}; it has {', '.join(numbers)}")
     found.declared(part.module)
 
 

@@ -8,11 +8,11 @@ A gap is filled only by the function that is named for it.
 
 from .axes import froude_scaled, integral, to_body, to_earth, true_wind
 from .cutting import complete, cut, drop_trailing_gaps, segments, split, unbroken
-from .steps import Remedy, Step, mended, read_steps, steps_text
+from .steps import Remedy, Step, derivable, mended, read_steps, steps_text
 from .timing import ANGLES, interpolate_gaps, nearest_rows, resample, resampling, shifted
 
 __all__ = [
-    "ANGLES", "Remedy", "Step", "complete", "cut", "drop_trailing_gaps", "froude_scaled", "integral",
+    "ANGLES", "Remedy", "Step", "complete", "cut", "derivable", "drop_trailing_gaps", "froude_scaled", "integral",
     "interpolate_gaps", "mended", "nearest_rows", "read_steps", "resample", "resampling", "segments", "shifted",
     "split", "steps_text", "to_body", "to_earth", "true_wind", "unbroken",
 ]  # fmt: skip

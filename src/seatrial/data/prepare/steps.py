@@ -31,6 +31,8 @@ SCHEMA = "seatrial-steps/1"
 _NAMED = 2
 # Steps that it names.
 _SAID = 3
+# What a track with headings tells.
+_TOLD = ("u", "v_m", "r")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,9 +188,20 @@ def mended(trial: Trial, steps: Sequence[Step]) -> tuple[Trial, ...]:
     return tuple(replace(part, name=f"{trial.name}_{k}") for k, part in enumerate(parts, start=1))
 
 
+def derivable(trial: Trial, absent: Sequence[str]) -> str:
+    """How to come by velocities and rate of turn that were not logged; a clause, empty where the track cannot tell."""
+    wanted = [name for name in absent if name in _TOLD]
+    if not wanted or any(name not in trial for name in ("x", "y", "psi")):
+        return ""
+    listed = ", ".join(f'"{name}"' for name in wanted)
+    return (f"; the track tells {', '.join(wanted)}: seatrial mend --by a file of steps with "
+            f'do = "derive", channels = [{listed}] (docs/data.md, Remedies)')  # fmt: skip
+
+
 def _one(step: Step, trial: Trial) -> Trial:
     if OPERATIONS[step.do].needs and (missing := [name for name in step.channels if name not in trial]):
-        raise DataError(f"{trial.name}: {step.words}: {unknown(missing[0], trial.channels, 'channel')}")
+        told = unknown(missing[0], trial.channels, "channel")
+        raise DataError(f"{trial.name}: {step.words}: {told}{derivable(trial, missing)}")
     return step.apply(trial).noting(step.words)
 
 

@@ -19,7 +19,7 @@ from ...core.parameters import values
 from ...data import Trial
 from ...data.folder import Folder
 from ...data.kinds import Kind, recognised
-from ...data.prepare import drop_trailing_gaps
+from ...data.prepare import derivable, drop_trailing_gaps
 from ...identify import StudyError
 from ...models import STATES, Sampled
 from ...ships import Ship
@@ -93,7 +93,7 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
     usable = {one: trial for one, trial in whole.items() if one not in left_out}
     if not usable:
         first, why = next(iter(left_out.items()))
-        more = f" (and {len(left_out) - 1} more)" if len(left_out) > 1 else ""
+        more = f" (and {len(left_out) - 1} more recordings)" if len(left_out) > 1 else ""
         raise StudyError(f"{folder.root}: no recording that {ship.name} can be fitted to: {first}: {why}{more}")
     left_out |= {**copies(usable), **folder.unread}
     usable = {one: trial for one, trial in usable.items() if one not in left_out}
@@ -138,7 +138,7 @@ def _useless(ship: Ship, trials: Mapping[str, Trial], kinds: Mapping[str, Kind])
                   if not {channel, f"{channel}_cmd", orders.get(channel)} & known]  # fmt: skip
         length = trial.meta.get("L_pp")
         if absent:
-            out[name] = f"no channel {', '.join(absent)}, which {ship.name} needs"
+            out[name] = f"no channel {', '.join(absent)}, which {ship.name} needs{derivable(trial, absent)}"
         elif isinstance(length, int | float) and abs(length / ship.L_pp - 1.0) > _LENGTH:
             out[name] = f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m"
         elif step is not None and abs(trial.dt / step - 1.0) > _STEP:

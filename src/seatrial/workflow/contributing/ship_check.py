@@ -23,6 +23,7 @@ _KEY = re.compile(r"(?P<name>[a-z_]+?)(?P<year>(?:18|19|20)\d\d)[a-z]?\b")
 """A key of a publication at the beginning of a source."""
 _ASSUMED = re.compile(r"^assumed\b|; assumed\b")
 """A number that is assumed, or one part of which is."""
+_NAMED = 3
 _LEAST_REASON = 12
 """Letters of a source "assumed: reason"; fewer are no reason."""
 
@@ -90,8 +91,12 @@ def _run(ship: Ship, kind: str) -> Simulated | None:
 
 
 def _notes(ship: Ship) -> Iterator[Finding]:
+    invented = all(entry.source.startswith("assumed") for entry in ship.entries.values())
     for key, why in (("title", "what the ship is"), ("references", "where its numbers are published")):
         said = ship.notes.get(key)
+        if key == "references" and not said and invented:
+            yield Finding("notes.references", "note", "none, and every number is assumed")
+            continue
         yield Finding(f"notes.{key}", "ok", "given") if said else Finding(f"notes.{key}", "error", f"missing: {why}")
     cautions = ship.notes.get("cautions", ())
     yield Finding("notes.cautions", "ok" if cautions else "note",
@@ -101,11 +106,12 @@ def _notes(ship: Ship) -> Iterator[Finding]:
 def _sources(ship: Ship) -> Iterator[Finding]:
     bare = [path for path, entry in ship.entries.items() if not entry.source.strip()]
     if bare:
-        yield Finding("sources", "error", f"{len(bare)} numbers without one: {', '.join(bare[:3])}")
+        yield Finding("sources", "error", f"{len(bare)} numbers without one: {_some(bare)}")
     hollow = [path for path, entry in ship.entries.items()
               if entry.source.startswith("assumed") and len(entry.source) < _LEAST_REASON]  # fmt: skip
     if hollow:
-        yield Finding("reasons", "error", f"assumed without a reason: {', '.join(hollow[:3])}; write assumed: and why")
+        yield Finding("reasons", "error", f"assumed without a reason, or with none to speak of: {_some(hollow)}; "
+                      "write assumed: and why")  # fmt: skip
     unknown = _unexplained(ship)
     if unknown:
         yield Finding("keys", "error", f"no reference says what {', '.join(sorted(unknown)[:3])} is; add it to "
@@ -113,6 +119,12 @@ def _sources(ship: Ship) -> Iterator[Finding]:
     if not bare:
         assumed = sum(bool(_ASSUMED.search(entry.source)) for entry in ship.entries.values())
         yield Finding("sources", "ok", f"{len(ship.entries)} numbers, {assumed} of them assumed")
+
+
+def _some(paths: list[str]) -> str:
+    """The first paths, and how many more there are."""
+    more = len(paths) - _NAMED
+    return ", ".join(paths[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _unexplained(ship: Ship) -> set[str]:
