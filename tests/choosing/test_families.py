@@ -42,6 +42,7 @@ def test_every_family_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert by_name["KT"]["data"]["length"] == [14.0, 14.0]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_every_family_as_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["models"]) == 0

@@ -135,6 +135,7 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", REFUSED)
 def test_refused_in_one_line(case: str, study: Path, capsys) -> None:
     change, words = REFUSED[case]
@@ -247,6 +248,7 @@ SEARCHERS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SEARCHERS)
 def test_other_estimators_refuse_in_one_line_too(kind: str, study: Path, capsys) -> None:
     table, words = SEARCHERS[kind]

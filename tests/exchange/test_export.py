@@ -104,6 +104,7 @@ def printed(program: Path, rows: np.ndarray) -> np.ndarray:
     return np.array([[float(v) for v in line.split()] for line in done.stdout.splitlines()])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ships(CONTINUOUS))
 def test_rates_of_the_casadi_function(name: str) -> None:
     x, u, e = points(name)
@@ -208,6 +209,7 @@ def told(run: Run) -> str:
     return json.dumps({"x": run.states[0].tolist(), "a": run.memory, "o": run.orders.tolist()})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STABLE)
 def test_trajectory_of_the_python_file(name: str, tmp_path: Path) -> None:
     run = turning(name)
@@ -431,6 +433,7 @@ def test_the_description_of_an_fmu_is_xml_whatever_its_texts_hold(tmp_path: Path
     assert root.attrib["modelName"].isprintable()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ships(CONTINUOUS))
 def test_the_python_file_takes_arrays_as_it_takes_lists(name: str, tmp_path: Path) -> None:
     """Of any type of number, for rates, step and actuators: the same floats, those of the engine."""

@@ -135,6 +135,7 @@ def test_no_impact_gains_energy_or_passes_through(count: int, mu: float, chi: fl
         assert (whole[touched, -1] < whole[touched, 0]).all()
 
 
+@pytest.mark.slow
 def test_lanes_do_not_see_their_neighbours() -> None:
     """Bit by bit the same alone, in a block with ships far off, and in another place of it."""
     system, start = harbour(0.2, 2.0, 5), impacts(40)

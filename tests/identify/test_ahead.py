@@ -93,6 +93,7 @@ def test_forecasts_beat_those_who_know_no_ship() -> None:
         assert max(ahead.ratio()) < 0.3
 
 
+@pytest.mark.slow
 def test_bands_hold_what_they_state_and_narrow_ones_do_not() -> None:
     every = joined(forecasts()[1:])
     assert min(every.covered(0.9)) > 0.7

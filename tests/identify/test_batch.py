@@ -49,6 +49,7 @@ def test_each_problem_has_the_normal_equations_of_its_own(turns, window):
         np.testing.assert_allclose(found.g[k], normal.g, rtol=1e-9, atol=1e-10 * np.abs(normal.g).max())
 
 
+@pytest.mark.slow
 def test_the_number_of_threads_and_the_neighbours_change_nothing(turns, many):
     values = drawn(turns.free, 9, np.random.default_rng(0))
     found = many.normals(values)

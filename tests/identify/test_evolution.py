@@ -173,6 +173,7 @@ def test_each_run_has_twice_the_population_of_the_last_up_to_the_largest(problem
     assert fit.evaluations == 2 * (5 + 10 + 16 + 16)
 
 
+@pytest.mark.slow
 def test_validation_is_watched(problem: Problem) -> None:
     watched = replace(problem, trials=problem.trials[:1], validation=problem.trials[1:])
     fit = Evolution(runs=1, agree=1, generations=20).fit(watched)

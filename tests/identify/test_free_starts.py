@@ -130,6 +130,7 @@ def test_a_killed_population_search_goes_on_to_the_same_numbers(short: Problem, 
     assert np.array_equal(again.ends, whole.ends)
 
 
+@pytest.mark.slow
 def test_a_trial_that_is_only_predicted_starts_by_its_first_length(short: Problem) -> None:
     """What comes after that changes nothing of where the prediction starts."""
     scorer = Scorer.of(begun_as(short, "free"), None, "rk4")

@@ -94,6 +94,7 @@ def test_trials_of_two_ships_do_not_make_one_that_is_known_well():
     assert (wide <= 1.01 * np.array([f.sigma for f in fit.free]) * np.sqrt(max(found.left, 1.0))).all()
 
 
+@pytest.mark.slow
 def test_two_trials_are_too_few():
     told = turns([SHIP])
     with pytest.raises(StudyError, match="2 trials are too few to leave each out in turn; fit 3 or more"):

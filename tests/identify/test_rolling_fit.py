@@ -59,6 +59,7 @@ def test_truth_within_its_standard_errors(without: tuple[str, ...]) -> None:
     assert all(one.size == pytest.approx(1.0, abs=0.15) for one in fit.diagnosis.channels.values())
 
 
+@pytest.mark.slow
 def test_slopes_of_the_objective_are_exact() -> None:
     """By parameters and by the initial heel and roll rate of each window."""
     own = begun_as(problem(), "free")

@@ -69,6 +69,7 @@ def test_the_gradient_is_that_of_the_cost(trials, nuisance):
             assert 2 * block.gradient[k - block.where.start] == pytest.approx(slope, rel=1e-4, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_free_initial_state_is_held_to_its_measurement_once(trials):
     """By the prior of its offset; rows later on count as before."""
     free, plain = (objective_of(problem_of(trials, nuisance=n)) for n in (NUISANCE, Nuisance()))

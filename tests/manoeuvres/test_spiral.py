@@ -111,6 +111,7 @@ def test_symmetric_kvlcc2_unstable_all_three_agree():
     assert pulled["residual_rate_port"].value == pytest.approx(-pulled["residual_rate_starboard"].value, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ship", "residual"), [(norrbin(), 0.0), (UNSTABLE, RESIDUAL)])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_pull_out_leaves_nothing_or_the_same_to_both_sides(ship, residual, side):

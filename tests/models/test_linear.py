@@ -32,6 +32,7 @@ def about(name: str, speed: float | None = None) -> Linear:
     return straight(ship.model, speed or ship.speed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ships(TRACED))
 def test_every_ship_of_the_library_has_a_linear_form(name: str) -> None:
     found = about(name)

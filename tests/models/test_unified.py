@@ -131,6 +131,7 @@ def test_a_decay_is_that_of_the_impulse_response() -> None:
     assert (np.abs(found - exact)[2:] / size).max() < 0.02
 
 
+@pytest.mark.slow
 def test_energy_never_exceeds_what_it_began_with() -> None:
     """Kinetic and potential energy of a hull that is struck and released in water at rest.
 
@@ -187,6 +188,7 @@ def test_manoeuvres_in_calm_water_are_those_of_the_ship_that_rolls() -> None:
         assert a[name].value == pytest.approx(b[name].value, rel=0.02), name
 
 
+@pytest.mark.slow
 def test_without_memory_it_is_the_ship_that_rolls() -> None:
     """No sections: the eight rates to rounding."""
     model: Any = ship().model

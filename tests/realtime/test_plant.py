@@ -130,6 +130,7 @@ def test_what_follows_the_rudder_takes_its_order():
     assert any(plant[f"{name}_cmd"] != before[name] for name in plant.controls)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["kvlcc2_l7_arx", "mariner_nomoto2", "esso_osaka_3m", "suzaku", "cybership2"])
 def test_every_family_sails_and_is_saved(name):
     from seatrial.simulate.run import time_step

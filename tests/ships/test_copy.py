@@ -19,6 +19,7 @@ from seatrial.workflow.judging import copy
 ALL = (*library(), *variants())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALL)
 def test_a_copy_sails_as_the_ship_does_to_the_last_bit(name, tmp_path):
     ship, made = load(name), copy(name, tmp_path / "mine.toml")

@@ -102,6 +102,7 @@ def test_an_irregular_sea_moves_it_as_operators_say() -> None:
     assert run["zeta"].std() == pytest.approx(0.125, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_calm_sea_is_calm_water() -> None:
     flat = Sea(Ittc(0.0, 7.0), 0.3)
     run = forced(ship(), AHEAD, sea=flat, forces=data().forces, duration=20.0, speed=5.0)
