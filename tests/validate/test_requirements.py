@@ -257,3 +257,11 @@ def test_wrong_requests(arguments: list[str], words: str, capsys, tmp_path, monk
 def test_an_unknown_scope_is_named() -> None:
     with pytest.raises(ShipError, match="near: berthing"):
         judge(load("kvlcc2_l7"), "berthin")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["naval_blanke", "container_son_nomoto"])
+def test_ships_whose_hull_rolls_are_judged_too(name: str) -> None:
+    """Their hulls take heel and its rate besides the flow."""
+    found = judge(load(name), "collision-avoidance")
+    assert len(found.rows) == 11

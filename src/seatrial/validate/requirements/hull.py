@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from inspect import signature
 from itertools import pairwise
 from typing import Any
 
@@ -113,8 +114,8 @@ def _bare(p: Probe) -> Iterator[Finding]:
     """The forces of the hull and of the rudder amidships, each by itself: one may hide a wrong sign of the other."""
     model = p.ship.model
     hull: Any = model.part("hull") or model.part("damping")
-    if not isinstance(model, Composed) or hull is None:
-        return
+    if not isinstance(model, Composed) or hull is None or len(signature(hull.force).parameters) != 1:
+        return  # a hull with arguments of its own (roll) is judged by the whole ship
     points: dict[str, list[tuple[str, float]]] = {"surge": [], "sway": [], "yaw": []}
     for f in (*p.astern, *p.ahead):
         straight = Surroundings.of(p.state(f * p.U), CALM).flow(model.body)
