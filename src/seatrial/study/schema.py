@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, get_args
+from types import UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -12,6 +13,10 @@ from ..core.parameters import unknown
 from ..identify import StudyError
 
 _Model = TypeVar("_Model", bound=BaseModel)
+_SHOWN = 80
+"""Longest text of a document that a message repeats."""
+_TABLES, _TABLE = ("model_type", "dict_type"), "Input should be a table"
+"""What Pydantic calls a valid dictionary or instance of a class."""
 
 
 class Strict(BaseModel):
@@ -251,14 +256,43 @@ class SeriesFile(Strict):
 
 
 def known_keys(schema: Any, place: Sequence[int | str]) -> list[str]:
-    """Known keys of the table at `place` of a document."""
-    table = schema
+    """Known keys of the table at `place` of a document, of each kind of table that may stand there."""
+    options: list[Any] = [schema]
     for key in place:
-        # Below a table of tables, whatever the name; within one that may be left out, the table itself.
-        table = table.model_fields[str(key)].annotation if hasattr(table, "model_fields") else get_args(table)[-1]
-        table = next((one for one in get_args(table) if hasattr(one, "model_fields")), table) \
-            if type(None) in get_args(table) else table
-    return [f.alias or name for name, f in table.model_fields.items()]
+        options = [one for option in options for one in _members(_below(option, key))]
+    tables = [option for option in options if hasattr(option, "model_fields")]
+    return list(dict.fromkeys(f.alias or name for table in tables for name, f in table.model_fields.items()))
+
+
+def _below(option: Any, key: int | str) -> Any:
+    """Type of what stands under a key of a table, or at a place of a list; None where nothing does."""
+    if hasattr(option, "model_fields"):
+        found = [f.annotation for name, f in option.model_fields.items() if key in (name, f.alias)]
+        return found[0] if found else None
+    inner = [one for one in get_args(option) if one is not Ellipsis]
+    if get_origin(option) is tuple and isinstance(key, int):
+        return inner[min(key, len(inner) - 1)]
+    return inner[-1] if inner else None
+
+
+def _members(option: Any) -> list[Any]:
+    """The types that a union joins, without their constraints."""
+    if get_origin(option) is Annotated:
+        return _members(get_args(option)[0])
+    if get_origin(option) in (Union, UnionType):
+        return [one for member in get_args(option) for one in _members(member)]
+    return [option]
+
+
+def _place(document: Any, found: Any) -> tuple[int | str, ...]:
+    """Where an error of Pydantic is in the document, without the names of the types that it tried there."""
+    place: list[int | str] = []
+    for part in found["loc"]:
+        here = isinstance(document, dict) and part in document
+        if here or (isinstance(document, list) and isinstance(part, int) and part < len(document)):
+            document = document[part]
+            place.append(part)
+    return (*place, found["loc"][-1]) if found["type"] == "missing" else tuple(place)
 
 
 def checked(path: Path, schema: type[_Model], document: Any) -> _Model:
@@ -270,11 +304,23 @@ def checked(path: Path, schema: type[_Model], document: Any) -> _Model:
     try:
         return schema.model_validate(document)
     except ValidationError as error:
-        found = error.errors()  # an unknown key first: it may be the one that is missing, misspelt
-        first = next((one for one in found if one["type"] == "extra_forbidden"), found[0])
-    key = ".".join(str(part) for part in first["loc"])
+        found = [(_place(document, one), one) for one in error.errors()]
+    # An unknown key first: it may be the one that is missing, misspelt.  Then the deepest: of several kinds of table
+    # or list that may stand somewhere, the one that is there has been tried farthest.
+    place, first = max(found, key=lambda one: (one[1]["type"] == "extra_forbidden", len(one[0])))
+    *above, last = place or ("document",)
     if first["type"] == "extra_forbidden":
-        known = known_keys(schema, first["loc"][:-1])
-        raise StudyError(f"{path}: {key}: {unknown(str(first['loc'][-1]), known, 'key')}")
-    what = "is missing" if first["type"] == "missing" else f"is {first['input']!r}: {first['msg']}"
-    raise StudyError(f"{path}: {key} {what}")
+        wrong = f": {unknown(_short(str(last)), known_keys(schema, above), 'key')}"
+    elif first["type"] == "missing":
+        wrong = " is missing"
+    else:
+        told = [_TABLE if one["type"] in _TABLES else one["msg"] for at, one in found if at == place]
+        why = " or ".join(dict.fromkeys(told))
+        wrong = f" is {_short(repr(first['input']))}: {why}"
+    raise StudyError(f"{path}: {'.'.join(_short(str(part)) for part in (*above, last))}{wrong}")
+
+
+def _short(text: str) -> str:
+    """A text of the document, on one line of moderate length."""
+    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+    return line if len(line) <= _SHOWN else f"{line[:_SHOWN]}..."
