@@ -206,6 +206,30 @@ def test_a_folder_of_other_settings_is_refused(logs: Path, tmp_path: Path) -> No
 
 
 @pytest.mark.slow
+def test_a_damaged_file_of_a_fit_is_named(logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = written(logs), tmp_path / "run"
+    identify(path, out, quick=True)
+    where = next(out.rglob("fit.json")).parent
+    whole = json.loads((where / "fit.json").read_text())
+    unsealed = {key: value for key, value in whole.items() if key != "seal"}
+    lost = {key: value for key, value in unsealed.items() if key != "objective"}
+    for name, content in (
+        ("fit.json", json.dumps(whole)[:-50]), ("fit.json", "[]"), ("fit.json", json.dumps(lost)),
+        ("fit.json", json.dumps({**whole, "objective": 0.0})), ("fit.json", json.dumps({**unsealed, "parameters": 3})),
+        ("fit.json", json.dumps({**unsealed, "objective": "low"})), ("history.csv", "a,b\n1,2\n"),
+        ("history.csv", "iteration\n1,x,2,3\n"), ("history.csv", "\x00"),
+    ):  # fmt: skip
+        before = (where / name).read_bytes()
+        (where / name).write_text(content)
+        capsys.readouterr()
+        assert main(["identify", str(path), "--quick", "-o", str(out)]) == 2, (name, content)
+        (line,) = (line for line in capsys.readouterr().err.splitlines() if "done" not in line)
+        assert line.startswith(f"error: {where / name}: "), line
+        (where / name).write_bytes(before)
+    assert main(["identify", str(path), "--quick", "-o", str(out)]) == 0
+
+
+@pytest.mark.slow
 def test_validate_gives_the_error_of_the_table(
     logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

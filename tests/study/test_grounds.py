@@ -12,6 +12,7 @@ from fitted_run import DEGREE, PATHS, covariance, saved, trial
 from seatrial.data import Trial
 from seatrial.identify import StudyError
 from seatrial.study.grounds import beyond, covered, trial_digest
+from seatrial.study.store import write_summary
 from seatrial.study.stored import posterior
 
 CONTROLS = ("n_P", "delta")
@@ -87,7 +88,7 @@ def test_draws_stay_within_the_bounds_of_the_study(tmp_path: Path) -> None:
 def test_a_posterior_of_another_fit_is_refused(change: dict[str, object], said: str, tmp_path: Path) -> None:
     model = saved(tmp_path, [trial(20)])
     file = tmp_path / "fit.json"
-    file.write_text(json.dumps({**json.loads(file.read_text()), **change}))
+    write_summary(file.parent, {**json.loads(file.read_text()), **change})
     with pytest.raises(StudyError, match=said):
         posterior(model)
 
@@ -96,7 +97,7 @@ def test_an_edited_model_is_refused(tmp_path: Path) -> None:
     model = saved(tmp_path, [trial(20)])
     document = json.loads((tmp_path / "fit.json").read_text())
     document["parameters"]["hull.Y_v"]["value"] *= 1.01
-    (tmp_path / "fit.json").write_text(json.dumps(document))
+    write_summary(tmp_path, document)
     with pytest.raises(StudyError, match=r"hull.Y_v is .* edited after the fit"):
         posterior(model)
 

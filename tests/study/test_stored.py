@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,8 @@ from seatrial.data import Trial
 from seatrial.identify import Fit, Loss, Problem, StudyError, Verdict
 from seatrial.identify.diagnosis.findings import Channel, Contradiction, Diagnosis, Residuals, Suspicion
 from seatrial.ships.files import load
-from seatrial.study.store import save_fit
-from seatrial.study.stored import load_fit
+from seatrial.study.store import load_fit_summary, save_fit, write_summary
+from seatrial.study.stored import load_fit, posterior
 
 FREE = (Free("hull.Y_v", -0.3), Free("hull.N_v", -0.1, -0.2, -0.05, -0.1, 0.02))
 SUSPECT = Suspicion("offset.delta", "an offset", "deg", 0.0174, 30.0, 0.2, 0.01, 0.002, {"hull.Y_v": 1.5})
@@ -80,6 +81,12 @@ def _with(value: object, *keys: str) -> Callable[[dict[str, Any]], object]:
         (_with([[1.0]], "covariance"), "covariance must be 2 rows of 2 numbers"),
         (_with("wide", "parameters", "hull.Y_v", "sigma"), "parameters.hull.Y_v.sigma is wide; it must be a number"),
         (_with(True, "objective"), "objective is True"),
+        (_with(None, "parameters", "hull.Y_v", "value"), "hull.Y_v.value is nan; it must be a finite number"),
+        (_with(-0.01, "parameters", "hull.Y_v", "sigma"), "hull.Y_v.sigma is -0.01; it must be above zero"),
+        (_with(0.0, "parameters", "hull.Y_v", "sigma"), "hull.Y_v.sigma is 0; it must be above zero"),
+        (_with([[1.0, 0.1], [0.2, 1.0]], "covariance"), "covariance must be symmetric"),
+        (_with([[-1.0, 0.0], [0.0, 1.0]], "covariance"), "covariance has a negative variance"),
+        (_with([[1.0, 2.0], [2.0, 1.0]], "covariance"), "covariance has a negative variance"),
         (_with([1], "parameters"), "parameters must be tables"),
         (_with(-1.0, "parameters", "hull.N_v", "start"), "hull.N_v: the bounds .* exclude the start"),
         (_with([{"subject": "a"}], "verdicts"), "each of verdicts needs subject"),
@@ -91,9 +98,45 @@ def test_what_cannot_be_is_named_by_file_and_key(change: Callable[[Any], object]
     path = folder / "fit.json"
     document = json.loads(path.read_text())
     change(document)
-    path.write_text(json.dumps(document))
+    write_summary(folder, document)
     with pytest.raises(StudyError, match=told):
         load_fit(folder)
+
+
+def test_a_number_that_is_changed_after_the_fit_is_noticed_wherever_the_fit_is_read(folder: Path) -> None:
+    """Halving a variance is as possible as what the fit found; only a digest tells them apart."""
+    path = folder / "fit.json"
+    text = path.read_text()
+    document = json.loads(text)
+    document["covariance"][0][0] /= 2.0
+    path.write_text(json.dumps(document))
+    readers: tuple[Callable[[], object], ...] = (
+        lambda: load_fit(folder), lambda: load_fit_summary(folder), lambda: posterior(folder / "model.toml"))
+    for read in readers:
+        with pytest.raises(StudyError, match=r"fit\.json: was changed after the fit"):
+            read()
+    path.write_text(json.dumps(json.loads(text), indent=8, sort_keys=True))  # the same content
+    assert load_fit(folder).covariance[0, 0] == 1.0 / 3.0
+
+
+def test_a_ship_that_is_changed_after_its_fit_is_noticed(folder: Path) -> None:
+    """Also where the number is not one that the fit found; comments and layout are free."""
+    model = folder / "model.toml"
+    text = model.read_text()
+    model.write_text("# a comment\n" + text)
+    load_fit(folder)
+    changed = re.sub(r"(?m)^B = .*$", "B = 1.3", text)
+    assert changed != text
+    model.write_text(changed)
+    with pytest.raises(StudyError, match=r"model\.toml: was changed after the fit"):
+        load_fit(folder)
+
+
+def test_a_fit_of_before_there_were_digests_is_read(folder: Path) -> None:
+    document = json.loads((folder / "fit.json").read_text())
+    del document["seal"]
+    (folder / "fit.json").write_text(json.dumps(document))
+    assert load_fit(folder).values.tolist() == [-0.31, -0.11]
 
 
 def test_a_damaged_or_foreign_array_file_is_named(folder: Path) -> None:

@@ -15,6 +15,7 @@ from fitted_run import saved, trial
 from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trials, write_trial
 from seatrial.identify import StudyError
+from seatrial.study.store import write_summary
 from seatrial.workflow import RequestError
 from seatrial.workflow.evidence.bands import simulate_with_bands
 from seatrial.workflow.evidence.card import card
@@ -112,7 +113,7 @@ def test_a_fit_of_before_ranges_were_kept_has_a_card_but_no_bands(run: Path) -> 
     file = run.with_name("fit.json")
     document = json.loads(file.read_text())
     del document["grounds"], document["study_file"]
-    file.write_text(json.dumps(document))
+    write_summary(file.parent, document)
     found = card(str(run)).result
     assert found.covered == {}
     assert found.missing
@@ -122,7 +123,7 @@ def test_a_fit_of_before_ranges_were_kept_has_a_card_but_no_bands(run: Path) -> 
 
 def test_a_fit_without_a_covariance_has_errors_without_bands(run: Path) -> None:
     file = run.with_name("fit.json")
-    file.write_text(json.dumps({**json.loads(file.read_text()), "covariance": [[None] * 3] * 3}))
+    write_summary(file.parent, {**json.loads(file.read_text()), "covariance": [[None] * 3] * 3})
     assert not card(str(run)).result.banded
 
 
@@ -152,7 +153,7 @@ def test_wrong_requests_end_in_one_line(
 
 def test_a_card_of_two_runs_is_refused(run: Path) -> None:
     file = run.with_name("fit.json")
-    file.write_text(json.dumps({**json.loads(file.read_text()), "digest": "of-another"}))
+    write_summary(file.parent, {**json.loads(file.read_text()), "digest": "of-another"})
     with pytest.raises(StudyError, match="keep the two files of one run together"):
         card(str(run))
 
@@ -187,7 +188,7 @@ def left_out(run: Path, factor: float = 9.0, **more: object) -> Path:
     """The same run with what left-out trials would have said of it."""
     file = run.with_name("fit.json")
     said = {"factor": factor, "trials": 4, "left": 1.0, "errors": {"one": 81.0, "two": 1.0}, **more}
-    file.write_text(json.dumps({**json.loads(file.read_text()), "left_out": said}))
+    write_summary(file.parent, {**json.loads(file.read_text()), "left_out": said})
     return run
 
 
@@ -212,7 +213,7 @@ def test_no_left_out_trial_tells_of_other_surroundings(run: Path) -> None:
     file = left_out(run).with_name("fit.json")
     document = json.loads(file.read_text())
     document["grounds"]["covered"]["depth"] = [1.0, 2.0]
-    file.write_text(json.dumps(document))
+    write_summary(file.parent, document)
     with pytest.raises(RequestError, match=r"leaves the trials of the fit: depth deep m \(trials: 1\.00 to 2\.00"):
         simulate_with_bands(str(run), "turning", 95.0, draws=300, rudder=35.0)
 

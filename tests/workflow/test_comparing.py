@@ -14,6 +14,7 @@ from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trial
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
+from seatrial.study.store import write_summary
 from seatrial.workflow.comparing import provenance
 from seatrial.workflow.validate import predict, validate
 
@@ -58,10 +59,9 @@ def shared(fitted: Path, to: Path, **errors: float) -> str:
     """The fit with errors of instruments that it might have estimated on trial a, and only there."""
     shutil.copytree(fitted / "run", to)
     held = json.loads((to / "fit.json").read_text())
-    (to / "fit.json").write_text(json.dumps({**held, "nuisances": {"*": {k.replace("_", "."): v for k, v in
-                                                                        errors.items()}}}))  # fmt: skip
     model = (to / "model.toml").read_text()
     (to / "model.toml").write_text(re.sub(r'trained_on = \[[^\]]*\]', 'trained_on = ["a"]', model))
+    write_summary(to, {**held, "nuisances": {"*": {k.replace("_", "."): v for k, v in errors.items()}}})
     return str(to / "model.toml")
 
 
@@ -163,11 +163,12 @@ def test_histories_that_cannot_be(fitted: Path, tmp_path: Path, capsys, command:
 
 
 def test_a_fit_that_predicts_worse_than_before_says_so_first(fitted: Path, tmp_path: Path, capsys) -> None:
-    """A model file whose coefficient was moved after the fit."""
+    """A fit that has found a coefficient three times too large."""
     shutil.copytree(fitted / "run", tmp_path / "run")
     model = tmp_path / "run" / "model.toml"
     spoilt = load(model)
     save(spoilt.having({"hull.N_r": 3.0 * float(spoilt.model.hull.N_r)}), model, provenance(spoilt))
+    write_summary(model.parent, json.loads(model.with_name("fit.json").read_text()))
     outcome = validate(str(model), [fitted / "logs"])
     (line,) = outcome.leads
     assert outcome.shown[0] == line

@@ -7,7 +7,6 @@ left out in turn say of it.
 from __future__ import annotations
 
 import io
-import json
 import warnings
 import zipfile
 from collections.abc import Mapping
@@ -16,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from ..core.files import packed, plain, write_whole
+from ..core.files import packed, write_whole
 from ..data import Array
 from ..identify import StudyError
 from ..identify.posterior.left_out import Power
 from ..identify.posterior.sampling.sampled import Sampled
-from .store import SUMMARY, load_fit_summary
+from .store import load_fit_summary, write_summary
 
 DRAWS, NETCDF, KEY, LEFT_OUT = "posterior.npz", "posterior.nc", "posterior", "left_out"
 
@@ -42,7 +41,7 @@ def save_draws(found: Sampled, folder: str | Path) -> Path:
     (where / NETCDF).unlink(missing_ok=True)
     if (data := inference_data(found)) is not None:
         data.to_netcdf(str(where / NETCDF))
-    write_whole(where / SUMMARY, json.dumps(plain({**document, KEY: found.numbers()}), indent=1) + "\n")
+    write_summary(where, {**document, KEY: found.numbers()})
     return path
 
 
@@ -84,9 +83,7 @@ def save_power(found: Power, folder: str | Path) -> None:
     Raises:
         StudyError: no fit in the folder.
     """
-    where = Path(folder)
-    document = {**load_fit_summary(where), LEFT_OUT: found.numbers()}
-    write_whole(where / SUMMARY, json.dumps(plain(document), indent=1) + "\n")
+    write_summary(folder, {**load_fit_summary(folder), LEFT_OUT: found.numbers()})
 
 
 def read_power(document: Mapping[str, Any], path: Path) -> Power | None:

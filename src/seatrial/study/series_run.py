@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,8 @@ from ..ships import Ship
 from ..ships.classes import foreign
 from ..ships.files import load
 from .series import Cell, Row, Series
-from .store import HISTORY, MODEL, SUMMARY, claim, load_fit_summary
+from .store import HISTORY, MODEL, SUMMARY, claim
+from .stored import read_history, read_numbers
 
 FITS = "fits"
 
@@ -40,7 +40,7 @@ class Member:
     ship: Ship
     history: Array
     objective: float
-    summary: dict[str, Any]
+    summary: Mapping[str, Any]
 
     @property
     def seconds(self) -> float:
@@ -132,7 +132,7 @@ def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:
     """The fits of a row that are done, in the order of its seeds.
 
     Raises:
-        StudyError: a folder holds the fit of another problem.
+        StudyError: a folder holds the fit of another problem, or one that cannot be read.
     """
     if not row.cells:
         return (Member(None, row.ship, np.zeros((0, 4)), math.nan, {}),)
@@ -140,16 +140,9 @@ def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:
     for cell in row.cells:
         where = folder(out, row, cell)
         if _done(series, out, row, cell):
-            summary = load_fit_summary(where)
-            objective = summary["objective"]
+            numbers = read_numbers(where)
             found.append(Member(
-                cell.seed, load(where / MODEL, trust=foreign(row.ship.model)), _history(where / HISTORY),
-                math.nan if objective is None else float(objective), summary,
+                cell.seed, load(where / MODEL, trust=foreign(row.ship.model)), read_history(where / HISTORY),
+                numbers.objective, numbers.document,
             ))  # fmt: skip
     return tuple(found)
-
-
-def _history(path: Path) -> Array:
-    with path.open(encoding="utf-8", newline="") as stream:
-        rows = [[float(value) if value else math.nan for value in row] for row in list(csv.reader(stream))[1:]]
-    return np.array(rows).reshape(-1, 4)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Generator, Mapping, Sequence
@@ -14,7 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from ..core.files import plain, write_whole
+from ..core.files import plain, read_toml, write_whole
 from ..core.parameters import read
 from ..core.version import __version__
 from ..data import DataError, Trial
@@ -26,6 +27,9 @@ from .arrays import ARRAYS, to_bytes
 from .grounds import grounds
 
 MODEL, SUMMARY, HISTORY, RUN = "model.toml", "fit.json", "history.csv", "run.json"
+SEAL = "seal"
+COLUMNS = ["iteration", "objective", "validation", "seconds"]
+"""Of history.csv."""
 # How a caution begins that speaks of parameters which are zero until a fit has moved them.
 _UNFITTED = "As it stands"
 # Magnitudes beyond are no measure of anything; see `core.files.REACH`.
@@ -68,19 +72,70 @@ def save_fit(
         "version": __version__, "study_file": file,
         "grounds": grounds(problem.trials, problem.validation, test, fit.ship.model.controls),
     }  # fmt: skip
-    write_whole(where / SUMMARY, json.dumps(plain(summary), indent=1) + "\n")
+    write_summary(where, summary)
     return model
+
+
+def write_summary(folder: str | Path, document: Mapping[str, Any]) -> Path:
+    """Write the fit.json of a folder, sealed: with digests of its content and of the model.toml beside it."""
+    content = {key: value for key, value in plain(document).items() if key != SEAL}
+    path = Path(folder) / SUMMARY
+    seal = {"fit": _digest(content), "model": _model_digest(path.with_name(MODEL))}
+    return write_whole(path, json.dumps({**content, SEAL: seal}, indent=1) + "\n")
 
 
 def load_fit_summary(path: str | Path) -> dict[str, Any]:
     """The content of fit.json as `save_fit` wrote it, from the file or its folder.
 
     Raises:
-        StudyError: no such file, or one of another schema.
+        StudyError: no such file, one of another schema, or a fit or model that was changed afterwards.
     """
+    document = read_summary(path)
+    check_seal(path, document)
+    return document
+
+
+def read_summary(path: str | Path) -> dict[str, Any]:
+    """The same whatever its seal, for those who judge the content first."""
+    return _read(_summary_at(path), "seatrial-fit/1")
+
+
+def check_seal(path: str | Path, document: Mapping[str, Any]) -> None:
+    """Refuse the content of a fit.json that was changed after the fit, or beside whose file the model was.
+
+    A fit of before there were seals has none, and is accepted.
+
+    Raises:
+        StudyError: which of the two files it is.
+    """
+    where, seal = _summary_at(path), document.get(SEAL)
+    if seal is None:
+        return
+    model = where.with_name(MODEL)
+    held = seal if isinstance(seal, dict) else {}
+    if held.get("fit") != _digest({key: value for key, value in document.items() if key != SEAL}):
+        raise StudyError(f"{where}: was changed after the fit; put back what identify wrote, or fit again")
+    if model.is_file() and held.get("model") != _model_digest(model):
+        raise StudyError(f"{model}: was changed after the fit that {SUMMARY} beside it is of; put back what identify "
+                         "wrote, and save a ship with other numbers elsewhere")  # fmt: skip
+
+
+def _summary_at(path: str | Path) -> Path:
     where = Path(path)
-    where = where / SUMMARY if where.is_dir() else where
-    return _read(where, "seatrial-fit/1")
+    return where / SUMMARY if where.is_dir() else where
+
+
+def _digest(document: Any) -> str:
+    """Of a document whatever the order and layout of its keys."""
+    return hashlib.sha256(json.dumps(document, sort_keys=True, default=str).encode()).hexdigest()[:32]
+
+
+def _model_digest(path: Path) -> str | None:
+    """Of the content of a ship file; None where none can be read."""
+    try:
+        return _digest(read_toml(path))
+    except (OSError, ValueError):
+        return None
 
 
 def fitted_scale(model: str | Path) -> dict[str, float]:
@@ -196,7 +251,7 @@ def _finite(value: float) -> float | None:
 
 def _history(fit: Fit) -> str:
     rows = [",".join(f"{v:.17g}" if math.isfinite(v) else "" for v in row) for row in fit.history.tolist()]
-    return "\n".join(["iteration,objective,validation,seconds", *rows, ""])
+    return "\n".join([",".join(COLUMNS), *rows, ""])
 
 
 def _summary(fit: Fit, study: str, text: str, provenance: Mapping[str, Any]) -> dict[str, Any]:

@@ -23,10 +23,12 @@ from ..ships import Ship
 from ..ships.files import load
 from .arrays import ARRAYS, Held, read_arrays
 from .drawn import read_power
-from .store import HISTORY, MODEL, SUMMARY, load_fit_summary
+from .store import COLUMNS, HISTORY, MODEL, SUMMARY, check_seal, read_summary
 
 _ABSENT = {"low": -math.inf, "high": math.inf, "prior": math.nan, "prior_sigma": math.inf}
 """What null, which JSON has for numbers that are not finite, stands for; elsewhere NaN."""
+_ROUNDING = 1e-6
+"""Of a correlation, what rounding may leave."""
 
 
 def load_fit(folder: str | Path) -> Fit:
@@ -39,23 +41,81 @@ def load_fit(folder: str | Path) -> Fit:
     if not (where / SUMMARY).is_file():
         made = "a run of a table of fits has one a folder below fits/" if (where / "fits").is_dir() else "none is there"
         raise StudyError(f"{where}: no fit in this folder ({SUMMARY}); {made}")
-    read = _Reading(where / SUMMARY, load_fit_summary(where))
-    parameters = read.table("parameters")
-    held = _held(where, str(read.get(read.document, "digest", "")))
+    numbers = read_numbers(where)
+    held = _held(where, numbers.digest)
     try:
         ship = load(where / MODEL)
-        free = tuple(read.free(path) for path in parameters)
-    except (ShipError, ParameterError) as error:
+    except ShipError as error:
         raise StudyError(f"{where}: {error}") from None
     return Fit(
-        ship, free, read.column("value"), read.column("sigma"), read.matrix("covariance", len(free)),
-        read.column("shrinkage"), tuple(path for path, own in parameters.items() if own.get("at_bound") is True),
-        read.verdicts(), _history(where / HISTORY), read.number(read.document, "objective"),
-        read.number(read.document, "seconds"), int(read.number(read.document, "evaluations")),
-        str(read.document.get("status", "")), str(read.document.get("digest", "")),
-        ends=np.zeros((0, 0)) if held.ends is None else held.ends, nuisances=read.nuisances(),
-        diagnosis=held.diagnosis, loss=held.loss,
+        ship, numbers.free, numbers.values, numbers.sigma, numbers.covariance, numbers.shrinkage, numbers.at_bound,
+        numbers.verdicts, read_history(where / HISTORY), numbers.objective, numbers.seconds, numbers.evaluations,
+        numbers.status, numbers.digest, ends=np.zeros((0, 0)) if held.ends is None else held.ends,
+        nuisances=numbers.nuisances, diagnosis=held.diagnosis, loss=held.loss,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What fit.json holds of a fit, checked: the fields of a `Fit` of these names, and the whole document."""
+
+    free: tuple[Free, ...]
+    values: Array
+    sigma: Array
+    covariance: Array
+    shrinkage: Array
+    at_bound: tuple[str, ...]
+    verdicts: tuple[Verdict, ...]
+    objective: float
+    seconds: float
+    evaluations: int
+    status: str
+    digest: str
+    nuisances: Mapping[str, Mapping[str, float]]
+    document: Mapping[str, Any]
+
+
+def read_numbers(path: str | Path) -> Numbers:
+    """The numbers of a fit, from its fit.json or the folder of it.
+
+    Raises:
+        StudyError: what is wrong in it and at which key, or that it was changed after the fit.
+    """
+    where = Path(path) / SUMMARY if Path(path).is_dir() else Path(path)
+    read = _Reading(where, read_summary(where))
+    parameters = read.table("parameters")
+    try:
+        free = tuple(read.free(path) for path in parameters)
+    except ParameterError as error:
+        raise StudyError(f"{where}: {error}") from None
+    found = Numbers(
+        free, read.column("value"), read.column("sigma"), read.matrix("covariance", len(free)),
+        read.column("shrinkage"), tuple(path for path, own in parameters.items() if own.get("at_bound") is True),
+        read.verdicts(), read.number(read.document, "objective"), read.number(read.document, "seconds"),
+        int(read.number(read.document, "evaluations")), str(read.document.get("status", "")),
+        str(read.get(read.document, "digest", "")), read.nuisances(), read.document,
+    )  # fmt: skip
+    _check_numbers(where, found)
+    check_seal(where, read.document)
+    return found
+
+
+def _check_numbers(where: Path, found: Numbers) -> None:
+    """Refuse estimates that are no numbers, and spreads that are none."""
+    for free, value, sigma in zip(found.free, found.values.tolist(), found.sigma.tolist(), strict=True):
+        if not math.isfinite(value):
+            raise StudyError(f"{where}: parameters.{free.path}.value is {value:g}; it must be a finite number")
+        if sigma <= 0.0:  # NaN, of a fit that gives none, is not
+            raise StudyError(f"{where}: parameters.{free.path}.sigma is {sigma:g}; it must be above zero")
+    known = np.isfinite(found.covariance).all(axis=0)
+    inner = found.covariance[np.ix_(known, known)]
+    size = float(np.abs(inner).max(initial=0.0))
+    if not np.allclose(inner, inner.T, rtol=0.0, atol=_ROUNDING * size):
+        raise StudyError(f"{where}: covariance must be symmetric")
+    scale = np.sqrt(np.abs(np.diag(inner)))
+    unit = inner / np.where(scale > 0.0, np.outer(scale, scale), 1.0)
+    if inner.size and (np.diag(inner).min() < 0.0 or np.linalg.eigvalsh(unit).min() < -_ROUNDING):
+        raise StudyError(f"{where}: covariance has a negative variance")
 
 
 def _held(where: Path, digest: str) -> Held:
@@ -149,7 +209,7 @@ def posterior(model: str | Path) -> Posterior:
         raise StudyError(f"{model}: has no posterior, as it is no fitted ship file; {HOW}")
     if file.name != MODEL or not (file.parent / SUMMARY).is_file():
         raise StudyError(f"{model}: has no posterior ({file.with_name(SUMMARY)} of a {MODEL}); {HOW}")
-    ship, fit, summary = load(file), load_fit(file.parent), load_fit_summary(file.parent)
+    ship, fit, summary = load(file), load_fit(file.parent), read_summary(file.parent)
     made = ship.notes.get("provenance", {}).get("digest", "none")
     if made != fit.digest:
         raise StudyError(f"{file}: is of fit {made}, the {SUMMARY} beside it of fit {fit.digest}; keep the two files "
@@ -233,10 +293,18 @@ class _Reading:
                 for trial, own in self.table("nuisances").items()}  # fmt: skip
 
 
-def _history(path: Path) -> Array:
+def read_history(path: Path) -> Array:
+    """Rows (iteration, objective, validation or NaN, seconds) of a history.csv, shape (iterations, 4).
+
+    Raises:
+        StudyError: no such file, or not as it was written.
+    """
     try:
         with path.open(encoding="utf-8", newline="") as stream:
-            rows = [[float(cell) if cell else math.nan for cell in row] for row in list(csv.reader(stream))[1:]]
-        return np.array(rows, dtype=np.float64).reshape(-1, 4)
-    except (OSError, ValueError) as error:
+            head, *rows = list(csv.reader(stream)) or [[]]
+        if head != COLUMNS or any(len(row) != len(COLUMNS) for row in rows):
+            raise ValueError(f"it has columns {', '.join(COLUMNS)}")
+        numbers = [[float(cell) if cell else math.nan for cell in row] for row in rows]
+        return np.array(numbers, dtype=np.float64).reshape(-1, len(COLUMNS))
+    except (OSError, ValueError, csv.Error) as error:
         raise StudyError(f"{path}: cannot be read: {error}") from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,6 +25,7 @@ from ...ships import Ship
 from ...simulate.approach import approach, time_step
 from ...study.drawn import read_draws
 from ...study.schema import checked
+from ...study.stored import read_numbers
 from .. import RequestError
 from ..request import Note, ship_of, silent, surroundings
 from ..simulation import ahead_of, helm_of, order, simulate
@@ -166,12 +166,11 @@ def _posterior(path: Path, table: PosteriorTable, ships: list[Ship]) -> Correlat
     if file.suffix == ".npz":
         return _draws(path, file, table.widen)
     try:
-        document = json.loads(file.read_text(encoding="utf-8"))
-        names, covariance = list(document["parameters"]), np.array(document["covariance"], dtype=np.float64)
-        mean = np.array([document["parameters"][name]["value"] for name in names])
-    except (OSError, ValueError, KeyError, TypeError):
-        raise RequestError(f"{path}: posterior.fit: {file}: is no fit.json of seatrial identify") from None
-    if covariance.shape != (len(names), len(names)) or not np.all(np.isfinite(covariance)):
+        found = read_numbers(file)
+    except StudyError as error:
+        raise RequestError(f"{path}: posterior.fit: {error}") from None
+    names, covariance, mean = [one.path for one in found.free], found.covariance, found.values
+    if not names or not np.all(np.isfinite(covariance)):
         raise RequestError(f"{path}: posterior.fit: {file}: has no covariance; fit by an estimator that gives one")
     values, vectors = np.linalg.eigh(covariance)
     triangular: Any = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T, mode="r")
