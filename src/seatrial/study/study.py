@@ -20,7 +20,7 @@ from ..core.files import read_toml
 from ..core.parameters import Free, specs, unknown
 from ..core.version import __version__
 from ..data import Trial
-from ..data.prepare import unbroken
+from ..data.prepare import BREAK, unbroken
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
 from ..identify.digest import digest, include
 from ..models import STATES
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 SCHEMA = "seatrial-study/1"
 # A trial fills a window with this share of its length.
 _FILLED = 0.9
-# A trial is split at a leap of so many median steps; a time step of more than so many is coarse.
-_MISSING, _COARSE = 10, 10
+# A time step of more than so many of the log is coarse.
+_COARSE = 10
 _KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
 
 
@@ -324,10 +324,10 @@ def _whole(trials: tuple[Trial, ...]) -> tuple[tuple[Trial, ...], list[str]]:
     out: list[Trial] = []
     notes: list[str] = []
     for trial in trials:
-        parts = unbroken(trial, _MISSING * trial.dt) if len(trial) > 2 else (trial,)
+        parts = unbroken(trial, BREAK * trial.dt) if len(trial) > 2 else (trial,)
         out += parts
         if parts != (trial,):
-            notes.append(f"warning: {trial.name} leaps over {_MISSING} steps of time; taken as {len(parts)} trials")
+            notes.append(f"warning: {trial.name} leaps over {int(BREAK)} steps of time; taken as {len(parts)} trials")
     return tuple(out), notes
 
 

@@ -119,11 +119,12 @@ def _alone(trial: Trial) -> tuple[list[Fault], Trial | None]:
                       "short")], None  # fmt: skip
     if beyond := [*beyond_faults(trial)]:
         return beyond, None
-    faults = [*gap_faults(trial), *sensor_faults(trial)]
-    faults = [one for one in faults if one.severity == "error" or not _repeats(one, faults)]
     if not bool((np.diff(trial.t) > 0).all()):
-        return faults, None
+        faults = [*gap_faults(trial), *sensor_faults(trial)]
+        return [one for one in faults if one.severity == "error" or not _repeats(one, faults)], None
     outliers, clean = outlier_faults(trial)
+    faults = [*gap_faults(trial), *sensor_faults(clean)]
+    faults = [one for one in faults if one.severity == "error" or not _repeats(one, faults)]
     spoilt = {name for one in outliers for name in one.channels}
     faults = [one for one in faults if one.key != "wraps" or not spoilt & set(one.channels)]
     still, sound = still_faults(clean)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .. import Array, Trial
 from ..prepare import ANGLES
+from ..prepare.cutting import LEAP
 from .relations import length_of, noise_of
 from .sensors import MEASURED, Fault, gaps_of
 
@@ -25,6 +26,17 @@ _LONGEST = 0.2
 _GUSTY = ("U_A", "gamma_A", "U_T", "gamma_T")
 """Channels that may leap from row to row."""
 
+# A stray is this many times farther from the others than they span, and no more than this part of the rows.
+_ALOOF, _MINORITY = 3.0, 0.4
+# Spans that any log may have at least, by channel [SI].
+_LEAST_SPAN = {"x": 100.0, "y": 100.0, "u": 5.0, "v_m": 5.0, "r": 0.1, "p": 0.1, "phi": 0.5, "U_G": 5.0, "u_w": 5.0,
+               "U_A": 20.0, "U_T": 20.0, "U_C": 3.0, "delta": 0.5 * math.pi, "depth": 100.0}  # fmt: skip
+_OF_RECEIVER = ("U_G", "gamma_G", "u", "v_m")
+# Part of the other rows that may have the number of a receiver without a fix.
+_RARELY = 0.01
+# Numbers for no value that a channel may have; rows of a stray that need not be alike; rows of a channel at least.
+_SORTS, _SHORT, _FEWEST = 4, 3, 20
+
 Flags = NDArray[np.bool_]
 
 
@@ -32,10 +44,14 @@ def outlier_faults(trial: Trial) -> tuple[list[Fault], Trial]:
     """Faults of single rows, and the trial with gaps in their place."""
     groups: dict[tuple[str, bytes], tuple[list[str], Flags]] = {}
     words: dict[str, Fault] = {}
-    for name in _names(trial):
-        bad = _blocks(trial, name)
-        if name not in _GUSTY:
-            bad |= _spikes(trial, name)
+    strays = _strays(trial)
+    apart = trial.having(**{name: np.where(bad, np.nan, trial[name]) for name, bad in strays.items()})
+    for name in dict.fromkeys([*_names(trial), *strays]):
+        bad = strays.get(name, np.zeros(len(trial), dtype=np.bool_))
+        if name in _names(trial):
+            bad = bad | _blocks(apart, name)
+            if name not in _GUSTY:
+                bad |= _spikes(apart, name)
         if not bad.any():
             continue
         fault = _fault(trial, name, bad)
@@ -49,6 +65,64 @@ def outlier_faults(trial: Trial) -> tuple[list[Fault], Trial]:
                            first.key))  # fmt: skip
         clean = clean.having(**{name: np.where(bad, np.nan, clean[name]) for name in names})
     return found, clean
+
+
+def _strays(trial: Trial) -> dict[str, Flags]:
+    """Rows far outside all the others of their channel: numbers for no value, fixes at latitude and longitude 0.
+
+    A receiver without a fix repeats one number in its speed and course as well.
+    """
+    found = {name: bad for name in _LEAST_SPAN if name in trial and (bad := _aloof(trial, name)).any()}
+    lost = np.zeros(len(trial), dtype=np.bool_)
+    for name in ("x", "y"):
+        lost |= found.get(name, lost)
+    if not lost.any():
+        return found
+    found |= {name: lost for name in ("x", "y") if name in trial}
+    for name in _OF_RECEIVER:
+        held = trial[name][lost] if name in trial else np.zeros(0)
+        rare = held.size and np.mean(trial[name][~lost] == held[0]) < _RARELY
+        if held.size and (held == held[0]).all() and (rare or (name == "v_m" and "u" in found)):
+            found[name] = lost | found.get(name, lost)
+    return found
+
+
+def _aloof(trial: Trial, name: str) -> Flags:
+    """Rows of a channel that lie farther from all others than a multiple of what these span, by steps of one row."""
+    bad = np.zeros(len(trial), dtype=np.bool_)
+    for _ in range(_SORTS):
+        at = np.flatnonzero(np.isfinite(trial[name]) & ~bad)
+        if at.size < _FEWEST:
+            break
+        values = trial[name][at]
+        rising = np.sort(values)
+        k = int(np.argmax(np.diff(rising)))
+        if (far := float(rising[k + 1] - rising[k])) == 0.0:
+            break
+        outside = values <= rising[k] if 2 * (k + 1) < values.size else values > rising[k]
+        rest = values[~outside]
+        middle = 0.0 if name in ("x", "y") else abs(float(np.median(rest)))
+        span = max(float(np.ptp(rest)), middle, _LEAST_SPAN[name])
+        if outside.mean() > _MINORITY or far < _ALOOF * span:
+            break
+        rows = np.zeros(len(trial), dtype=np.bool_)
+        rows[at[outside]] = True
+        taken = _leaping(trial, name, rows, 0.01 * far)
+        if not taken.any():
+            break
+        bad |= taken
+    return bad
+
+
+def _leaping(trial: Trial, name: str, rows: Flags, same: float) -> Flags:
+    """Those of the runs of rows that are short or repeat a number to within `same`, without a leap of time beside."""
+    taken = np.zeros(len(trial), dtype=np.bool_)
+    late = np.concatenate([[False], np.diff(trial.t) > LEAP * trial.dt, [False]])
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], rows.astype(np.int8), [0]])))
+    for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        alike = b - a <= _SHORT or float(np.ptp(trial[name][a:b])) < same
+        taken[a:b] = alike and not (late[a] and late[b]) and not ((a == 0 and late[b]) or (b == len(rows) and late[a]))
+    return taken
 
 
 def _names(trial: Trial) -> Iterator[str]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Array, Trial
-from ..prepare import Remedy, Step, complete
+from ..prepare import BREAK, Remedy, Step, complete
 
 MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi", "p")
 """Channels that an instrument measures."""
@@ -33,8 +33,8 @@ _STEPS = {
 }  # fmt: skip
 _SHIP = 20.0
 _BEYOND = 1e15
-# Leaps of time, in steps, that straight lines bridge; rows without a value that a fit can do without.
-_BRIDGED, _SPARED = 3.5, 0.25
+# Rows without a value that a fit can do without.
+_SPARED = 0.25
 # Values that show the rate of an instrument.
 _FEW = 10
 
@@ -104,7 +104,7 @@ def _time_faults(trial: Trial) -> Iterator[Fault]:
         yield Fault(
             "warning", "t", "missing samples",
             f"{leaps.size} leap{'s' * (leaps.size > 1)}, up to {steps.max():.3g} s, the first at t = {trial.t[k]:g} s",
-            _bridged(trial, float(steps.max()), middle), "quality", "missing_rows",
+            _bridged(steps[leaps], middle), "quality", "missing_rows",
         )  # fmt: skip
     elif (off := np.abs(steps - middle) > 0.1 * middle).mean() > 0.05:
         yield Fault(
@@ -142,11 +142,14 @@ def gaps_of(trial: Trial, rows: NDArray[np.bool_], *names: str) -> Remedy:
     return Remedy(steps=tuple(steps))
 
 
-def _bridged(trial: Trial, longest: float, step: float) -> Remedy:
-    """Single rows that lack are bridged; a trial ends where more do."""
-    if longest > _BRIDGED * step:
-        return _do("split", amount=(1.5 * step,))
-    return Remedy(steps=(Step(do="resample", amount=(step,)), Step(do="fill", amount=(longest + 0.5 * step,))))
+def _bridged(leaps: Array, step: float) -> Remedy:
+    """Few rows that lack are bridged, as a fit does; a trial ends where more do."""
+    short, most = leaps[leaps <= BREAK * step], BREAK * step
+    steps = [Step(do="split", amount=(most,))] if short.size < leaps.size else []
+    if short.size:
+        steps.append(Step(do="resample", amount=(step,)))
+        steps.append(Step(do="fill", amount=(float(short.max()) + 2.5 * step,)))
+    return Remedy(steps=tuple(steps))
 
 
 def _lost_rows(trial: Trial, leaps: NDArray[np.intp], middle: float) -> bool:
@@ -324,13 +327,16 @@ class _Holes:
 
     def remedy(self, trial: Trial, names: Sequence[str]) -> Remedy:
         """Short gaps filled, long ones cut out where a control has them."""
-        longest = max((b - a for a, b in self.spans), default=2.0 * trial.dt)
-        if longest <= _BRIDGED * trial.dt or set(names) <= set(MEASURED):
-            return _do("fill", *names, amount=(float(f"{longest:.4g}"),))
+        most = math.inf if set(names) <= set(MEASURED) else BREAK * trial.dt
+        filled = [b - a for a, b in self.spans if b - a <= most]
         rows = np.zeros(len(trial), dtype=np.bool_)
         for a, b in self.spans:
-            rows |= (trial.t > a) & (trial.t < b)
-        return Remedy(steps=(Step(do="cut", where=stretches(trial.t, rows)),))
+            rows |= (b - a > most) & (trial.t > a) & (trial.t < b)
+        steps = [Step(do="cut", where=stretches(trial.t, rows))] if rows.any() else []
+        if filled or not self.spans:
+            longest = max(filled, default=2.0 * trial.dt)
+            steps.append(Step(do="fill", channels=tuple(names), amount=(float(f"{longest * (1.0 + 1e-3):.4g}"),)))
+        return Remedy(steps=tuple(steps))
 
     def words(self, rows: int) -> str:
         """The numbers in words."""

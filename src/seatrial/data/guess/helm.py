@@ -17,6 +17,9 @@ from .roles import Signal
 
 _SURE = 6.0
 _ROWS = 4000
+_MOVED = 0.2
+"""A rudder that moves by less than this part of what it is held at tells nothing: loss of speed moves the rate more."""
+
 _TURNED = 0.5
 _WELL_OVER, _FAR = 0.12, 1.0
 """Rudder beyond the loop of a ship that is unstable on course [rad], and how far it turns by it [rad]."""
@@ -39,7 +42,10 @@ def rudder_sense(t: Array, r: Array, delta: Array) -> tuple[float, float]:
         change = smooth[before + far] - smooth[before]
         matrix = np.column_stack([_mean(delta, max(far // 2, 1))[before], smooth[before], np.ones(before.size)])
         good = np.isfinite(change) & np.isfinite(matrix).all(axis=1)
-        if good.sum() < 30 or np.ptp(matrix[good, 0]) < 1e-9 or np.ptp(change[good]) == 0.0:
+        if good.sum() < 30 or np.ptp(change[good]) == 0.0:
+            continue
+        moved, held = float(np.ptp(matrix[good, 0])), abs(float(np.median(matrix[good, 0])))
+        if moved < max(_MOVED * held, 1e-9):
             continue
         size, *_ = np.linalg.lstsq(matrix[good], change[good], rcond=None)
         left = change[good] - matrix[good] @ size
@@ -55,8 +61,11 @@ def rudder_sense(t: Array, r: Array, delta: Array) -> tuple[float, float]:
 
 
 def _mean(values: Array, count: int) -> Array:
-    """Mean over some rows around each."""
-    return np.convolve(values, np.ones(count) / count, "same") if count > 1 else values
+    """Mean over some rows around each; NaN where there are not so many, as at the ends."""
+    out = np.full(values.size, np.nan)
+    if values.size >= count:
+        out[(count - 1) // 2 : values.size - count // 2] = np.convolve(values, np.ones(count) / count, "valid")
+    return out
 
 
 def read_rudder(signal: Signal, t: Array, r: Array | None, logged: set[str]) -> tuple[dict[str, str], Answer]:

@@ -212,6 +212,8 @@ def _to_plane(channels: dict[str, Array], position: Position, datum: list[Datum]
     """Latitude and longitude as metres north and east of the datum, which is the first fix where none is given."""
     latitude, longitude = channels.pop("latitude"), channels.pop("longitude")
     good = np.flatnonzero(np.isfinite(latitude + longitude))
+    fixed = good[(latitude[good] != 0.0) | (longitude[good] != 0.0)]  # 0, 0 is what a receiver without a fix tells
+    good = fixed if fixed.size else good
     if position.datum:
         datum.append(Datum(*position.datum))
     elif good.size:

@@ -17,6 +17,9 @@ from .. import DataError, Dataset, Trial
 LEAP = 1.5
 """From one row to the next, in median steps, beyond which rows are missing between them."""
 
+BREAK = 10.5
+"""From one row to the next, in median steps, beyond which the controls in between are unknown: a trial ends there."""
+
 
 def complete(trial: Trial, names: Sequence[str] = ()) -> NDArray[np.bool_]:
     """Rows in which every one of the channels (all, where none is named) has a value; shape (samples,)."""
@@ -75,6 +78,12 @@ def unbroken(trial: Trial, longest: float) -> tuple[Trial, ...]:
     if len(edges) == 2:
         return (trial,)
     return _numbered(trial, [(a, b) for a, b in pairwise(edges) if b - a > 1], "between leaps of time")
+
+
+def without(trial: Trial, rows: NDArray[np.bool_], fewest: int) -> tuple[Trial, ...]:
+    """The runs before, between and after some rows, of `fewest` rows at least, named as those of `segments`."""
+    edges = [0, *(np.flatnonzero(np.diff(rows)) + 1).tolist(), len(trial)]
+    return _numbered(trial, [(a, b) for a, b in pairwise(edges) if not rows[a] and b - a >= fewest], "without gaps")
 
 
 def _numbered(trial: Trial, runs: Sequence[tuple[int, int]], what: str) -> tuple[Trial, ...]:

@@ -23,7 +23,7 @@ from ..documents import read_keys
 from ..table import within
 from ..units import conversion
 from .axes import integral, to_body, to_earth
-from .cutting import drop_trailing_gaps, segments, unbroken
+from .cutting import drop_trailing_gaps, unbroken, without
 from .timing import interpolate_gaps, resample, shifted
 
 SCHEMA = "seatrial-steps/1"
@@ -31,6 +31,8 @@ SCHEMA = "seatrial-steps/1"
 _NAMED = 2
 # Steps that it names.
 _SAID = 3
+# Rows of a piece that can be judged.
+_FEWEST = 20
 # What a track with headings tells.
 _TOLD = ("u", "v_m", "r")
 
@@ -215,9 +217,7 @@ def _inside(step: Step, t: Array) -> NDArray[np.bool_]:
 
 def _pieces(trial: Trial, step: Step) -> tuple[Trial, ...]:
     """What is before, between and after the stretches, without pieces too short to judge."""
-    marked = trial.having(kept_=np.where(_inside(step, trial.t), np.nan, 1.0))
-    noted = [part.noting(step.words) for part in segments(marked, ("kept_",)) if len(part) >= 20]
-    return tuple(replace(p, channels={n: v for n, v in p.channels.items() if n != "kept_"}) for p in noted)
+    return tuple(part.noting(step.words) for part in without(trial, _inside(step, trial.t), _FEWEST))
 
 
 def _changed(step: Step, trial: Trial, change: Callable[[Array], Array]) -> Trial:

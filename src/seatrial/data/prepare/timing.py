@@ -16,6 +16,8 @@ from .cutting import LEAP
 ANGLES = ("psi", "gamma_T", "gamma_A", "gamma_C", "gamma_G")
 """Channels that may jump by a whole turn; they are made continuous before they are interpolated."""
 
+# A new time this part of a step from a sample is on it, as the digits of a clock have it.
+_ON = 1e-6
 # Rows that a trial may have at most when its steps are chosen.
 _ROWS = 10_000_000
 
@@ -127,7 +129,7 @@ def _resampled(t: Array, values: Array, new: Array) -> Array:
     # nothing is known between rows with others missing
     out[t[right] - t[left] > LEAP * float(np.median(np.diff(t)))] = np.nan
     # exactly on a good sample, a gap beside it does not matter
-    for on, side in ((weight == 0.0, left), (weight == 1.0, right)):
+    for on, side in ((weight < _ON, left), (weight > 1.0 - _ON, right)):
         out[on] = values[side[on]]
     return out
 
