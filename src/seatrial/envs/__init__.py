@@ -10,12 +10,14 @@ Importing this room registers five environments, each as a single one and as a v
 
 Contract: a task (`tasks.Task`) is plain Python over scalars, traced together with ship and actuators, so that
 observation, reward and the end of an episode come out of the compiled step.  docs/robots.md lists observations and
-rewards.  Needs the extra `gym`.
+rewards.  An environment can be pickled and copied at any step; the copy goes on from there by itself, whichever process
+it is in.  Needs the extra `gym`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy as copied
 from typing import Any, cast
 
 try:
@@ -134,6 +136,8 @@ class ShipEnv(gymnasium.Env[Observation, Observation]):
         self._note()
         return lanes.observation[0].copy(), *outcome, {}
 
+    def __copy__(self) -> ShipEnv:
+        return copied(self)  # never one that shares its ship
 
     def render(self) -> Any:
         """A picture of the episode, shape (400, 400, 3), north up; None without the render mode "rgb_array"."""
@@ -221,6 +225,9 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
         lanes, out = self.lanes, self._out
         lanes.step(checked(actions, self._shape) if self._here else actions)
         return out(lanes.observation), out(lanes.reward), out(lanes.terminated), out(lanes.truncated), {}
+
+    def __copy__(self) -> ShipVectorEnv:
+        return copied(self)
 
     def _out(self, values: Any) -> Any:
         return values.copy() if self._copy else values

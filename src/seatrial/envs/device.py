@@ -65,6 +65,7 @@ class DeviceLanes:
     def __init__(self, ship: Ship, task: Task, lanes: int, settings: Settings, device: Device, single: bool) -> None:
         """Compile; DeviceError: a model whose states beyond the six depend on the time before."""
         self.fleet, self.lanes, self._device = Fleet.of(ship, task, settings), lanes, device
+        self._given = (ship, task, lanes, settings, device, single)
         system, self.work = self.fleet.system, self.fleet.work
         if len(system.states) > len(STATES):
             raise DeviceError(f"{ship.name}: a model with states beyond the six begins on the processor only")
@@ -83,6 +84,18 @@ class DeviceLanes:
         self.observation, self.reward = empty((lanes, len(self.work.seen)), np.float32), empty((lanes,), np.float64)
         self.terminated, self.truncated, self._done = (self._device.put(np.zeros(lanes, np.bool_)) for _ in range(3))
         self._still = self._device.put(np.zeros((lanes, len(self.work.orders)), np.float32))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return DeviceLanes, self._given, tuple(array.host() for array in self._all())
+
+    def __setstate__(self, arrays: tuple[Any, ...]) -> None:
+        for into, array in zip(self._all(), arrays, strict=True):
+            into.fill(array)
+
+    def _all(self) -> tuple[DeviceArray, ...]:
+        """All that changes from step to step."""
+        return (self._state, self._memory, self._own, self._series.array, self._seeds, self._episodes, self._last,
+                self.observation, self.reward, self.terminated, self.truncated, self._done)  # fmt: skip
 
     def seed(self, seeds: NDArray[np.uint64]) -> None:
         """Give each lane its seed and begin counting its episodes anew; shape (lanes,)."""

@@ -39,7 +39,7 @@ class Lanes:
         if not all(isinstance(one, Integral) and int(one) >= 1 for one in given):
             raise TaskError(f"{lanes} ships on {threads} threads; give whole numbers, one or more of each")
         self.fleet, self.lanes = Fleet.of(ship, task, settings), lanes
-        fleet = self.fleet
+        fleet, self._given = self.fleet, (ship, task, lanes, settings, threads)
         self.work, self.system = fleet.work, fleet.system
         blocks = -(-lanes // LANES)
         self._buffers = Buffers.of(self.system, blocks, len(fleet.free), np.array(list(fleet.parameters.values())))
@@ -65,6 +65,20 @@ class Lanes:
         self._over, self._cut, self._done = (np.zeros(lanes, dtype=np.bool_) for _ in range(3))
         self.observation, self.reward = observations[: self.lanes], self._rewards[: self.lanes]
         self.terminated, self.truncated = self._over[: self.lanes], self._cut[: self.lanes]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # What is compiled stays in its process; another one takes it from the cache, and goes on from the same numbers.
+        return Lanes, self._given, tuple(array.copy() for array in self._all())
+
+    def __setstate__(self, arrays: tuple[Any, ...]) -> None:
+        for into, array in zip(self._all(), arrays, strict=True):
+            into[...] = array
+
+    def _all(self) -> tuple[NDArray[Any], ...]:
+        """All that changes from step to step."""
+        buffers = self._buffers
+        return (buffers.state, buffers.memory, buffers.series, buffers.own, buffers.out, self.seeds, self.episodes,
+                self._actions, self._observed, self._rewards, self._over, self._cut, self._done)  # fmt: skip
 
     def seed(self, seeds: NDArray[np.uint64]) -> None:
         """Give each lane its seed and begin counting its episodes anew; shape (lanes,)."""

@@ -71,6 +71,10 @@ class Compiled:
         system = closed_loop(ship, Helm(ship.model.controls), dt, place)
         return Compiled(ship, dt, simulator(system), ranges(ship), place)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # What is compiled stays in its process; another one takes it from the cache.
+        return Compiled.of, (self.ship, self.dt, self.place)
+
     def plant(
         self, *, environment: Weather | None = None, start: Sequence[float] | None = None,
         n_P: float | None = None, seed: int = 0,
@@ -271,9 +275,17 @@ class Plant:
             self._give(control, value)
         self._stepper.surround(self._around.at(self.k))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (*self._origin, self.seed, self._first, self.snapshot(), self.linkage)
+
     def another(self) -> Plant:
         """The same ship in the same weather, with a state of its own, which `restore` takes from a `snapshot`."""
         return Plant(*self._origin, None, 0.0, self.seed)
+
+    def begun(self, first: bytes) -> None:
+        """Take a snapshot as the initial state, to which `reset` returns."""
+        self.restore(first)
+        self._first = first
 
     def reset(self) -> None:
         """Return to the initial state."""
@@ -308,6 +320,18 @@ class Plant:
             through = self._in_water(start)[0]
             n_P = approach(ship, through)[1] if through > 1e-6 * max(ship.speed, 1.0) else 0.0
         return tuple(map(float, start)), n_P
+
+
+def _again(
+    compiled: Compiled, environment: Weather, seed: int, first: bytes, now: bytes,
+    linkage: Callable[[str, float], float] | None,
+) -> Plant:  # fmt: skip
+    """A plant as another one was, in this process or another."""
+    plant = compiled.plant(environment=environment, n_P=0.0, seed=seed)
+    plant.begun(first)
+    plant.restore(now)
+    plant.linkage = linkage
+    return plant
 
 
 def rate_of(ship: Ship, wanted: float) -> float:

@@ -12,7 +12,7 @@ from typing import Any, Self
 
 from ..actuators import Actuators
 from ..core.errors import ShipError as ShipError
-from ..core.parameters import possible, specs, update
+from ..core.parameters import possible, specs, update, walk
 from ..models import Model
 
 
@@ -59,6 +59,11 @@ class Ship:
     entries: Mapping[str, Entry] = field(default_factory=dict[str, Entry])
     notes: Mapping[str, Any] = field(default_factory=dict[str, Any])
     of: str = ""
+
+    def __hash__(self) -> int:
+        # Of what equal ships have in common; mappings have no hash.
+        numbers = tuple(value for _, _, value in walk(self.model))
+        return hash((self.name, type(self.model), numbers, self.L_pp, self.speed, self.n_P, self.of))
 
     def __repr__(self) -> str:
         family = type(self.model).__name__

@@ -171,7 +171,7 @@ class Gpu(Device):
     """A CUDA device by its number."""
 
     def __init__(self, number: int) -> None:
-        core = _part("core")
+        core, self.number = _part("core"), number
         try:
             self.device = core.Device(number)
             self.device.set_current()
@@ -209,6 +209,10 @@ class Gpu(Device):
         array = self.empty(values.shape, values.dtype)
         array.fill(values)
         return array
+
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return gpu, (self.number,)
 
 
 @cache
