@@ -219,3 +219,30 @@ def test_damaged_units_of_a_parquet_file(tmp_path, units, message):
     with pytest.raises(DataError, match=message) as caught:
         read_trial(tmp_path / "a.parquet")
     assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("text", [
+    "time,lat,lon\n1,2,3\n", "time;lat;lon\n1;2;3\n", "$GPRMC,120000,A,1000.0,N\n", '{"a":1}\n',
+    "2020-01-01 10:00:00,1\n2020-01-01 10:00:01,2\n", ",,,\n",
+])  # fmt: skip
+def test_a_raw_log_is_told_to_be_imported(tmp_path, text):
+    (tmp_path / "raw.csv").write_text(text)
+    for given in (tmp_path, tmp_path / "raw.csv", [tmp_path / "raw.csv"]):
+        with pytest.raises(DataError, match=r"raw\.csv: no trial file.*seatrial import --guess") as caught:
+            read_trials(given)
+        assert str(caught.value).isprintable()
+
+
+def test_a_fault_in_the_header_of_a_trial_file_is_still_named(tmp_path):
+    for text, told in (("t;x\n0;1\n", "separated by commas"), ("t,x [m]\n0,1\n", r"write 't \[s\]'"),
+                       ("time,psi\n0,1\n", "column 'time'")):  # fmt: skip
+        (tmp_path / "a.csv").write_text(text)
+        with pytest.raises(DataError, match=told):
+            read_trial(tmp_path / "a.csv")
+
+
+def test_a_name_that_no_file_system_takes_is_told_in_one_line(tmp_path):
+    for given in (tmp_path / ("a" * 300), ["a" * 300 + ".csv"], "a/" * 3000):
+        with pytest.raises(DataError) as caught:
+            read_trials(given)
+        assert len(str(caught.value)) < 200

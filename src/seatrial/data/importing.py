@@ -15,7 +15,7 @@ from . import DataError, Trial
 from .formats import logs, reader
 from .sidecar import plain_meta, said_by, sidecar_path
 from .table import existing, lines_of
-from .trialfile import FOREIGN, read_trial, write_trial
+from .trialfile import FOREIGN, read_alone, read_trial, write_trials
 
 _OF_THE_IMPORT = frozenset({"processing", "lines", "epoch_utc"})
 _OF_THE_LOG = frozenset({"start", "datum", "frames"})
@@ -59,10 +59,7 @@ def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Pat
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise DataError(f"{folder}: not a folder that can be made: {error.strerror}") from error
-    written = [folder / f"{trial.name}.csv" for trial in trials]
-    for trial, path in zip(trials, written, strict=True):
-        write_trial(trial, path)
-    return written
+    return write_trials(trials, folder)
 
 
 def _foreign(target: Path, folder: Path) -> bool:
@@ -101,7 +98,7 @@ def _same_recording(path: Path, trial: Trial) -> bool:
     if not path.exists():
         return True  # a sidecar written in advance
     try:
-        there = read_trial(path)
+        there = read_alone(path)
     except DataError:
         return True  # a damaged file, or one of an older version, is rewritten
     rows = slice(0, min(len(there), len(trial)))

@@ -37,8 +37,11 @@ def within(place: object) -> Generator[None]:
 def existing(path: str | Path) -> Path:
     """The path as a `Path` if it exists; otherwise an error that lists similar names."""
     here = Path(path)
-    if here.exists():
-        return here
+    try:
+        if here.exists():
+            return here
+    except OSError as error:
+        raise DataError(f"{str(here)[:80]}...: {error.strerror}") from None
     folder = here.parent
     if not folder.is_dir():
         raise DataError(f"{here}: no such file, and no folder {folder}")

@@ -19,7 +19,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..core.files import write_together
+from ..core.files import is_plain, write_together
 from . import UNITS, Array, DataError, Trial
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
 from .table import check_time, continued, existing, lines_of, numbers, split_row, within
@@ -28,6 +28,8 @@ from .units import conversion
 SUFFIXES = (".csv", ".parquet")
 _HEADER = re.compile(r"^(?P<name>[A-Za-z]\w*)\s*(?:\[(?P<unit>[^\]]*)\])?$")
 _UNITS_KEY = "seatrial.units"
+PART = "unfinished.json"
+"""File of a folder of which not all trials are there; names those that were new."""
 
 # First columns of foreign logs that look like trial files, and the format that reads them.
 FOREIGN: Mapping[str, str] = MappingProxyType({"x_position_mid [m]": "frt-esso"})
@@ -39,9 +41,15 @@ def read_trial(path: str | Path) -> Trial:
     Standard channels in other units (deg, kn, rpm) come out in SI.
 
     Raises:
-        DataError: naming file, column and line of what is wrong.
+        DataError: naming file, column and line of what is wrong, or a folder whose trials are not all there.
     """
     here = existing(path)
+    refuse_part(here.parent)
+    return read_alone(here)
+
+
+def read_alone(here: Path) -> Trial:
+    """The same whatever its folder is."""
     if here.suffix.lower() not in SUFFIXES:
         raise DataError(f"{here}: a trial file ends in .csv or .parquet; {_importing(here)}")
     units, table, lines = _read_parquet(here) if here.suffix.lower() == ".parquet" else _read_csv(here)
@@ -68,6 +76,13 @@ def read_trials(paths: str | Path | Iterable[str | Path]) -> tuple[Trial, ...]:
     return tuple(read_trial(file) for file in files)
 
 
+def refuse_part(folder: Path) -> None:
+    """Refuse a folder of which `write_trials` was ended before all of its trials were there; DataError says so."""
+    if (folder / PART).exists():
+        raise DataError(f"{folder}: a part of its trials, as what wrote them was ended; write them again "
+                        f"(the same import), or remove {PART} to keep the part")  # fmt: skip
+
+
 def write_trial(trial: Trial, path: str | Path) -> None:
     """Write a trial and its sidecar; either both new files are complete or the old ones stay.
 
@@ -80,12 +95,52 @@ def write_trial(trial: Trial, path: str | Path) -> None:
         raise DataError(f"{here}: a trial file ends in .csv or .parquet")
     if not here.parent.is_dir():
         raise DataError(f"{here}: no folder {here.parent}; make it first")
+    _write(_files_of(trial, here))
+
+
+def write_trials(trials: Iterable[Trial], folder: Path) -> list[Path]:
+    """Write ``folder/<name>.csv`` and its sidecar for each trial, all of them or none.
+
+    While files take their places, which takes milliseconds, `PART` names them: where the process is killed just then,
+    it stays, no reader takes the part for the whole, and the next call removes what it does not write itself.
+
+    Raises:
+        DataError: as of `write_trial`.
+    """
+    made = {folder / f"{trial.name}.csv": trial for trial in trials}
+    mark = folder / PART
+    left = _left(mark) - {path.name for path in made}
+    files = {name: content for path, trial in made.items() for name, content in _files_of(trial, path).items()}
+    fresh = json.dumps(sorted({path.name for path in made if not path.exists()} | left))
+    _write({mark: fresh, **files})
+    for name in left:
+        (folder / name).unlink(missing_ok=True)
+        sidecar_path(folder / name).unlink(missing_ok=True)
+    mark.unlink()
+    return list(made)
+
+
+def _left(mark: Path) -> set[str]:
+    """Trial files that a process had begun to add to a folder before it was ended."""
+    try:
+        found: Any = json.loads(mark.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return set()
+    return {str(name) for name in found if is_plain(str(name))} if isinstance(found, list) else set()
+
+
+def _files_of(trial: Trial, here: Path) -> dict[Path, Any]:
+    """The sidecar and the table of a trial, to be written."""
     _check_writable(here, trial)
     table = _parquet(trial) if here.suffix.lower() == ".parquet" else _csv(trial)
+    return {sidecar_path(here): sidecar_text(here, trial.meta), here: table}
+
+
+def _write(files: Mapping[Path, Any]) -> None:
     try:
-        write_together({sidecar_path(here): sidecar_text(here, trial.meta), here: table})
+        write_together(files)
     except OSError as error:
-        raise DataError(f"{here}: cannot be written: {error.strerror}") from error
+        raise DataError(f"{error.filename}: cannot be written: {error.strerror}") from error
 
 
 def _files_in(folder: Path) -> list[Path]:
@@ -111,6 +166,9 @@ def _read_csv(path: Path) -> tuple[dict[str, str], Array, list[int]]:
     foreign = next((FOREIGN[head] for head in heads if head in FOREIGN), None)
     if foreign:
         raise DataError(f"{path}: a log of format {foreign}; import it first: seatrial import {foreign}")
+    if not _named(head for text in heads for head in re.split(r"[;\t]", text)):
+        raise DataError(f"{path}: no trial file, whose first line has columns such as 't [s],x [m]'; logs are "
+                        f"imported first: seatrial import --guess {path} -o mapping.toml")  # fmt: skip
     if len(heads) == 1 and re.search(r"[;\t]", heads[0]):
         raise DataError(f"{path}: line {first + 1}: columns must be separated by commas")
     units: dict[str, str] = {}
@@ -121,6 +179,11 @@ def _read_csv(path: Path) -> tuple[dict[str, str], Array, list[int]]:
         units[name] = unit
     table, numbered = numbers(path, lines, first + 1, list(units), ",")
     return units, table, numbered
+
+
+def _named(heads: Iterable[str]) -> bool:
+    """Whether one of the columns has the name of a channel, as those of a trial file with a fault have."""
+    return any(re.split(r"[\s\[]", head.strip())[0] in UNITS for head in heads)  # time is one of them
 
 
 def _header(path: Path, line: int, head: str) -> tuple[str, str]:
@@ -206,10 +269,10 @@ def _csv(trial: Trial) -> Callable[[str], None]:
 
     names = ["t", *trial.channels]
     head = ",".join(f"{name} [{trial.unit(name)}]" for name in names)
-    # the shortest text of each number that reads back to the same bits; NaN becomes null, which is an empty cell
-    frame = pl.DataFrame([pl.Series(name, trial[name], nan_to_null=True) for name in names])
 
     def save(path: str) -> None:
+        # the shortest text of each number that reads back to the same bits; NaN becomes null, which is an empty cell
+        frame = pl.DataFrame([pl.Series(name, trial[name], nan_to_null=True) for name in names])
         with open(path, "wb") as stream:
             stream.write(f"{head}\n".encode())
             frame.write_csv(stream, include_header=False)

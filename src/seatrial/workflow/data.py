@@ -18,7 +18,7 @@ from ..data.importing import import_log
 from ..data.prepare import mended, read_steps
 from ..data.prepare import resample as resampled
 from ..data.sidecar import read_sidecar, sidecar_path
-from ..data.trialfile import read_trials, write_trial
+from ..data.trialfile import read_trials, write_trials
 from ..exchange.robot_log import FORMATS, save_robot_log
 from . import RequestError
 from .request import Note, make_folder, separate, silent
@@ -169,6 +169,4 @@ def mend(trials: Sequence[Path], by: Path, out: Path) -> list[Path]:
 def _write(made: Sequence[Trial], sources: Sequence[Path], out: Path) -> list[Path]:
     separate(out, sources)
     make_folder(out)
-    for trial in made:
-        write_trial(trial, out / f"{trial.name}.csv")
-    return [out / f"{trial.name}.csv" for trial in made]
+    return write_trials(made, out)

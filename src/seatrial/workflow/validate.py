@@ -14,7 +14,7 @@ from ..core.version import __version__
 from ..data import DataError, Trial
 from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import steps_text
-from ..data.trialfile import read_trials, write_trial
+from ..data.trialfile import read_trials, write_trials
 from ..engine import SimulationError
 from ..report.evidence import assumptions
 from ..report.report import Report, worse_words
@@ -256,8 +256,7 @@ def predict(
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
     make_folder(out)
-    for prediction in predictions:
-        write_trial(prediction, out / f"{prediction.name}.csv")
+    write_trials(predictions, out)
     from .evidence.fans import write_fan
 
     written = (*(str(out / f"{one.name}.csv") for one in predictions), *(str(write_fan(one, out)) for one in fans))

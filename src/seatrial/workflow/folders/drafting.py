@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from ...core.files import write_whole
 from ...core.parameters import unknown
 from ...data.folder import read_folder
-from ...data.trialfile import write_trial
+from ...data.trialfile import write_trials
 from ...ships.files import load
 from ...study.drafting.draft import Draft, draft
 from .. import SILENT, Outcome, RequestError, Sink, Table
@@ -36,11 +37,11 @@ def new_study(
     read = read_folder(folder, format, mapping)
     named = os.path.relpath(Path(ship).resolve(), out.resolve().parent) if ship.endswith(".toml") else ship
     made = draft(named, load(ship), read, out, mapping)
-    for trial in made.cut:
+    if made.cut:
         parts = out.with_name(f"{out.stem}_trials")
         make_folder(parts)
-        write_trial(trial, parts / f"{trial.name}.csv")
-    out.write_text(made.text, encoding="utf-8")
+        write_trials(made.cut, parts)
+    write_whole(out, made.text)
     for line in made.notes:
         sink.note(f"note: {line}")
     kinds = list(dict.fromkeys((*made.train, *made.test)))
