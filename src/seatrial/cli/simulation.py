@@ -247,9 +247,9 @@ def _show_range(ran: Ranged, document: dict[str, Any]) -> None:
               *ran.written)  # fmt: skip
 def twin(
     model: o.ShipName, nmea: o.NmeaLog = None, mcap: o.McapLog = None, trial: o.TrialLog = None,
-    mapping: o.Mapping = None, out: o.TwinFolder = None, free: o.Drifting = None, estimator: o.Estimator = "ekf",
-    rate: o.RowRate = 10.0, factor: o.LogFactor = math.inf, page: o.TwinPage = False, port: o.TwinPort = 8022,
-    json: o.Json = False,
+    mapping: o.Mapping = None, antenna: o.Antenna = None, out: o.TwinFolder = None, free: o.Drifting = None,
+    estimator: o.Estimator = "ekf", rate: o.RowRate = 10.0, factor: o.LogFactor = math.inf, page: o.TwinPage = False,
+    port: o.TwinPort = 8022, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Run a twin on the log of a ship; name faults."""
     from ..workflow.live.twin import twin as run
@@ -259,8 +259,9 @@ def twin(
     try:
         if listening is not None:
             note(f"page: {address(listening)}")
-        show(run(model, nmea=nmea, mcap=mcap, trial=trial, mapping=mapping, out=out, free=free or (),
-                 estimator=estimator, rate=rate, factor=factor, page=listening, note=note), json)  # fmt: skip
+        show(run(model, nmea=nmea, mcap=mcap, trial=trial, mapping=mapping, antenna=antenna, out=out,
+                 free=free or (), estimator=estimator, rate=rate, factor=factor, page=listening,
+                 note=note), json)  # fmt: skip
     finally:
         if listening is not None:
             listening.close()

@@ -31,6 +31,10 @@ CONVENTIONS: Mapping[str, str] = MappingProxyType(
 """Conventions of every `Trial`, and the defaults of a sidecar."""
 
 
+UNPLACED = "x, y are those of the antenna; midship is taken to be there"
+"""Step of the processing of a trial whose antenna stands nobody knows where."""
+
+
 def _number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 

@@ -33,6 +33,13 @@ class Suite:
             except KeyError as error:
                 raise SensorError(f"{instrument.kind} of {ship}: {error.args[0]}") from None
 
+    def place(self, kind: type[Gnss | SpeedLog | Anemometer]) -> tuple[float, float]:
+        """Where the instrument of a kind stands, forward and to starboard of midship [m]; 0, 0 without one."""
+        one = next((one for one in self.instruments if isinstance(one, kind)), None)
+        if isinstance(one, Gnss):
+            return one.antenna_x, one.antenna_y
+        return (0.0, 0.0) if one is None else (one.at_x, one.at_y)
+
     def start(self, seed: int = 0, ship: int = 0) -> Watch:
         """Start all of them; ships of one seed differ by their number `ship`.  SensorError: a seed below zero."""
         if seed < 0:

@@ -17,16 +17,19 @@ from typing import BinaryIO, Unpack
 
 from ..core.parameters import unknown
 from ..data import DataError
+from ..data.formats.nmea import beside, write_aboard
 from ..data.nmea.ship import NULL_ISLAND, Fittings
 from ..engine import SimulationError
 from ..environment import Weather
 from ..models import STATES
+from ..realtime.fleet import Vessel
 from ..realtime.loop import Loop, LoopError
 from ..realtime.on_wire import RATES, TRANSPONDER, TRANSPONDER_RATE, OnWire, Speech, Targets
 from ..realtime.plant import Plant, plant_of, rate_of
 from ..realtime.recording import Recording, dated
 from ..realtime.serial_line import SerialLine, is_serial
 from ..realtime.wire import Address, Authority, Line, Wire, WireError
+from ..sensors.instruments import Anemometer, Gnss, SpeedLog
 from ..sensors.suite import Suite, draught, usual
 from ..ships import Ship
 from . import RequestError
@@ -119,6 +122,7 @@ def steer(
         record = None if out is None else _recording(loop, out, speech.fittings, place is not None)
         _hear_others(loop, on_wire)
         with writing(log) as on_wire.log:
+            tell_places(log, loop.vessels[OWN])
             note(f"{vessel.name} on {wire.address}, {loop.rate:g} Hz, time factor {factor:g}; Ctrl-C ends it")
             _run(loop, duration or math.inf, beside, wire, note, printed)
             if record is not None:
@@ -303,7 +307,18 @@ def writing(path: Path | None) -> Generator[BinaryIO | None]:
             yield file
     except RequestError:  # nothing was sent
         path.unlink()
+        beside(path).unlink(missing_ok=True)
         raise
+
+
+def tell_places(log: Path | None, own: Vessel) -> None:
+    """Say beside a log of the wire where the instruments of the own ship stand, for whoever reads it."""
+    if log is None or own.watch is None:
+        return
+    try:
+        write_aboard(log, *(own.watch.suite.place(kind) for kind in (Gnss, SpeedLog, Anemometer)))
+    except OSError as error:
+        raise RequestError(f"--log: {error.filename}: {error.strerror}") from None
 
 
 def _recording(loop: Loop, out: Path, fittings: Fittings, placed: bool) -> Recording:

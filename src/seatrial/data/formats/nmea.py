@@ -3,15 +3,17 @@
 A line may begin with a TAG block, whose time ``c:`` counts, or with the logger's own stamp: seconds, or a
 date and time such as 2026-11-21T10:00:00.250Z.  A line that has lost its stamp gets that of the lines before and
 after where these have the same one, and is left out elsewhere.  Where most lines have none, RMC, GGA or ZDA
-give the time, and the sentences between two of them are spread evenly.  Rows are those of the instrument
+give the time, and the sentences of one kind between two of them are spread evenly.  Rows are those of the instrument
 with the most readings (heading, position or rate of turn); other readings go to the nearest row, and a row without
 one is a gap.
 
-A mapping file states where the instruments are; every key may be left out:
+A mapping file states where the instruments are.  ``LOG.toml`` beside the log ``LOG``, which the wire writes with its
+logs, is one; every key may be left out:
 
     schema = "seatrial-nmea/1"
     antenna = { forward = 12.5, starboard = -2.0 }   # m from midship
     log = { forward = 60.0 }
+    mast = { forward = -50.0 }                       # of the anemometer
     datum = { latitude = 35.0, longitude = 139.5 }   # else the first fix
     L_pp = 150.0
 """
@@ -28,17 +30,19 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.files import write_whole
 from .. import Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..nmea.framing import TOKEN, read_line
 from ..nmea.reading import readings
 from ..nmea.sentences import NmeaError, decode
 from ..prepare import nearest_rows
-from ..sidecar import CONVENTIONS, Described, read_described
+from ..sidecar import CONVENTIONS, UNPLACED, Described, read_described
 from ..table import existing
 
 name = "nmea"
 suffixes = (".nmea",)
+_SCHEMA = "seatrial-nmea/1"
 _LONGEST = 128
 """Bytes of a sentence in a log: receivers with many digits exceed the 82 of the standard."""
 
@@ -54,18 +58,14 @@ Series = tuple[Array, Array]
 
 
 @dataclass(frozen=True)
-class Antenna:
-    """Place of the antenna of the GNSS receiver, from midship [m]."""
+class Place:
+    """Place of an instrument, from midship [m]; false at midship itself."""
 
     forward: float = 0.0
     starboard: float = 0.0
 
-
-@dataclass(frozen=True)
-class SpeedLog:
-    """Place of the speed log, from midship [m]."""
-
-    forward: float = 0.0
+    def __bool__(self) -> bool:
+        return bool(self.forward or self.starboard)
 
 
 @dataclass(frozen=True)
@@ -73,23 +73,51 @@ class Aboard(Described):
     """Where the instruments of a log are, and what its mapping file states of the trials.
 
     Attributes:
-        antenna, log: places aboard.
+        antenna, log, mast: places of the GNSS receiver's antenna, of the speed log and of the anemometer; None for an
+            antenna of which the file says nothing.
         datum: where x and y are zero; None for the first fix.
     """
 
-    antenna: Antenna = Antenna()
-    log: SpeedLog = SpeedLog()
+    antenna: Place | None = None
+    log: Place = Place()
+    mast: Place = Place()
     datum: Datum | None = None
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Place of the antenna, forward and to starboard [m]; None where it is not stated."""
+        return None if self.antenna is None else (self.antenna.forward, self.antenna.starboard)
 
 
 def read_mapping(path: Path) -> Aboard:
     """Read the mapping file of an NMEA log."""
-    return read_described(path, Aboard, "seatrial-nmea/1")
+    return read_described(path, Aboard, _SCHEMA)
+
+
+def beside(source: Path) -> Path:
+    """Where the mapping file of a log itself is, if it has one."""
+    return source.with_name(f"{source.name}.toml")
+
+
+def aboard_of(source: Path, mapping: Path | None = None) -> Aboard:
+    """Where the instruments of a log are: by its mapping file, or by the one beside it."""
+    own = beside(source)
+    return read_mapping(mapping or own) if mapping is not None or own.is_file() else Aboard()
+
+
+def write_aboard(
+    source: Path, antenna: tuple[float, float], log: tuple[float, float], mast: tuple[float, float]
+) -> None:  # fmt: skip
+    """Write the mapping file beside a log: places of its instruments, forward and to starboard of midship [m]."""
+    places = {"antenna": antenna, "log": log, "mast": mast}
+    said = [f"{name} = {{ forward = {forward:.9g}, starboard = {starboard:.9g} }}"
+            for name, (forward, starboard) in places.items()]  # fmt: skip
+    write_whole(beside(source), "\n".join([f'schema = "{_SCHEMA}"', *said]) + "\n")
 
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
-    """Read one log."""
-    aboard = mapping or Aboard()
+    """Read one log; without a mapping by the one beside it."""
+    aboard = mapping or aboard_of(source)
     log = _read_log(source)
     t, raw, steps = _on_rows(source, log)
     steps = [f"imported from NMEA 0183 sentences: {', '.join(sorted(raw))}", *log.steps, *steps]
@@ -102,7 +130,7 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
     _velocities(channels, raw, psi, r, aboard, steps)
     channels["r"] = r
     controls(channels, raw, steps)
-    _around(channels, raw, psi)
+    _around(channels, raw, psi, r, aboard.mast)
     where = {} if datum is None else {"datum": asdict(datum)}
     begun = {} if log.epoch is None else {
         "start": datetime.fromtimestamp(log.epoch + float(t[0]), UTC).isoformat(timespec="microseconds")}  # fmt: skip
@@ -130,13 +158,13 @@ def _positions(
         return aboard.datum
     datum = aboard.datum or Datum(float(latitude[good[0]]), float(longitude[good[0]]))
     x, y = datum.track(latitude, longitude)
-    forward, starboard = aboard.antenna.forward, aboard.antenna.starboard
-    if forward or starboard:
+    if aboard.antenna is None:
+        steps.append(UNPLACED)
+    elif aboard.antenna:
+        forward, starboard = aboard.antenna.forward, aboard.antenna.starboard
         c, s = np.cos(psi), np.sin(psi)
         x, y = x - (c * forward - s * starboard), y - (s * forward + c * starboard)
         steps.append(f"x, y from the antenna to midship: {forward:g} m forward, {starboard:g} m to starboard")
-    else:
-        steps.append("x, y are those of the antenna; midship is taken to be there")
     channels["x"], channels["y"] = x, y
     return datum
 
@@ -146,19 +174,28 @@ def _velocities(
 ) -> None:
     """Velocities over ground at midship: by VBW, else by course and speed of the antenna."""
     if "u_log" in raw and "v_log" in raw:
-        channels["u"], channels["v_m"], ahead = raw["u_log"], raw["v_log"], aboard.log.forward
-        if ahead:
-            channels["v_m"] = raw["v_log"] - ahead * r
+        channels["u"], channels["v_m"] = _from(aboard.log, raw["u_log"], raw["v_log"], r)
     elif "U_G" in raw and "gamma_G" in raw:
-        drift, forward, starboard = raw["gamma_G"] - psi, aboard.antenna.forward, aboard.antenna.starboard
-        u, v = raw["U_G"] * np.cos(drift), raw["U_G"] * np.sin(drift)
-        channels["u"] = u + starboard * r if starboard else u
-        channels["v_m"] = v - forward * r if forward else v
+        channels["u"], channels["v_m"] = _ground(raw, psi, r, aboard)
         steps.append("u, v_m from course and speed over ground, turned by psi")
     if "u_log_water" in raw:
-        channels["u_w"] = raw["u_log_water"]
+        channels["u_w"] = _from(aboard.log, raw["u_log_water"], raw["u_log_water"], r)[0]
     if "U_G" in raw and "gamma_G" in raw:
         channels["U_G"], channels["gamma_G"] = raw["U_G"], unwrapped(raw["gamma_G"])
+        if aboard.antenna:
+            u, v = _ground(raw, psi, r, aboard)
+            channels["U_G"], channels["gamma_G"] = np.hypot(u, v), unwrapped(psi + np.arctan2(v, u))
+
+
+def _ground(raw: Mapping[str, Array], psi: Array, r: Array, aboard: Aboard) -> tuple[Array, Array]:
+    """Velocity over ground of midship, ahead and to starboard, by course and speed of the antenna [m/s]."""
+    drift = raw["gamma_G"] - psi
+    return _from(aboard.antenna or Place(), raw["U_G"] * np.cos(drift), raw["U_G"] * np.sin(drift), r)
+
+
+def _from(place: Place, u: Array, v: Array, r: Array) -> tuple[Array, Array]:
+    """Velocity of midship, ahead and to starboard, from that of a place aboard [m/s]."""
+    return u + place.starboard * r if place.starboard else u, v - place.forward * r if place.forward else v
 
 
 def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[str]) -> None:
@@ -181,12 +218,20 @@ def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[s
         channels["n_P" if len(numbers) == 1 else f"n_P_{place}"] = raw[f"{of}{number}"] / 60.0
 
 
-def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array) -> None:
+def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array, r: Array, mast: Place) -> None:
     for name in ("U_A", "gamma_A", "U_T", "depth"):
         if name in raw:
             channels[name] = raw[name]
+    if "U_A" in raw and "gamma_A" in raw and mast:
+        channels["U_A"], channels["gamma_A"] = felt_at_midship(raw["U_A"], raw["gamma_A"], r, mast)
     if "gamma_T_bow" in raw:
         channels["gamma_T"] = np.mod(raw["gamma_T_bow"] + psi, 2.0 * math.pi)
+
+
+def felt_at_midship(U_A: Array, gamma_A: Array, r: Array, mast: Place) -> tuple[Array, Array]:
+    """The apparent wind without what the mast itself moves as the ship turns: speed [m/s] and direction [rad]."""
+    ahead, aside = _from(mast, U_A * np.cos(gamma_A), U_A * np.sin(gamma_A), r)
+    return np.hypot(ahead, aside), np.mod(np.arctan2(aside, ahead), 2.0 * math.pi)
 
 
 @dataclass
@@ -209,10 +254,11 @@ class _Log:
 
 @dataclass
 class _Reading:
-    """The readings of one line, and its own time stamp."""
+    """The readings of one line, its own time stamp, and the kind of its sentence."""
 
     values: Mapping[str, float]
     stamp: float | None
+    kind: str = ""
 
 
 def _read_log(path: Path) -> _Log:
@@ -260,7 +306,8 @@ def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, li
             continue
         try:
             framed = read_line(line[start.start() :].strip())
-            said = readings(decode(framed.sentence, _LONGEST))
+            sentence = decode(framed.sentence, _LONGEST)
+            said = readings(sentence)
         except NmeaError as error:
             if error.reason == "kind":
                 others[framed_kind(line)] += 1
@@ -268,7 +315,8 @@ def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, li
                 wrong, first = wrong + 1, first or f"line {number}: {error}"
             continue
         tagged = framed.tag.time if framed.tag else None
-        found.append(_Reading(said, tagged if tagged is not None else _stamp(line[: start.start()])))
+        stamp = tagged if tagged is not None else _stamp(line[: start.start()])
+        found.append(_Reading(said, stamp, f"{sentence.talker}{sentence.kind}"))
     if len(found) <= wrong:
         said = f"; {first}" if first else ""
         raise DataError(f"{path}: {len(found)} sentences, {wrong} lines that are none; is it a log of NMEA 0183?{said}")
@@ -320,8 +368,8 @@ def _by_clock(
     path: Path, found: list[_Reading], midnights: Counter[float]
 ) -> Iterable[tuple[float, Mapping[str, float]]]:
     """Times by the clock sentences, since 0 o'clock of the first day; their dates are counted in `midnights`."""
-    groups: list[tuple[float, list[Mapping[str, float]]]] = []
-    early: list[Mapping[str, float]] = []
+    groups: list[tuple[float, list[_Reading]]] = []
+    early: list[_Reading] = []
     for one in found:
         clock = one.values.get("time_of_day")
         if clock is not None:
@@ -333,7 +381,7 @@ def _by_clock(
                 midnights[one.values["day"] - _DAY * days] += 1
             if not groups or clock > last:
                 groups.append((clock, early if not groups else []))
-        (groups[-1][1] if groups else early).append(one.values)
+        (groups[-1][1] if groups else early).append(one)
     if len(groups) < 2:
         stamped = sum(one.stamp is not None for one in found)
         raise DataError(
@@ -342,12 +390,14 @@ def _by_clock(
         )
     ends = [*(t for t, _ in groups[1:]), 2.0 * groups[-1][0] - groups[-2][0]]
     for (start, group), end in zip(groups, ends, strict=True):
-        many = Counter(name for values in group for name in values)
-        seen: Counter[str] = Counter()
-        for values in group:
-            for name, value in values.items():
-                yield start + (end - start) * seen[name] / many[name], {name: value}
-                seen[name] += 1
+        # a quantity that two kinds of sentence tell, such as RMC and GGA, is told twice, not twice as often
+        many = Counter((one.kind, name) for one in group for name in one.values)
+        seen: Counter[tuple[str, str]] = Counter()
+        for one in group:
+            for name, value in one.values.items():
+                this = one.kind, name
+                yield start + (end - start) * seen[this] / many[this], {name: value}
+                seen[this] += 1
 
 
 def _sorted(timed: Iterable[tuple[float, Mapping[str, float]]], steps: list[str]) -> dict[str, Series]:

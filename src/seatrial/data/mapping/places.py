@@ -9,6 +9,7 @@ import numpy as np
 from .. import Array, unwrapped
 from ..geodesy import Datum
 from ..prepare import integral, to_body, true_wind
+from ..sidecar import UNPLACED
 from .schema import Apparent, Ground, Log, Mapping, Offset, Position
 
 _WALKED, _OFF, _NEAR = 50.0, 0.7, 0.4
@@ -54,7 +55,7 @@ class Midship:
 
     def _position(self, position: Position) -> None:
         if not any(position.antenna):
-            self.steps.append("x, y are those of the antenna; midship is taken to be there")
+            self.steps += [UNPLACED] if not position.antenna else []
             return
         forward, starboard = position.antenna
         c, s = np.cos(self.channels["psi"]), np.sin(self.channels["psi"])

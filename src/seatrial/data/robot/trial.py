@@ -28,7 +28,7 @@ from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..prepare import nearest_rows, to_body
-from ..sidecar import CONVENTIONS, Described, began, read_described
+from ..sidecar import CONVENTIONS, UNPLACED, Described, began, read_described
 from ..table import within
 from ..units import conversion, standard_unit
 from .files import Message, opened
@@ -266,7 +266,7 @@ def _place(
         return seen, []
     datum = topics.datum or first
     channels["x"], channels["y"] = datum.track(latitude, longitude)
-    return datum, ["x, y are those of the antenna; midship is taken to be there"]
+    return datum, [UNPLACED]
 
 
 def _numbers(path: Path, rows: _Rows, series: Mapping[str, _Series], topics: Topics) -> dict[str, Array]:

@@ -1,14 +1,15 @@
 """A ship with what acts on it unseen as further states: current, slow forces, errors of instruments, parameters.
 
 Names of the further states: those of `nuisance.CURRENT`; ``slow.u``, ``slow.v_m``, ``slow.r``, accelerations by forces
-that the model lacks [m/s^2, rad/s^2]; ``bias.CHANNEL``, a slow error of one reading; and paths of parameters of the
-model.  Each holds its value, or returns to zero with a time constant of its own; its process noise lets it walk.
+that the model lacks [m/s^2, rad/s^2]; ``bias.CHANNEL``, a slow error of one reading; ``antenna.x``, ``antenna.y``, how
+far forward and to starboard of its stated place the satellite antenna stands [m]; and paths of parameters of the model.
+Each holds its value, or returns to zero with a time constant of its own; its process noise lets it walk.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -22,10 +23,11 @@ from ...simulate.loop import open_loop, open_loop_parameters
 from .. import StudyError
 from ..nuisance import CURRENT
 from .kalman import FilterModel, Numeric, dense, rk4
-from .measurement import Sensor
+from .measurement import Antenna, Sensor, Track
 
 SLOW = ("slow.u", "slow.v_m", "slow.r")
 BIAS = "bias."
+ANTENNA = ("antenna.x", "antenna.y")
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ def augmented(ship: Ship, more: Sequence[str], sensors: Sequence[Sensor], memory
     if isinstance(ship.model, Sampled):
         raise StudyError(f"{ship.name}: a model in discrete time; a filter here needs rates, not samples")
     channels = tuple(name for sensor in sensors for name in sensor.channels)
-    known = (*CURRENT, *SLOW, *(f"{BIAS}{name}" for name in channels), *specs(ship.model))
+    known = (*CURRENT, *SLOW, *ANTENNA, *(f"{BIAS}{name}" for name in channels), *specs(ship.model))
     for name in more:
         if name not in known:
             raise StudyError(f"{ship.name}: {unknown(name, known, 'parameter')}")
@@ -109,7 +111,10 @@ def _read(sensors: Sequence[Sensor], z: Any, around: Any, at: Mapping[str, int])
     here = here._replace(current_x=here.current_x + north, current_y=here.current_y + east)
     state = tuple(ca.vertsplit(z))
     out: list[Any] = []
+    ahead, aside = (z[at[name]] if name in at else 0.0 for name in ANTENNA)
     for sensor in sensors:
+        if isinstance(sensor, Antenna | Track):
+            sensor = replace(sensor, x=sensor.x + ahead, y=sensor.y + aside)
         for channel, value in zip(sensor.channels, sensor.read(state, here), strict=True):
             name = f"{BIAS}{channel}"
             out.append(value + z[at[name]] if name in at else value)

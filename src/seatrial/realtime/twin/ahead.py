@@ -3,6 +3,7 @@
 A forecast carries mean and covariance on without readings, to first order; the controls stay as they are now.  It is
 held against what was read later with the controls that were logged in between, so that the twin is judged and not the
 helm: what the log says of the controls is known, all else is forecast.  Beside it stands the same course and speed.
+The first fix at or after its horizon judges a forecast, as fixes may come more seldom than rows.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ HORIZONS = (30.0, 120.0, 600.0)
 
 # Steps of a forecast are so many times those of the filter.
 _LONGER = 4.0
+# A fix that comes later than this share of the horizon judges no forecast.
+_LATE = 0.5
 # Share that the bands state, and its quantile.
 LEVEL, _QUANTILE = 0.9, 1.6449
 _POINTS = 40
@@ -112,6 +115,8 @@ class Trust:
     _waiting: deque[_Waiting] = field(default_factory=deque[_Waiting])
     _chunk: list[tuple[float, Array]] = field(default_factory=list[tuple[float, Array]])
     _last: float = -math.inf
+    _fix: float = -math.inf
+    _between: float = math.inf
 
     def clear(self) -> None:
         """Drop what is on its way: a fault was found, or the motion began anew."""
@@ -124,45 +129,63 @@ class Trust:
         Args:
             acting: controls and environment since the row before.
         """
-        t = follower.t
+        t, step, fixed = follower.t, _LONGER * follower.machine.settings.step, _fixed(follower, readings)
         if self._waiting:
             self._chunk.append((t, acting))
-            due = any(one.start.t + one.left[0] <= t for one in self._waiting)
-            step = _LONGER * follower.machine.settings.step
+            due = fixed and any(one.start.t + one.left[0] <= t for one in self._waiting)
             if due or t - self._waiting[0].now.t > 0.75 * step:
                 self._move(t, step)
             if due:
-                self._judge(follower, readings)
-        if t - self._last >= self.every:
+                self._judge(follower, acting, readings)
+        if fixed:
+            self._between, self._fix = t - self._fix, t
+        if t - self._last >= self.every and self._in_step(t):
             self._last = t
             if self._chunk:
-                self._move(t, _LONGER * follower.machine.settings.step)
+                self._move(t, step)
             self._waiting.append(_Waiting(follower, follower, list(HORIZONS)))
 
+    def _in_step(self, t: float) -> bool:
+        """Whether a forecast that begins now has a fix near its first horizon, where fixes are rare."""
+        near = _LATE * HORIZONS[0]
+        rare = near < self._between < math.inf and t - self._last < 4.0 * self.every
+        return not rare or -(t + HORIZONS[0] - self._fix) % self._between < near
+
     def _move(self, t: float, step: float) -> None:
-        acting = np.mean([one for _, one in self._chunk], axis=0)
+        times, acting = zip(*self._chunk, strict=True)
+        acting = np.average(acting, axis=0, weights=np.diff(times, prepend=self._waiting[0].now.t))
         for one in self._waiting:
             one.now, _ = one.now.ahead(t, acting, step)
         self._chunk.clear()
 
-    def _judge(self, follower: Follower, readings: Array) -> None:
-        channels = follower.machine.channels
-        read = dict(zip(channels, readings.tolist(), strict=True))
-        noise = dict(zip(channels, follower.machine.traced.model.noise.tolist(), strict=True))
+    def _judge(self, follower: Follower, acting: Array, readings: Array) -> None:
+        rows, model = _places(follower), follower.machine.traced.model
         for one in list(self._waiting):
             while one.left and one.start.t + one.left[0] <= follower.t:
-                score = self.scores[one.left.pop(0)]
-                where = [read.get(name, math.nan) for name in ("x", "y")]
-                if not math.isfinite(sum(where)):
+                horizon, span = one.left.pop(0), follower.t - one.start.t
+                if span > (1.0 + _LATE) * horizon:
                     continue
-                away = np.array(where) - one.now.mean[:2]
                 c, s = math.cos(one.start.mean[2]), math.sin(one.start.mean[2])
                 u, v = one.start.mean[3:5]
-                straight = one.start.mean[:2] + (follower.t - one.start.t) * np.array([u * c - v * s, u * s + v * c])
-                sd = np.sqrt(np.diagonal(one.now.cov)[:2] + np.array([noise["x"], noise["y"]]) ** 2)
+                steady = model.read(one.start.mean, acting)[0][rows] + span * np.array([u * c - v * s, u * s + v * c])
+                mean, transposed = model.read(one.now.mean, acting)
+                slope = transposed.T[rows]
+                sd = np.sqrt(np.einsum("ij,jk,ik->i", slope, one.now.cov, slope) + model.noise[rows] ** 2)
+                away, score = readings[rows] - mean[rows], self.scores[horizon]
                 score.count += 1
                 score.square[0] += float(away @ away)
-                score.square[1] += float(np.sum((np.array(where) - straight) ** 2))
+                score.square[1] += float(np.sum((readings[rows] - steady) ** 2))
                 score.inside += int((np.abs(away) <= _QUANTILE * sd).sum())
             if not one.left:
                 self._waiting.remove(one)
+
+
+def _places(follower: Follower) -> list[int]:
+    """Where x and y are among the channels; nowhere in a log without position."""
+    return [k for k, name in enumerate(follower.machine.channels) if name in ("x", "y")]
+
+
+def _fixed(follower: Follower, readings: Array) -> bool:
+    """Whether a row has a fix."""
+    rows = _places(follower)
+    return bool(rows) and bool(np.isfinite(readings[rows]).all())

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...core.parameters import specs, values
+from ...identify.filters.augmented import ANTENNA
 from ...identify.nuisance import CURRENT
 from ...report.page import Page, Section, bullets, entries, lead, number, soft, table, tiles
 from .ahead import LEVEL
@@ -30,12 +31,13 @@ def parameters(live: Live) -> list[dict[str, Any]]:
 
 
 def unseen(live: Live) -> list[dict[str, Any]]:
-    """Current and slow forces with their standard deviations."""
+    """Current, slow forces, errors and places of instruments with their standard deviations."""
     if live.follower is None:
         return []
     told = {CURRENT[0]: ("current north", "m/s"), CURRENT[1]: ("current east", "m/s"),
             "slow.u": ("slow force, surge", "m/s²"), "slow.v_m": ("slow force, sway", "m/s²"),
-            "slow.r": ("slow moment, yaw", "rad/s²"), "bias.r": ("error of the rate gyro", "rad/s")}  # fmt: skip
+            "slow.r": ("slow moment, yaw", "rad/s²"), "bias.r": ("error of the rate gyro", "rad/s"),
+            ANTENNA[0]: ("antenna, forward of midship", "m"), ANTENNA[1]: ("antenna, to starboard", "m")}  # fmt: skip
     return [dict(zip(("name", "unit", "value", "sd"), (*told[name], *live.follower.value(name)), strict=True))
             for name in live.machine.names if name in told]  # fmt: skip
 

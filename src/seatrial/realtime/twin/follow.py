@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...core.parameters import values
 from ...data import Array
-from ...identify.filters.augmented import Augmented, augmented
+from ...identify.filters.augmented import ANTENNA, Augmented, augmented
 from ...identify.filters.filtering import inside
 from ...identify.filters.kalman import moved, over, substeps
 from ...ships import Ship
@@ -206,17 +206,18 @@ def inverse_of(spread: Array) -> Array:
     return np.asarray(np.linalg.inv(spread * size[:, None] * size) * size[:, None] * size, dtype=np.float64)
 
 
-def begun(machine: Machine, t: float, readings: Array) -> Follower:
+def begun(machine: Machine, t: float, readings: Array, further: tuple[Array, Array] | None = None) -> Follower:
     """At the first row that has heading and position: motion as read, the rest as the ship file says.
 
     Args:
         readings: by channel, NaN where there is none, shape (m,).
+        further: mean and covariance of the further states, if they are known better.
     """
     ship, settings, names = machine.ship, machine.settings, machine.names
     read = dict(zip(machine.channels, readings.tolist(), strict=True))
     noise = dict(zip(machine.channels, machine.traced.model.noise.tolist(), strict=True))
-    known = values(ship.model)
-    mean, sd = np.zeros(len(names)), np.zeros(len(names))
+    known, own = values(ship.model), machine.traced.own
+    mean, cov = np.zeros(len(names)), np.zeros((len(names), len(names)))
     quick = ship.speed / ship.L_pp
     psi = read["psi"]
     north, east = read.get("v_north", math.nan), read.get("v_east", math.nan)
@@ -232,8 +233,31 @@ def begun(machine: Machine, t: float, readings: Array) -> Follower:
     }  # fmt: skip
     for k, name in enumerate(names):
         value, deviation = first.get(name, (known.get(name, 0.0), settings.start.get(name, 0.0)))
-        mean[k], sd[k] = (value if math.isfinite(value) else 0.0), deviation
-    return Follower(machine, t, mean, np.diag(sd**2))
+        mean[k], cov[k, k] = (value if math.isfinite(value) else 0.0), deviation**2
+    if further is not None:
+        mean[own:], cov[own:, own:] = further
+    return _midship(Follower(machine, t, mean, cov), moving)
+
+
+def _midship(at: Follower, moving: bool) -> Follower:
+    """Motion of the antenna as that of midship; `moving` says whether its velocity was read, or its place alone."""
+    names, (ahead, aside) = at.machine.names, at.machine.settings.antenna
+    where = {name: k for k, name in enumerate(names)}
+    there = [where.get(name) for name in ANTENNA]
+    ahead, aside = (place + (0.0 if k is None else float(at.mean[k]))
+                    for place, k in zip((ahead, aside), there, strict=True))  # fmt: skip
+    psi, r = at.mean[where["psi"]], at.mean[where["r"]] if moving else 0.0
+    c, s = math.cos(psi), math.sin(psi)
+    mean, slope = at.mean.copy(), np.eye(len(names))
+    mean[:2] -= ahead * c - aside * s, ahead * s + aside * c
+    mean[3:5] += aside * r, -ahead * r
+    slope[:2, where["psi"]] = ahead * s + aside * c, aside * s - ahead * c
+    if moving:
+        slope[3:5, where["r"]] = aside, -ahead
+    for k, column in zip(there, ((-c, -s, 0.0, -r), (s, -c, r, 0.0)), strict=True):
+        if k is not None:
+            slope[[0, 1, 3, 4], k] = column
+    return replace(at, mean=mean, cov=slope @ at.cov @ slope.T)
 
 
 def without(step: Step, masked: Collection[int]) -> Step:

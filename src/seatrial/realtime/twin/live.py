@@ -208,13 +208,8 @@ class Live:
         if not np.isfinite(readings[[k for k, c in enumerate(self.machine.channels) if c in ("psi", "x", "y")]]).all():
             self.counts.waiting += 1
             return False
-        fresh = begun(self.machine, t, readings)
-        gap = max(t - old.t, 0.0)
-        cov = fresh.cov.copy()
-        spread = old.cov[own:, own:] + np.diag(self.machine.density[own:]) * gap
-        cov[own:, own:] = spread
-        mean = np.concatenate([fresh.mean[:own], old.mean[own:]])
-        self.follower, self.last = replace(fresh, mean=mean, cov=cov), None
+        walked = old.cov[own:, own:] + np.diag(self.machine.density[own:]) * max(t - old.t, 0.0)
+        self.follower, self.last = begun(self.machine, t, readings, (old.mean[own:], walked)), None
         self._forget(t, 2.0 * self._long)
         return True
 

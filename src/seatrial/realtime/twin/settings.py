@@ -10,7 +10,7 @@ from typing import Any
 
 from ...core.parameters import specs, unknown, values
 from ...identify import StudyError
-from ...identify.filters.augmented import BIAS, SLOW
+from ...identify.filters.augmented import ANTENNA, BIAS, SLOW
 from ...identify.filters.measurement import Antenna, Heading, Log, Rate, Sensor, Track
 from ...identify.nuisance import CURRENT
 from ...ships import Ship
@@ -27,6 +27,8 @@ EKF, MHE = "ekf", "mhe"
 _DAY = 86400.0
 # Standard deviation of a parameter at first, as a share of its value.
 _UNCERTAIN = 0.1
+# That of the place of an antenna of which nothing is known, in lengths: forward and to starboard.
+_ANYWHERE = (0.3, 0.05)
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ class Settings:
         process: random walk of each state, as the standard deviation that it gathers in one second.
         start: standard deviation of each further state at first.
         memory: time constant of each state that returns to zero [s].
+        antenna: where the satellite antenna is taken to stand, forward and to starboard of midship [m].
         free: paths of the parameters that may drift.
         settle: time in which the twin raises no alarm [s].
         window: time over which faults are sought [s].
@@ -62,6 +65,7 @@ class Settings:
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict[str, tuple[float, float]])
     estimator: str = EKF
     horizon: float = 60.0
+    antenna: tuple[float, float] = (0.0, 0.0)
 
     @property
     def more(self) -> tuple[str, ...]:
@@ -71,7 +75,7 @@ class Settings:
 
 def usual(
     ship: Ship, channels: Sequence[str], *, noise: Mapping[str, float] | None = None, free: Sequence[str] = (),
-    gyro_bias: bool = True, antenna: tuple[float, float] = (0.0, 0.0), estimator: str = EKF,
+    gyro_bias: bool = True, antenna: tuple[float, float] | None = (0.0, 0.0), estimator: str = EKF,
 ) -> Settings:  # fmt: skip
     """Settings for a ship, in proportion to its length and speed.
 
@@ -81,7 +85,8 @@ def usual(
         free: parameters that may drift, or patterns such as hull.*: each walks by a fifth of its value in a day.  A
             share behind it, such as hull.*=0.3, is how uncertain its value is at first; a tenth where none is given.
         gyro_bias: estimate the error of the rate gyro, where there is one and a compass beside it.
-        antenna: place of the satellite antenna, forward and to starboard of midship [m].
+        antenna: place of the satellite antenna, forward and to starboard of midship [m]; None is not known: it is
+            estimated.
         estimator: `EKF` or `MHE`.
 
     Raises:
@@ -93,9 +98,10 @@ def usual(
     # no model follows a log more closely than this, whatever the resolution of its instruments
     least = {"x": 2.5e-3 * ship.L_pp, "psi": 1e-3, "r": 5e-4 / T, "u_w": 2e-3 * U, "v_north": 2e-3 * U}
     known = {name: max(value, least.get(name, 0.0)) for name, value in {**NOISE, **(noise or {})}.items()}
+    place = antenna or (0.0, 0.0)
     there = {
-        POSITION: Antenna(known["x"], *antenna), HEADING: Heading(known["psi"]), TURN: Rate(known["r"]),
-        SPEED: Log(known["u_w"], channels=("u_w",)), VELOCITY: Track(known["v_north"], *antenna),
+        POSITION: Antenna(known["x"], *place), HEADING: Heading(known["psi"]), TURN: Rate(known["r"]),
+        SPEED: Log(known["u_w"], channels=("u_w",)), VELOCITY: Track(known["v_north"], *place),
     }  # fmt: skip
     sensors: dict[str, Sensor] = {name: s for name, s in there.items() if all(c in channels for c in s.channels)}
     if HEADING not in sensors or (POSITION not in sensors and VELOCITY not in sensors):
@@ -113,11 +119,14 @@ def usual(
     if gyro_bias and TURN in sensors:
         start[f"{BIAS}r"] = 5.0 * known["r"]
         process[f"{BIAS}r"] = 0.1 * known["r"] / math.sqrt(3600.0)
+    if antenna is None:
+        start |= {name: share * ship.L_pp for name, share in zip(ANTENNA, _ANYWHERE, strict=True)}
+        process |= dict.fromkeys(ANTENNA, 0.0)
     start |= {path: uncertain[path] * value for path, value in size.items()}
     process |= {path: 0.2 * value / math.sqrt(_DAY) for path, value in size.items()}
     return Settings(
         sensors, process, start, dict.fromkeys(SLOW, tau), tuple(uncertain), settle=max(120.0, 10.0 * T),
-        step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in uncertain}, estimator=estimator,
+        step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in uncertain}, estimator=estimator, antenna=place,
     )  # fmt: skip
 
 

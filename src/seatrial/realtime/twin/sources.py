@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ...data import Array, DataError, Trial
-from ...data.formats.nmea import controls
+from ...data.formats.nmea import Aboard, controls, felt_at_midship
 from ...data.geodesy import Datum
 from ...data.nmea.framing import read_line, split
 from ...data.nmea.reading import readings
@@ -23,6 +23,8 @@ Row = tuple[float, Mapping[str, float]]
 # Noise is no less than this share of the change from reading to reading: a log without any is a simulation.
 _LEAST = 1e-2
 _LONGEST = 128
+# A kind of sentence that has been silent for so long leaves its readings to another one [s].
+_SILENT = 5.0
 
 
 def moving(channels: Mapping[str, Array]) -> dict[str, Array]:
@@ -61,19 +63,24 @@ def noise_of(trial: Trial) -> dict[str, float]:
 class Ear:
     """Sentences gathered to rows.
 
+    A quantity that several kinds of sentence tell (position in RMC and GGA, heading in HDT and THS) is taken from the
+    kind that told it first, until that kind is silent: a reading that comes twice would count twice.
+
     Attributes:
         wrong: lines that were no valid sentence.
         datum: where x and y are zero: the first fix.
+        aboard: where the instruments are.  Place and velocity of the antenna stay its own.
     """
 
-    def __init__(self, datum: Datum | None = None) -> None:
-        self.wrong, self.datum = 0, datum
+    def __init__(self, datum: Datum | None = None, aboard: Aboard | None = None) -> None:
+        self.wrong, self.datum, self.aboard = 0, datum, aboard or Aboard()
         self._now: dict[str, float] = {}
         self._held: dict[str, Array] = {}
-        self._psi = math.nan
+        self._told: dict[str, tuple[str, float]] = {}
+        self._psi, self._r = math.nan, 0.0
 
-    def hear(self, data: bytes) -> None:
-        """Take in a datagram."""
+    def hear(self, data: bytes, t: float = 0.0) -> None:
+        """Take in a datagram that came at time `t` [s]."""
         try:
             lines = split(data)
         except NmeaError:
@@ -81,7 +88,11 @@ class Ear:
             return
         for line in lines:
             try:
-                self._now |= readings(decode(read_line(line).sentence, _LONGEST))
+                sentence = decode(read_line(line).sentence, _LONGEST)
+                for name, value in readings(sentence).items():
+                    kind, last = self._told.get(name, (sentence.kind, t))
+                    if kind == sentence.kind or t - last > _SILENT:
+                        self._told[name], self._now[name] = (sentence.kind, t), value
             except NmeaError as error:
                 self.wrong += error.reason != "kind"
 
@@ -92,8 +103,8 @@ class Ear:
         steered = dict[str, Array]()
         controls(steered, self._held, [])
         out = {name: float(value) for name, value in steered.items()}
-        out |= {name: raw[name] for name in ("psi", "r", "U_A", "gamma_A", "U_T", "depth") if name in raw}
-        self._psi = raw.get("psi", self._psi)
+        out |= {name: raw[name] for name in ("psi", "r", "U_T", "depth") if name in raw}
+        self._psi, self._r = raw.get("psi", self._psi), raw.get("r", self._r)
         if "latitude" in raw and "longitude" in raw:
             self.datum = self.datum or Datum(raw["latitude"], raw["longitude"])
             x, y = self.datum.track(np.array([raw["latitude"]]), np.array([raw["longitude"]]))
@@ -101,7 +112,11 @@ class Ear:
         if "U_G" in raw and "gamma_G" in raw:
             out |= {"v_north": raw["U_G"] * math.cos(raw["gamma_G"]), "v_east": raw["U_G"] * math.sin(raw["gamma_G"])}
         if "u_log_water" in raw:
-            out["u_w"] = raw["u_log_water"]
+            out["u_w"] = raw["u_log_water"] + self.aboard.log.starboard * self._r
+        if "U_A" in raw and "gamma_A" in raw:
+            at_mast = np.array(raw["U_A"]), np.array(raw["gamma_A"])
+            felt = felt_at_midship(*at_mast, np.array(self._r), self.aboard.mast)
+            out["U_A"], out["gamma_A"] = (float(one) for one in felt)
         if "gamma_T_bow" in raw:
             out["gamma_T"] = math.fmod(raw["gamma_T_bow"] + self._psi, 2.0 * math.pi)
         return out
@@ -116,7 +131,7 @@ def rows_from(listening: socket.socket, rate: float, ear: Ear) -> Iterator[Row]:
         while (left := due - time.monotonic()) > 0.0:
             listening.settimeout(left)
             try:
-                ear.hear(listening.recv(65535))
+                ear.hear(listening.recv(65535), due - begun)
             except TimeoutError:
                 break
         yield due - begun, ear.row()

@@ -7,11 +7,13 @@ import socket
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ...data import Trial
+from ...data.formats import nmea as sentences
+from ...data.sidecar import UNPLACED
 from ...data.trialfile import read_trials
 from ...realtime.twin.card import page as card
 from ...realtime.twin.card import parameters, unseen
@@ -26,6 +28,7 @@ from ...report.page import write
 from ...ships import Ship
 from ...ships.writing import save
 from .. import Outcome, RequestError, Table, figure
+from ..realtime import pair
 from ..request import Note, make_folder, obeyed, ship_of, silent
 
 STATE, MODEL, CARD = "twin.json", "model.toml", "card.html"
@@ -39,27 +42,39 @@ _APART = 10.0
 
 @dataclass(frozen=True)
 class _Log:
-    """What a twin follows: its name, its channels, noise where it shows, its rows, and controls that are held."""
+    """What a twin follows.
+
+    Attributes:
+        name, channels, noise: of the log; noise where it shows.
+        rows: gives its rows from the beginning.
+        antenna: where the satellite antenna stands whose place and velocity they hold; None is not known.
+        live: whether it comes in by a wire.
+        held: controls that keep their value from row to row.
+    """
 
     name: str
     channels: tuple[str, ...]
     noise: Mapping[str, float]
     rows: Callable[[], Iterator[Row]]
+    antenna: tuple[float, float] | None
     live: bool = False
     held: tuple[str, ...] = ()
 
 
 def twin(
     model: str | Path | Ship, *, nmea: str | None = None, mcap: Path | None = None, trial: Path | None = None,
-    mapping: Path | None = None, out: Path | None = None, free: Sequence[str] = (), estimator: str = "ekf",
-    rate: float = 10.0, factor: float = math.inf, page: socket.socket | None = None, note: Note = silent,
+    mapping: Path | None = None, antenna: str | None = None, out: Path | None = None, free: Sequence[str] = (),
+    estimator: str = "ekf", rate: float = 10.0, factor: float = math.inf, page: socket.socket | None = None,
+    note: Note = silent,
 ) -> Outcome[Live]:  # fmt: skip
     """Follow a ship on its log to its end, or until Ctrl-C.
 
     Args:
         model: a name of the library, a ship file or a ship.
         nmea, mcap, trial: the log: one of them; `nmea` may be an address such as udp://127.0.0.1:10110.
-        mapping: mapping file of the former two.
+        mapping: mapping file of the former two; by default that beside a log of sentences.
+        antenna: place of the satellite antenna, ``FORWARD,STARBOARD`` of midship [m]; by default that of the mapping.
+            One that nothing states is estimated.
         out: folder for state, ship and card; a twin that was killed goes on from it.
         free: paths of parameters that may drift.
         estimator: ekf or mhe.
@@ -72,8 +87,10 @@ def twin(
         DataError, StudyError: the log or the saved state cannot be used.
     """
     ship = ship_of(model)
+    stated = None if antenna is None else pair("--antenna", antenna, "FORWARD,STARBOARD in metres")
     log = _log(ship, nmea, mcap, trial, mapping, rate)
-    settings = usual(ship, log.channels, noise=log.noise, free=free, estimator=estimator)
+    settings = usual(ship, log.channels, noise=log.noise, free=free, antenna=stated or log.antenna,
+                     estimator=estimator)  # fmt: skip
     if not log.live:
         settings, found = likeliest(ship, settings, log.rows(), log.held)
         note(f"process noise: {found.motion:g} times the usual in the motion, {found.slow:g} times in slow forces; "
@@ -145,22 +162,35 @@ def _log(
     if len(given) != 1:
         raise RequestError("give one log: --nmea FILE or udp://HOST:PORT, --mcap FILE, or --trial FILE")
     if nmea is not None and "://" in nmea:
-        return _wire(ship, nmea, rate)
+        return _wire(ship, nmea, rate, sentences.read_mapping(mapping) if mapping else sentences.Aboard())
     if nmea is not None:
-        from ...data.formats import nmea as sentences
-
-        found = (sentences.read(Path(nmea), sentences.read_mapping(mapping) if mapping else None),)
-    elif mcap is not None:
+        aboard = sentences.aboard_of(Path(nmea), mapping)
+        # the filter takes the antenna to midship by its own heading, so that a wrong compass moves no fix
+        found = (sentences.read(Path(nmea), replace(aboard, antenna=None)),)
+        return _of(ship, nmea, found, aboard.place)
+    if mcap is not None:
         from ...data.robot.trial import read, read_topics
 
         found = (read(mcap, read_topics(mapping) if mapping else None),)
     else:
         found = tuple(read_trials([trial or Path()]))
+    placed = all(UNPLACED not in one.meta.get("processing", ()) for one in found)
+    return _of(ship, str(given[0]), found, (0.0, 0.0) if placed else None)
+
+
+def _of(ship: Ship, name: str, found: tuple[Trial, ...], antenna: tuple[float, float] | None) -> _Log:
+    """A log of trials."""
     channels = channels_of(found[0], ship.model.controls)
     for one in found[1:]:
         channels_of(one, ship.model.controls)
-    return _Log(Path(str(given[0])).name, channels, noise_of(found[0]),
-                lambda: _one_after_another(ship, found), held=tuple(found[0].meta.get("held", ())))  # fmt: skip
+    held = (*found[0].meta.get("held", ()), *_at_once(ship))
+    return _Log(Path(name).name, channels, noise_of(found[0]), lambda: _one_after_another(ship, found), antenna,
+                held=held)  # fmt: skip
+
+
+def _at_once(ship: Ship) -> tuple[str, ...]:
+    """Controls that are where they are ordered without delay: one value acts until a row shows the next."""
+    return tuple(name for name in ship.model.controls if ship.actuators.of(name).at_once)
 
 
 def _one_after_another(ship: Ship, trials: Sequence[Trial]) -> Iterator[Row]:
@@ -171,7 +201,7 @@ def _one_after_another(ship: Ship, trials: Sequence[Trial]) -> Iterator[Row]:
         begun += one.duration + _APART * ship.L_pp / max(ship.speed, 1e-3)
 
 
-def _wire(ship: Ship, address: str, rate: float) -> _Log:
+def _wire(ship: Ship, address: str, rate: float, aboard: sentences.Aboard) -> _Log:
     """Sentences by UDP."""
     from ...realtime.wire import Address
 
@@ -187,7 +217,8 @@ def _wire(ship: Ship, address: str, rate: float) -> _Log:
         raise RequestError(f"--nmea {address}: {error.strerror}; choose another port") from None
     orders = tuple(f"{name}_cmd" for name in ship.model.controls)
     return _Log(address, (*NOISE, "y", "v_east", *ship.model.controls, *orders), {},
-                lambda: rows_from(listening, rate, Ear()), live=True)  # fmt: skip
+                lambda: rows_from(listening, rate, Ear(aboard=aboard)), aboard.place, live=True,
+                held=_at_once(ship))  # fmt: skip
 
 
 def _served(screen: Screen, listening: socket.socket | None) -> Any:

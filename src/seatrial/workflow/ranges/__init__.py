@@ -25,7 +25,7 @@ from ...realtime.wire import Authority, WireError
 from ...realtime.wire import Line as Port
 from .. import RequestError
 from ..request import DEGREE, Note, obeyed, positive, silent
-from ..steer import maybe, rates_of, reporter, running_beside, where, writing
+from ..steer import maybe, rates_of, reporter, running_beside, tell_places, where, writing
 from .reading import read_scenario
 
 
@@ -116,6 +116,7 @@ def play(
         with maybe(nmea, to, anywhere) as wire, writing(log) as file:
             line = None if wire is None else Line(wire, framed, own, reports, hold, authority, simulator, file)
             stage = Stage(played, (math.inf if wire is None or lock_step else 1.0) if factor is None else factor, line)
+            tell_places(log, stage.loop.vessels[OWN])
             record = None if out is None else stage.record(out)
             step = Lockstep(stage.loop, stage.on_wire, answer_to, patience) if lock_step and stage.on_wire else None
             _run(stage, step, duration, beside, wire, note, printed)

@@ -39,7 +39,7 @@ from ..realtime import (
     situation_of,
 )  # fmt: skip
 from ..request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
-from ..steer import maybe, writing
+from ..steer import maybe, tell_places, writing
 from . import split
 from .reading import read_scenario
 
@@ -97,7 +97,7 @@ def rig(
     with listen(host, port, anywhere) as listening, maybe(nmea, to, anywhere) as wire, writing(log) as file:
         tied = Mute() if wire is None and (signalk or rosbridge or can is not None) else wire
         line = None if tied is None else Line(tied, framed, own, reports, max(hold, 10.0), authority, simulator, file)
-        stage = _stage(played, factor, line)
+        stage = _stage(played, factor, line, log)
         ahead = path_ahead(ship, stage.loop.vessels[OWN].plant, bands, draws, extrapolate=extrapolate)
         outfit = Outfit(drills(vessel), out, None, hold, cannot(vessel), situation.meta, Panel(stage), situation, ahead)
         deck = Deck(stage.loop, outfit)
@@ -148,11 +148,13 @@ def _serve(
         obeyed()
 
 
-def _stage(scenario: Scenario, factor: float, line: Line | None) -> Stage:
+def _stage(scenario: Scenario, factor: float, line: Line | None, log: Path | None) -> Stage:
     try:
-        return Stage(scenario, factor, line, page=True)
+        stage = Stage(scenario, factor, line, page=True)
     except (WireError, LoopError) as error:
         raise RequestError(str(error)) from None
+    tell_places(log, stage.loop.vessels[OWN])
+    return stage
 
 
 def _charted(played: Scenario, scenario: Path | None, chart: str | None) -> tuple[Scenario, Situation]:
