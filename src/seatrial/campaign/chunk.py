@@ -6,23 +6,25 @@ and the samples of their tracks; else they are stored as a whole and read by `Ma
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ..core.parameters import ParameterError, possible, specs
+from ..core.parameters import ParameterError, possible
 from ..data import Array, Trial
-from ..environment import CHANNELS, RANGES, Uniform
+from ..environment import CHANNELS, Uniform
 from ..environment.weather import Gust
 from ..manoeuvres import Manoeuvre
 from ..models import STATES
 from ..simulate.lanes import check_varied, prepare
 from ..simulate.loop import loop_values
 from . import Campaign, CampaignError, Case
+from .columns import meanings
 from .designs import points, uniform
-from .reading import figures, sailed, usual_names, whole_indices
+from .reading import figures, sailed, usual_units, whole_indices
 from .revolutions import balanced
 from .tallies import tally_of
 from .tracks import Column, Tracks, counts, sail, table
@@ -32,6 +34,9 @@ WEATHER = tuple(vars(Uniform()))
 
 _WIND = 8_000_000
 """Gusts are a series a run: runs are made in groups of so many numbers, 64 MB."""
+
+_LOOKED = 10_000_000
+"""Numbers of endless distributions that are looked at before anything is computed: a second."""
 
 _SEEDS = 7
 """Stream of the seeds of gusts, apart from that of the points."""
@@ -84,10 +89,8 @@ def _usual(campaign: Campaign, case: Case) -> dict[str, float]:
 
 
 def _check_drawn(campaign: Campaign, case: int, first: int, columns: Mapping[str, Array]) -> None:
-    known = _meanings(campaign.cases[case])
+    known = meanings(campaign.cases[case])
     for name, column in columns.items():
-        if name not in known:
-            continue
         for run in (int(np.argmin(column)), int(np.argmax(column))):
             try:
                 possible(known, {name: float(column[run])})
@@ -96,14 +99,8 @@ def _check_drawn(campaign: Campaign, case: int, first: int, columns: Mapping[str
                                     "within = [low, high]") from None  # fmt: skip
 
 
-def _meanings(case: Case) -> dict[str, Any]:
-    """Meaning and range of inputs by name."""
-    found = {**RANGES, **{f"ship.{path}": one for path, one in specs(case.ship.model).items()}}
-    return found | {f"policy.{path}": one for path, one in specs(case.manoeuvre).items()}
-
-
 def check(campaign: Campaign) -> None:
-    """Refuse inputs that a case does not have, and draws that are impossible, before anything is computed.
+    """Refuse inputs that a case does not have, and numbers that are impossible, before anything is computed.
 
     Raises:
         CampaignError: the input and the case.
@@ -117,7 +114,24 @@ def check(campaign: Campaign) -> None:
             check_varied(case.ship, case.manoeuvre, (n for n in names if n not in WEATHER and n not in STATES))
         except ValueError as error:
             raise CampaignError(f"{campaign.name}: {case.name}: {error}") from None
-        drawn(campaign, number, 0, min(campaign.runs, campaign.chunk))
+        endless = _check_ends(campaign, case) or campaign.correlated is not None
+        last = min(campaign.runs, _LOOKED // max(campaign.dims, 1)) if endless else min(campaign.runs, campaign.chunk)
+        for first in range(0, last, campaign.chunk):
+            drawn(campaign, number, first, min(first + campaign.chunk, last))
+
+
+def _check_ends(campaign: Campaign, case: Case) -> bool:
+    """Refuse distributions that end beyond what their input can be; whether one goes on without an end."""
+    known, usual, endless = meanings(case), _usual(campaign, case), False
+    for name, one in campaign.inputs.items():
+        for end in one.ends:
+            endless |= math.isinf(end)
+            try:
+                possible(known, {name: end * (usual[name] if one.factor else 1.0)} if math.isfinite(end) else {})
+            except ParameterError as error:
+                said = f"{one.kind} {list(one.numbers)}"
+                raise CampaignError(f"{campaign.name}: inputs.{name}: {said}: {error}") from None
+    return endless
 
 
 @dataclass(frozen=True)
@@ -236,7 +250,7 @@ def _sailed(
     flowing = bool(north.any() or east.any())
     tally = None if case.stored else tally_of(case.manoeuvre, case.dt, case.ship.validity, flowing)
     if tally is None:
-        names = usual_names(case, usual.series(case.dt, steps)[None], steps)
+        names = tuple(usual_units(case, usual.series(case.dt, steps)[None], steps))
         return whole_indices(case, names, vary, runs.start, around, runs.lanes, steps, threads, tracks)
     flow = {"policy.current_x": north, "policy.current_y": east}
     more = {name: np.broadcast_to(one, runs.lanes) for name, one in flow.items()}

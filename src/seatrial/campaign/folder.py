@@ -17,7 +17,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,16 +25,19 @@ from ..core.files import plain
 from ..core.version import __version__
 from . import Campaign, CampaignError
 from .chunk import compute
+from .columns import about, typed, units_of
 from .places import Place, place_of
 from .tracks import FIRST
 
-SCHEMA = "seatrial-campaign-folder/1"
+if TYPE_CHECKING:
+    import polars as pl
+
+SCHEMA = "seatrial-campaign-folder/2"
 MANIFEST = "campaign.json"
 PARTS, TRACKS = "parts", "tracks"
 _A_FOLDER = 1000
 # A column that no run fills costs nothing, others up to eight bytes a run; random numbers do not compress.
 _BYTES = 8.0
-_WHOLE = ("run", "case")
 
 
 @dataclass(frozen=True)
@@ -139,7 +142,8 @@ def begin(campaign: Campaign, where: str | Path | Place, source: Path | None = N
         "parts": campaign.parts, "chunk": campaign.chunk, "design": campaign.design, "seed": campaign.seed,
         "inputs": [*campaign.varied, *(campaign.correlated.names if campaign.correlated else ())],
         "criteria": {name: vars(one) for name, one in campaign.criteria.items()},
-        "columns": first, "tracks": _tracks(campaign), "devices": [case.device for case in campaign.cases],
+        "columns": first, "units": units_of(campaign), "tracks": _tracks(campaign),
+        "devices": [case.device for case in campaign.cases],
         "source": None if source is None else str(source.resolve()),
         "text": None if source is None else source.read_text(encoding="utf-8"),
     }  # fmt: skip
@@ -205,19 +209,20 @@ def write_part(campaign: Campaign, where: str | Path | Place, number: int, threa
     Raises:
         OSError: it cannot be written; nothing of it is left, or tracks that the next try writes again.
     """
-    place = place_of(where) if isinstance(where, str | Path) else where
-    part = compute(campaign, number, threads)
-    about = {"seatrial.version": __version__, "seatrial.campaign": campaign.digest, "seatrial.part": str(number)}
-    columns = {name: column.astype(np.int64 if name in _WHOLE else np.float64) for name, column in part.columns.items()}
-    files = {part_name(number, TRACKS): _parquet(part.tracks, about)} if part.tracks else {}
-    place.write({**files, part_name(number): _parquet(columns, about)})
-    return len(columns["run"])
-
-
-def _parquet(columns: Mapping[str, Any], about: dict[str, str]) -> bytes:
-    # in memory first: Polars has an error of its own for a full disk
     import polars as pl
 
-    held = io.BytesIO()
-    pl.DataFrame(dict(columns)).write_parquet(held, compression="zstd", compression_level=1, metadata=about)
+    place = place_of(where) if isinstance(where, str | Path) else where
+    part = compute(campaign, number, threads)
+    told = {"seatrial.version": __version__, "seatrial.campaign": campaign.digest, "seatrial.part": str(number)}
+    units = units_of(campaign)
+    frames = {TRACKS: pl.DataFrame(dict(part.tracks))} if part.tracks else {}
+    frames[PARTS] = typed(part.columns, campaign)
+    place.write({part_name(number, kind): _parquet(frame, units, told) for kind, frame in frames.items()})
+    return frames[PARTS].height
+
+
+def _parquet(frame: pl.DataFrame, units: Mapping[str, str], told: Mapping[str, str]) -> bytes:
+    # in memory first: Polars has an error of its own for a full disk
+    held, own = io.BytesIO(), {name: units.get(name, "-") for name in frame.columns}
+    frame.write_parquet(held, compression="zstd", compression_level=1, metadata={**told, **about(own)})
     return held.getvalue()

@@ -71,6 +71,14 @@ class Input:
         """Whether it takes a dimension of the design."""
         return self.kind != "constant"
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and greatest value; infinite of a distribution without an end."""
+        if self.kind not in ("normal", "lognormal"):
+            return min(self.numbers), max(self.numbers)
+        low = -math.inf if self.kind == "normal" else 0.0
+        return (low, math.inf) if self.within is None else (max(self.within[0], low), self.within[1])
+
     def of(self, share: Array) -> Array:
         """Values at cumulated probabilities in (0, 1), the same shape."""
         n = self.numbers

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.parameters import update
 from ..data import Array, DataError, Trial
 from ..environment import CHANNELS
-from ..manoeuvres import Manoeuvre, Scheduled
+from ..manoeuvres import Index, Manoeuvre, Scheduled
 from ..simulate.lanes import prepare
 from ..simulate.run import in_water, recorded
 from . import CampaignError, Case
@@ -54,7 +54,7 @@ def whole_indices(
     """Indices of stored runs by `Manoeuvre.indices`, with `failed` and `complete`; their tracks, shape (lanes, rows).
 
     Args:
-        names: of the indices, see `usual_names`.
+        names: of the indices, see `usual_units`.
         start: initial states, shape (lanes or 1, 6).
         around: weather, shape (lanes or 1, steps or 1, 8).
     """
@@ -77,18 +77,18 @@ def whole_indices(
     return found, kept
 
 
-def usual_names(case: Case, around: Array, steps: int) -> tuple[str, ...]:
-    """Indices that a run of the case without any change has, whatever its file calls valid.
+def usual_units(case: Case, around: Array, steps: int) -> dict[str, str]:
+    """Indices that a run of the case without any change has, whatever its file calls valid, with their units.
 
     Raises:
         CampaignError: it has none.
     """
     start, free = np.array([[0.0, 0.0, 0.0, case.speed, 0.0, 0.0]]), replace(case, ship=replace(case.ship, validity={}))
-    found, _ = next(_read(free, {}, start, around, 1, steps, 1))
-    names = tuple(name for name in found if name not in ("failed", "complete"))
-    if not names:
+    policy, trial, _ = next(sailed(free, {}, start, around, 1, steps, 1))
+    found = _figures(policy, trial, case.ship.L_pp)
+    if not found:
         raise CampaignError(f"{case.name}: a run of {case.duration:g} s has no index; give a longer duration")
-    return names
+    return {name: index.unit for name, index in found.items()}
 
 
 def _read(
@@ -127,10 +127,15 @@ def sailed(
 
 def _indices(policy: Manoeuvre, trial: Trial, L_pp: float) -> dict[str, float]:
     """Indices of one run, with `complete` (0 or 1); none of a run that is over before it began."""
-    if len(trial) < _LEAST:
+    found = _figures(policy, trial, L_pp)
+    if found is None:
         return {"complete": 0.0}
+    return {**{name: index.value for name, index in found.items()}, "complete": float(policy.complete(trial))}
+
+
+def _figures(policy: Manoeuvre, trial: Trial, L_pp: float) -> Mapping[str, Index] | None:
+    """Indices of one run; None of a run that is over before it began."""
     try:
-        found = {name: index.value for name, index in policy.indices(trial, L_pp).items()}
-        return {**found, "complete": float(policy.complete(trial))}
+        return policy.indices(trial, L_pp) if len(trial) >= _LEAST else None
     except DataError:
-        return {"complete": 0.0}
+        return None

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..core.files import write_together
 from . import CampaignError
+from .columns import about
 from .folder import PARTS, TRACKS, Held, part_name
 from .tracks import counts
 
@@ -57,14 +58,17 @@ def merge(held: Held, out: Path) -> tuple[Path, ...]:
     tables = {out: scan(held)}
     if TRACKS in held.kinds:
         tables[out.with_suffix(".tracks.parquet")] = scan_tracks(held)
-    return write_together({path: lambda scratch, path=path: _sink(tables[path], scratch, path) for path in tables})
+    units = held.document["units"]
+    return write_together({path: lambda scratch, path=path: _sink(tables[path], units, scratch, path)
+                           for path in tables})  # fmt: skip
 
 
-def _sink(table: pl.LazyFrame, scratch: str, out: Path) -> None:
+def _sink(table: pl.LazyFrame, units: Mapping[str, str], scratch: str, out: Path) -> None:
     import polars as pl
 
+    own = {name: units.get(name, "-") for name in table.collect_schema().names()}
     try:
-        table.sink_parquet(scratch, compression="zstd")
+        table.sink_parquet(scratch, compression="zstd", metadata=about(own))
     except pl.exceptions.PolarsError as error:
         if "os error" not in str(error):
             raise
@@ -95,11 +99,11 @@ def _read(held: Held, number: int, kind: str, tables: dict[str, pl.DataFrame]) -
 
     try:
         content = held.place.read(part_name(number, kind))
-        about, rows = pl.read_parquet_metadata(io.BytesIO(content)), pl.read_parquet(io.BytesIO(content))
+        told, rows = pl.read_parquet_metadata(io.BytesIO(content)), pl.read_parquet(io.BytesIO(content))
     except (OSError, pl.exceptions.PolarsError) as error:
         yield f"cannot be read ({str(error).splitlines()[0]})"
         return
-    if about.get("seatrial.campaign") != held.document["digest"] or about.get("seatrial.part") != str(number):
+    if told.get("seatrial.campaign") != held.document["digest"] or told.get("seatrial.part") != str(number):
         yield "is of another campaign or part"
     if list(rows.columns) != list((held.document if kind == PARTS else held.document["tracks"])["columns"]):
         yield "has other columns than the campaign"
@@ -107,9 +111,9 @@ def _read(held: Held, number: int, kind: str, tables: dict[str, pl.DataFrame]) -
     tables[kind] = rows
 
 
-def _agree(about: Mapping[str, Any], parts: pl.DataFrame, tracks: pl.DataFrame) -> bool:
+def _agree(document: Mapping[str, Any], parts: pl.DataFrame, tracks: pl.DataFrame) -> bool:
     """Whether the tracks of a part have every kept sample of each of its runs, in their order."""
-    kept = about["tracks"]
+    kept = document["tracks"]
     case = parts["case"].to_numpy()
     samples, dt = (np.array(kept[name])[case] for name in ("samples", "dt"))
     rows = counts(parts["failed"].to_numpy(), samples, dt, int(kept["every"]))

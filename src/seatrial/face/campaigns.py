@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from ..campaign import Campaign, CampaignError, Case, Tracks, usual_chunk
 from ..campaign import chunk as chunks
+from ..campaign.columns import WHOLE, typed
 from ..campaign.designs import Design
 from ..campaign.folder import open_folder
 from ..campaign.inputs import Input, Kind
@@ -154,12 +155,11 @@ class Runs(Tabular):
     @property
     def table(self) -> Table:
         """Least, median and largest value of each column; computes the runs."""
-        found = self.to_frame().drop("run", "case")
-        rows = tuple(
-            (name, *(_number(how(found[name].fill_nan(None))) for how in (_least, _middle, _most)),
-             found[name].fill_nan(None).count())
-            for name in found.columns
-        )  # fmt: skip
+        import polars as pl
+
+        found = self.to_frame().drop(WHOLE).cast(pl.Float64)
+        rows = tuple((name, *(_number(how(found[name])) for how in (_least, _middle, _most)), found[name].count())
+                     for name in found.columns)  # fmt: skip
         of = ", ".join(case.name for case in self.plan.cases[:_FEW])
         title = f"{self.plan.name}: {self.plan.rows} runs of {of}{' ...' * (len(self.plan.cases) > _FEW)}"
         return Table(title, ("column", "least", "median", "largest", "runs"), rows)
@@ -176,9 +176,8 @@ class Runs(Tabular):
 
         with executors.threads() as pool:
             parts = list(pool.ordered(chunks.compute, ((self.plan, number) for number in range(self.plan.parts))))
-        frame = pl.concat([pl.DataFrame(dict(part.columns)) for part in parts])
         tracks = pl.concat([pl.DataFrame(dict(part.tracks)) for part in parts])
-        return frame.with_columns(pl.col("run", "case").cast(pl.Int64)), tracks
+        return pl.concat([typed(part.columns, self.plan) for part in parts]), tracks
 
 
 def _least(column: Any) -> Any:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Hashable, Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache, reduce
 from operator import add
 from typing import Any
 
 import numpy as np
 
-from ..actuators import Servo, queue_length, queued, table
-from ..core.parameters import Parts, Scalar, Terms, unknown, update, values
+from ..actuators import Servo, Shaft, queue_length, queued, table
+from ..core.parameters import Parts, Scalar, Spec, Terms, specs, unknown, update, values
 from ..data import Array
 from ..engine import Scalars, System
 from ..environment import CHANNELS, PLACE, Environment
 from ..environment.grid import SMOOTH
 from ..manoeuvres import Policy, Scheduled
-from ..models import Sampled, Stepped, kinematics
+from ..models import Sampled, Stepped, kinematics, unit
 from ..ships import Ship, ShipError
 from .place import Place
 
@@ -153,6 +153,18 @@ def loop_values(ship: Ship, policy: Policy) -> dict[str, float]:
         own = {k: v for k, v in values(servo).items() if k != "dead_time" and not (k == "lag" and v == 0.0)}
         out |= {f"{name}.{limit}": value for limit, value in own.items()}
     return out | {f"policy.{path}": value for path, value in values(policy).items()}
+
+
+def loop_specs(ship: Ship, policy: Policy) -> dict[str, Spec]:
+    """Meaning and range of each of `loop_values`; the limits of an actuator are in the unit of its control."""
+    out = {f"ship.{path}": meaning for path, meaning in specs(ship.model).items()}
+    for control in ship.model.controls:
+        own = unit(control)
+        per = {"": own, "1/s": f"{own}/s" if own != "1/s" else "1/s^2"}
+        for limit, meaning in specs(ship.actuators.of(control)).items():
+            of = meaning.unit if isinstance(ship.actuators.of(control), Shaft) else per.get(meaning.unit, meaning.unit)
+            out[f"{table(control)}.{limit}"] = replace(meaning, unit=of)
+    return out | {f"policy.{path}": meaning for path, meaning in specs(policy).items()}
 
 
 def _memory(ship: Ship, dt: float) -> tuple[tuple[str, ...], ...]:

@@ -152,7 +152,8 @@ class _Rows:
         """One column, shape (runs,)."""
         import polars as pl
 
-        return self.table.filter(pl.col("case") == self.case).select(name).collect()[name].to_numpy()
+        found = self.table.filter(pl.col("case") == self.case).select(name).collect()[name]
+        return found.to_numpy() if found.dtype == pl.Int64 else found.cast(pl.Float64).to_numpy()  # NaN for null
 
     def single(self, values: Array, runs: Array) -> Array:
         """Those of independent runs: all, or A and B of each block."""

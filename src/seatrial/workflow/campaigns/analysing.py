@@ -11,6 +11,7 @@ from typing import Any
 from ... import __version__
 from ...campaign import Campaign
 from ...campaign.analysis import analyse
+from ...campaign.columns import index_units
 from ...campaign.folder import MANIFEST, Held, open_folder
 from ...campaign.rare import RUNS, Rare, Watch
 from ...campaign.rare import rare as search
@@ -22,7 +23,7 @@ from ...report.page import write
 from .. import RequestError
 from ..request import Note, check_output, silent
 from . import beside
-from .reading import campaign_of, figure_units, read_campaign
+from .reading import campaign_of, read_campaign
 
 REPORT = "report.html"
 
@@ -54,7 +55,7 @@ def _units(held: Held) -> dict[str, str]:
         plan = campaign_of(tomllib.loads(text), Path(source))
     except (RequestError, OSError):
         return {}
-    return {name: unit for case in plan.cases for name, unit in figure_units(case, plan.weather).items()}
+    return {name: unit for case in plan.cases for name, unit in index_units(case, plan.weather).items()}
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ def rare(
     found, bound = Found(plan, criterion, cases), plan.criteria[criterion]
     write_whole(out / "rare.json", json.dumps(plain(found.document), indent=1) + "\n")
     unit = next((units[bound.index] for case in plan.cases
-                 if bound.index in (units := figure_units(case, plan.weather))), "-")  # fmt: skip
+                 if bound.index in (units := index_units(case, plan.weather))), "-")  # fmt: skip
     origin = {"campaign": str(path), "folder": str(out.resolve()), "seed": str(plan.seed), "digest": plan.digest,
               "seatrial": __version__}  # fmt: skip
     write(out / REPORT, rare_page(plan.name, criterion, bound, cases, unit, str(out), origin))

@@ -11,10 +11,9 @@ import numpy as np
 
 from ...campaign import Campaign, Case, Correlated, Criterion, Tracks, usual_chunk
 from ...campaign import chunk as chunks
+from ...campaign.columns import index_units, meanings, shown
 from ...campaign.inputs import Input, Kind
-from ...campaign.reading import usual_names
 from ...campaign.schema import SCHEMA, CampaignFile, CriterionTable, InputTable, ManoeuvreTable, PosteriorTable
-from ...campaign.tallies import tally_of
 from ...core.files import read_toml
 from ...core.parameters import unknown
 from ...data.units import KNOWN
@@ -61,13 +60,14 @@ def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Ca
     wanted = table.manoeuvre if isinstance(table.manoeuvre, list) else [table.manoeuvre]
     around, gusts = _weather(table, ships, note)
     cases = tuple(case_of(ship, one, len(ships) > 1, len(wanted) > 1, around) for ship in ships for one in wanted)
-    units = {name: unit for case in cases for name, unit in figure_units(case, around).items()}
+    units = {name: unit for case in cases for name, unit in index_units(case, around).items()}
+    known = {name: shown(one.unit) for case in cases for name, one in meanings(case).items()}
     try:
         kept = table.tracks
         tracks = Tracks(kept.every, tuple(kept.columns), kept.precision) if kept else None
         campaign = Campaign(
             table.title or path.stem, cases, table.runs,
-            {name: _input(path, name, one) for name, one in table.inputs.items()},
+            {name: _input(path, name, one, known.get(name)) for name, one in table.inputs.items()},
             _posterior(path, table.posterior, ships) if table.posterior else None, table.design, table.seed, around,
             gusts, table.revolutions == "balanced",
             {name: _criterion(path, name, one, units) for name, one in table.criteria.items()},
@@ -75,7 +75,7 @@ def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Ca
         )  # fmt: skip
         chunks.check(campaign)
     except ValueError as error:
-        raise RequestError(f"{path}: {error}") from None
+        raise RequestError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
     return campaign
 
 
@@ -113,26 +113,14 @@ def case_of(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, arou
                 one.device, one.precision)  # fmt: skip
 
 
-def figure_units(case: Case, around: Uniform) -> dict[str, str]:
-    """Unit of each index that the runs of a case have."""
-    tally = None if case.stored else tally_of(case.manoeuvre, case.dt, {}, flowing=False)
-    if tally is not None:
-        return dict(tally.figures)
-    steps = round(case.duration / case.dt) + 1
-    usual_names(case, around.series(case.dt, steps)[None], steps)
-    ran = simulate(case.ship, case.manoeuvre.kind, duration=case.duration, dt=case.dt)
-    found = ran.policy.indices(ran.trial, case.ship.L_pp)  # as the runs have them, the helm as an angle
-    return {name: index.unit for name, index in found.items()}
-
-
-def _input(path: Path, name: str, one: InputTable) -> Input:
+def _input(path: Path, name: str, one: InputTable, unit: str | None) -> Input:
     told = one.model_dump()
     given: list[tuple[Kind, list[float]]] = [(kind, told[kind]) for kind in _KINDS if told[kind] is not None]
     if one.value is not None:
         given.append(("constant", [one.value]))
     if len(given) != 1:
         raise RequestError(f"{path}: inputs.{name}: give one of value, {', '.join(_KINDS)}; it has {len(given)}")
-    (kind, numbers), scale = given[0], _scale(path, f"inputs.{name}", one.unit)
+    (kind, numbers), scale = given[0], _scale(path, f"inputs.{name}", one.unit, "-" if one.factor else unit)
     spread = kind == "lognormal"  # the second number is of the logarithm
     numbers = [n if spread and k == 1 else n * scale for k, n in enumerate(numbers)]
     within = None if one.within is None else (one.within[0] * scale, one.within[1] * scale)
@@ -142,18 +130,23 @@ def _input(path: Path, name: str, one: InputTable) -> Input:
         raise RequestError(f"{path}: inputs.{name}: {error}") from None
 
 
-def _scale(path: Path, key: str, unit: str | None) -> float:
+def _scale(path: Path, key: str, unit: str | None, wanted: str | None) -> float:
+    """Factor of a unit to that of what it is given for; without `wanted`, which is not known, to SI."""
     if unit is None:
         return 1.0
     if unit not in KNOWN:
         raise RequestError(f"{path}: {key}.unit: {unknown(unit, KNOWN, 'unit')}")
-    return KNOWN[unit][1]
+    si, factor = KNOWN[unit]
+    if wanted is not None and si != wanted:
+        right = "it has none" if wanted == "-" else f"it is in {wanted}"
+        raise RequestError(f"{path}: {key}.unit: '{unit}' cannot measure it; {right}")
+    return factor
 
 
 def _criterion(path: Path, name: str, one: CriterionTable, units: Mapping[str, str]) -> Criterion:
     if name not in units:
         raise RequestError(f"{path}: criteria.{name}: {unknown(name, units, 'index')}")
-    scale = _scale(path, f"criteria.{name}", one.unit)
+    scale = _scale(path, f"criteria.{name}", one.unit, units[name])
     low, high = one.at_least, one.at_most
     if low is None and high is None:
         raise RequestError(f"{path}: criteria.{name}: give at_most, at_least or both")
