@@ -141,8 +141,7 @@ class Conning:
         answer = self._answers.get(sentence.kind)
         if answer is None or _is_report(sentence):
             return {}
-        another = sender != self.commander and self.commander != "" and not self._silent(t)
-        if another or not self.listens or not self._authority.may(sender):
+        if self.refusal(sender, t):
             self.counts["refused"] += 1
             return {}
         ordered = answer(sentence)
@@ -152,6 +151,23 @@ class Conning:
         self.counts["taken"] += 1
         self.commander, self.heard, self.stale = sender, t, False
         return ordered
+
+    def refusal(self, sender: str, t: float) -> str:
+        """Why orders of a sender are refused now; empty if they are taken."""
+        if not self.listens:
+            return "somebody else steers, who has not handed over to the wire"
+        if not self._authority.may(sender):
+            return "this sender may not have command"
+        another = sender != self.commander and self.commander != "" and not self._silent(t)
+        return f"{self.commander} has command" if another else ""
+
+    def missing(self, kind: str) -> str:
+        """What the ship lacks to obey any order of this kind, HTC, ROR or PRC; empty if it lacks nothing."""
+        if kind == "HTC" and not self._steers:
+            return "the ship has no rudder, or no gyros, to steer a heading with"
+        if kind == "ROR" and not self._all_rudders(0.0):
+            return "the ship has no rudder"
+        return "the ship has no shaft" if kind == "PRC" and not self._shafts else ""
 
     def steered(self, psi: float, r: float, t: float, dt: float) -> Ordered:
         """Rudder orders of the steering control for the next `dt` seconds; empty while it does not steer."""

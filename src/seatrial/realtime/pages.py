@@ -13,6 +13,7 @@ import errno
 import ipaddress
 import json
 import os
+import secrets
 import socket
 import time
 from collections import deque
@@ -148,7 +149,25 @@ def application(
 def same_origin(headers: Mapping[str, str]) -> bool:
     """Whether a request is of a page of this server, or of no page at all."""
     origin = headers.get("origin")
-    return origin is None or urlsplit(origin).netloc == headers.get("host")
+    try:
+        return origin is None or urlsplit(origin).netloc == headers.get("host")
+    except ValueError:  # no address at all, such as "http://["
+        return False
+
+
+def admitted(key: str, said: object) -> bool:
+    """Whether what a client says is the key; anything is where no key is needed."""
+    return not key or (isinstance(said, str) and secrets.compare_digest(said.encode(errors="replace"), key.encode()))
+
+
+async def body(request: Request, most: int) -> bytes:
+    """The body of a request, of a declared length or in chunks; ValueError: more than `most` bytes, the rest unread."""
+    data = b""
+    async for part in request.stream():
+        data += part
+        if len(data) > most:
+            raise ValueError(f"a body of more than {most} bytes")
+    return data
 
 
 class _Named:

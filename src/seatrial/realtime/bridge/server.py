@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import itertools
-import secrets
 import socket
 import threading
 import time
@@ -16,7 +15,7 @@ from typing import Any
 from fastapi import FastAPI, WebSocket
 
 from ..loop import Loop
-from ..pages import LOCAL, MOST, Client, attend, close, hear, server
+from ..pages import LOCAL, MOST, Client, admitted, attend, close, hear, server
 from ..pages import application as page
 from .deck import PERIOD, Deck
 
@@ -98,7 +97,7 @@ class _Line:
             return None
         said = waiting.result()
         token, key = said.get("hello"), said.get("key")
-        if self._key and not (isinstance(key, str) and secrets.compare_digest(key.encode(), self._key.encode())):
+        if not admitted(self._key, key):
             await close(ws, "open the address that the terminal shows, with its key", KEYLESS)
         elif not isinstance(token, str) or not 8 <= len(token) <= 64:
             await close(ws, "no hello")

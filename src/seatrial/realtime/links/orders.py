@@ -23,7 +23,7 @@ class Orders:
 
     def __init__(self, loop: Loop, on_wire: OnWire, sender: str) -> None:
         """Send to the ship of this wire; nothing is ordered yet."""
-        self.sender, self.engaged, self._on_wire = sender, False, on_wire
+        self.sender, self.engaged, self._on_wire, self._loop = sender, False, on_wire, loop
         self._every = max(round(loop.rate), 1)
         loop.after(self.tick)
 
@@ -48,25 +48,38 @@ class Orders:
             self._say("HTC", headingref="T", status="R")
 
     def steer_heading(self, psi: float) -> None:
-        """Steer a heading [rad]; RefusalError: not a direction."""
-        self._say("HTC", override="V", steermode="H", turnmode="N", cmdheading=math.degrees(psi) % 360.0,
+        """Steer a heading [rad]; RefusalError: not a direction, or it would not be obeyed."""
+        self._order("HTC", override="V", steermode="H", turnmode="N", cmdheading=math.degrees(psi) % 360.0,
                   headingref="T", status="C")  # fmt: skip
         self.engaged = True
 
     def steer_rudder(self, delta: float) -> None:
-        """Order all rudders to an angle [rad], positive turning to starboard; RefusalError: beyond half a turn."""
+        """Order all rudders to an angle [rad], positive turning to starboard.
+
+        Raises:
+            RefusalError: beyond half a turn, or it would not be obeyed.
+        """
         angle = delta * _DEGREE
-        self._say("ROR", stbdrudderorder=angle, stbdrudderstatus="A", portrudderorder=angle, portrudderstatus="A")
+        self._order("ROR", stbdrudderorder=angle, stbdrudderstatus="A", portrudderorder=angle, portrudderstatus="A")
 
     def turn_shafts(self, n: float) -> None:
-        """Order all shafts to revolutions [1/s]; RefusalError: beyond what a sentence holds."""
-        self._say("PRC", rpmdemand=60.0 * n, rpmdemandstatus="R")
+        """Order all shafts to revolutions [1/s]; RefusalError: beyond what a sentence holds, or not obeyed."""
+        self._order("PRC", rpmdemand=60.0 * n, rpmdemandstatus="R")
 
     def let_go(self) -> None:
         """Rudder midships, and no more renewals: somebody else may take command when the silence is over."""
         self.engaged = False
         if self.commands:
             self.steer_rudder(0.0)
+
+    def _order(self, kind: str, **fields: Value) -> None:
+        """Order, where the ship takes orders of this sender now: a request is answered before the next tick."""
+        conning = self._on_wire.conning
+        refused = conning.refusal(self.sender, self._loop.t)
+        if why := refused or conning.missing(kind):
+            conning.counts["refused" if refused else "unfit"] += 1
+            raise RefusalError(why)
+        self._say(kind, **fields)
 
     def _say(self, kind: str, **fields: Value) -> None:
         given = {**dict.fromkeys(SENTENCES[kind].fields), **fields}

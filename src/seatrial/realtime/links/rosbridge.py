@@ -15,14 +15,13 @@ from __future__ import annotations
 
 import asyncio
 import math
-import secrets
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from fastapi import FastAPI, WebSocket
 
 from ...core.errors import RefusalError
-from ..pages import close, hear, same_origin
+from ..pages import admitted, close, hear, same_origin
 from ..range.stage import Stage
 from .orders import Orders
 
@@ -51,8 +50,7 @@ class Rosbridge:
 
     async def talk(self, ws: WebSocket) -> None:
         """Serve one client until it disconnects."""
-        token = ws.query_params.get("token", "")
-        known = not self._key or secrets.compare_digest(token.encode(), self._key.encode())
+        known = admitted(self._key, ws.query_params.get("token"))
         if not same_origin(ws.headers) or not known or self._open >= _MOST:
             await ws.close(1008)
             return

@@ -1,26 +1,29 @@
 """Signal K at the server of the page: deltas over a WebSocket, the data tree, and the autopilot interface of version 2.
 
 Paths, units and signs are those of the Signal K specification 1.7: SI and radians, rudder positive to starboard, wind
-angles positive to starboard.  What is told is what the instruments say.
+angles positive to starboard.  What is told is what the instruments say; revolutions below zero turn astern, with gear
+Reverse.  Full model and messages are valid by the published schema (`@signalk/signalk-schema`).
 """
 
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import json
 import math
-import secrets
+import uuid
 from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from typing import Any
 
-from fastapi import FastAPI, Request, WebSocket
+from fastapi import Depends, FastAPI, HTTPException, Request, WebSocket
 from starlette.responses import JSONResponse, Response
 
 from ...core.errors import RefusalError
 from ...core.version import __version__
-from ..pages import close, hear, same_origin
+from ..pages import admitted, body, close, hear, same_origin
+from ..range.alarms import CPA, GNSS, GYRO, KEEL, PILOT, RUDDER, TRACK, Alarm
 from ..range.stage import Stage
 from .orders import Orders
 
@@ -33,10 +36,19 @@ _MOST, _LARGEST = 16, 2048
 _NUMBERS: Mapping[str, str] = {
     "psi": "navigation.headingTrue", "r": "navigation.rateOfTurn", "U": "navigation.speedOverGround",
     "chi": "navigation.courseOverGroundTrue", "u_w": "navigation.speedThroughWater",
-    "U_A": "environment.wind.speedApparent", "U_T": "environment.wind.speedTrue",
+    "U_A": "environment.wind.speedApparent", "U_T": "environment.wind.speedOverGround",
     "below": "environment.depth.belowTransducer",
 }  # fmt: skip
 """Paths of values that are told as they are measured."""
+
+_NOTICES: Mapping[int, str] = {
+    CPA: "navigation.closestApproach", GYRO: "navigation.headingTrue", GNSS: "navigation.position",
+    RUDDER: "steering.rudderAngle", TRACK: "navigation.crossTrackError", PILOT: "steering.autopilot",
+    KEEL: "environment.depth.belowKeel",
+}  # fmt: skip
+"""Paths of alarms below `notifications`; those of which there may be several have their instance as a further part."""
+
+_GRADES = {"A": "alarm", "W": "warn", "C": "alert"}
 
 
 def values(stage: Stage) -> dict[str, Any]:
@@ -49,9 +61,7 @@ def values(stage: Stage) -> dict[str, Any]:
     said.update({path: latest[name] for name, path in _NUMBERS.items() if name in latest})
     if "latitude" in latest:
         said["navigation.position"] = {"latitude": latest["latitude"], "longitude": latest["longitude"]}
-    for name, path in (("gamma_A", "angleApparent"), ("gamma_T_bow", "angleTrueGround")):
-        if name in latest:
-            said[f"environment.wind.{path}"] = math.remainder(latest[name], math.tau)
+    said.update({f"environment.wind.{name}": value for name, value in _wind(latest)})
     if stage.fittings.variation is not None:
         said["navigation.magneticVariation"] = stage.fittings.variation
         if "psi" in latest:
@@ -59,11 +69,46 @@ def values(stage: Stage) -> dict[str, Any]:
     rudder = "".join(stage.fittings.rudders[-1:])
     if rudder in latest:
         said["steering.rudderAngle"] = latest[rudder]
-    said.update({f"propulsion.{name}.revolutions": latest[name] for name in stage.fittings.shafts if name in latest})
+    for name, number in stage.fittings.numbers.items():
+        if name in latest:
+            shaft, n = f"propulsion.{_shaft(number)}", latest[name]
+            said[f"{shaft}.revolutions"] = n
+            said[f"{shaft}.transmission.gear"] = "Forward" if n > 0.0 else "Reverse" if n < 0.0 else "Neutral"
     conning = on_wire.conning
     said["steering.autopilot.state"] = "auto" if conning.mode in ("heading", "track") else "standby"
     said["steering.autopilot.target.headingTrue"] = conning.control.course
+    said.update(_notice(alarm) for alarm in tuple(stage.alarms.alarms.values()))
     return said
+
+
+def _wind(latest: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+    """Angles of the wind, and the wind over the water, which no instrument measures: apparent less the ship's speed."""
+    for name, path in (("gamma_A", "angleApparent"), ("gamma_T_bow", "angleTrueGround")):
+        if name in latest:
+            yield path, math.remainder(latest[name], math.tau)
+    if {"gamma_T_bow", "psi"} <= latest.keys():
+        yield "directionTrue", (latest["psi"] + latest["gamma_T_bow"]) % math.tau
+    if {"U_A", "gamma_A", "u_w"} <= latest.keys():
+        ahead = latest["U_A"] * math.cos(latest["gamma_A"]) - latest["u_w"]
+        aside = latest["U_A"] * math.sin(latest["gamma_A"]) - latest.get("v_w", 0.0)
+        yield "speedTrue", math.hypot(ahead, aside)
+        yield "angleTrueWater", math.atan2(aside, ahead)
+
+
+def _shaft(number: int) -> str:
+    """Name of a shaft from its number in RPM: 0 amidships, odd to starboard, even to port."""
+    row = (number + 1) // 2
+    return "main" if number == 0 else ("starboard" if number % 2 else "port") + (str(row) if row > 1 else "")
+
+
+def _notice(alarm: Alarm) -> tuple[str, dict[str, Any]]:
+    """Path and value of an alarm: to be seen until it is acknowledged, and heard while it lasts."""
+    cause, over = alarm.cause, alarm.state in ("U", "N")
+    several = f".{cause.instance}" if cause.identifier in (CPA, RUDDER) else ""
+    method = {"V": ["visual", "sound"], "U": ["visual"], "A": ["visual"]}.get(alarm.state, [])
+    state = "normal" if over else _GRADES[cause.priority]
+    return f"notifications.{_NOTICES[cause.identifier]}{several}", {
+        "state": state, "method": method, "message": cause.text}  # fmt: skip
 
 
 def contacts(stage: Stage) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -74,17 +119,21 @@ def contacts(stage: Stage) -> Iterator[tuple[str, dict[str, Any]]]:
             continue
         plant = stage.loop.vessels[other.name].plant
         latitude, longitude = stage.fittings.datum.place(plant["x"], plant["y"])
-        yield context(stage.mmsi(other.name)), {
-            "": {"mmsi": str(stage.mmsi(other.name)), "name": other.name},
+        name, known = identity(stage.mmsi(other.name), f"{stage.scenario.title} {other.name}")
+        yield f"vessels.{name}", {
+            "": {**known, "name": other.name},
             "navigation.position": {"latitude": latitude, "longitude": longitude},
             "navigation.speedOverGround": seen.U, "navigation.courseOverGroundTrue": seen.chi % math.tau,
             "navigation.headingTrue": plant["psi"] % math.tau,
         }  # fmt: skip
 
 
-def context(mmsi: int) -> str:
-    """The context of a ship; without an MMSI a name of this server."""
-    return f"vessels.urn:mrn:imo:mmsi:{mmsi:09d}" if mmsi else "vessels.urn:mrn:signalk:uuid:seatrial-own"
+def identity(mmsi: int, name: str) -> tuple[str, dict[str, str]]:
+    """URN of a ship, and what it says of itself: by its MMSI, or else by a UUID that is the same in each run."""
+    if 200_000_000 <= mmsi < 800_000_000:  # those of ships; the schema knows no other
+        return f"urn:mrn:imo:mmsi:{mmsi}", {"mmsi": str(mmsi)}
+    urn = f"urn:mrn:signalk:uuid:{uuid.UUID(bytes=hashlib.sha256(name.encode()).digest()[:16], version=4)}"
+    return urn, {"uuid": urn}
 
 
 def delta(about: str, stamp: str, said: Mapping[str, Any]) -> dict[str, Any]:
@@ -94,9 +143,11 @@ def delta(about: str, stamp: str, said: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def tree(said: Mapping[str, Any], stamp: str) -> dict[str, Any]:
-    """Values as the nested data of the full model."""
-    found: dict[str, Any] = {}
+    """Values as the nested data of the full model, which has none for what is not known."""
+    found: dict[str, Any] = dict(said.get("", {}))
     for path, value in said.items():
+        if path == "" or value is None:
+            continue
         here = found
         for part in path.split("."):
             here = here.setdefault(part, {})
@@ -116,12 +167,14 @@ class SignalK:
     def routes(self, app: FastAPI) -> None:
         """Add the routes to the server of the page."""
         app.get("/signalk")(self.endpoints)
-        app.get(f"{_API}/{{path:path}}")(self.full)
-        app.get(_V2)(self.pilots)
-        app.get(f"{_V2}/{{name}}/{{what:path}}")(self.pilot)
-        app.get(f"{_V2}/{{name}}")(self.pilot)
-        app.put(f"{_V2}/{{name}}/{{what:path}}")(self.order)
-        app.post(f"{_V2}/{{name}}/{{what:path}}")(self.order)
+        key = [Depends(self._known)]
+        app.exception_handler(_Refused)(_refused)
+        app.get(f"{_API}/{{path:path}}", dependencies=key)(self.full)
+        app.get(_V2, dependencies=key)(self.pilots)
+        app.get(f"{_V2}/{{name}}/{{what:path}}", dependencies=key)(self.pilot)
+        app.get(f"{_V2}/{{name}}", dependencies=key)(self.pilot)
+        app.put(f"{_V2}/{{name}}/{{what:path}}", dependencies=key)(self.order)
+        app.post(f"{_V2}/{{name}}/{{what:path}}", dependencies=key)(self.order)
         app.websocket("/signalk/v1/stream")(self.stream)
 
     async def endpoints(self, request: Request) -> Response:
@@ -131,15 +184,15 @@ class SignalK:
         return JSONResponse({"endpoints": {"v1": v1, "v2": {"version": "2.0.0", "signalk-http":
                             f"http://{host}/signalk/v2/api/"}}, "server": {"id": _PILOT, "version": __version__}})
 
-    async def full(self, request: Request, path: str) -> Response:
-        if not self._allowed(request.headers.get("authorization"), request.query_params.get("token")):
-            return _error(401, "a key is needed")
-        own = self._own
-        found: Any = {"version": "1.7.0", "self": own, "vessels": {
-            own.partition(".")[2]: self._tree()}}  # fmt: skip
-        for part in (part for part in path.split("/") if part):
-            if part == "self" and "vessels" in path:
-                part = own.partition(".")[2]
+    async def full(self, path: str) -> Response:
+        own, stamp = self._own, self._stamp()
+        ships = [(own, self._said()), *contacts(self._stage)]
+        found: Any = {"version": "1.7.0", "self": own, "sources": {_PILOT: {"label": _PILOT, "type": "seatrial"}},
+                      "vessels": {about.partition(".")[2]: tree(said, stamp) for about, said in ships}}  # fmt: skip
+        parts = [part for part in path.split("/") if part]
+        if parts[:2] == ["vessels", "self"]:
+            parts[1] = own.partition(".")[2]
+        for part in parts:
             if not isinstance(found, dict) or part not in found:
                 return _error(404, "no such path")
             found = found[part]
@@ -160,20 +213,18 @@ class SignalK:
 
     async def order(self, request: Request, name: str, what: str) -> Response:
         """PUT state, mode, target and target/adjust; POST engage and disengage."""
-        if not self._allowed(request.headers.get("authorization"), request.query_params.get("token")):
-            return _error(401, "a key is needed")
         if not same_origin(request.headers):
             return _error(403, "orders come from this server's own pages, or from programs")
         if name not in (_PILOT, "_default"):
             return _error(404, "no such autopilot")
-        data = await request.body() if int(request.headers.get("content-length") or 0) <= _LARGEST else b"x"
         try:
+            data = await body(request, _LARGEST)
             given = json.loads(data) if data else {}
             self._obey(request.method, what, given if isinstance(given, dict) else {})
         except RefusalError as error:
             return _error(400, str(error))
         except (ValueError, RecursionError):
-            return _error(400, "the body must be a JSON object")
+            return _error(400, f"the body must be a JSON object of at most {_LARGEST} bytes")
         return JSONResponse({"state": "COMPLETED", "statusCode": 200, "message": "OK"})
 
     async def stream(self, ws: WebSocket) -> None:
@@ -182,7 +233,7 @@ class SignalK:
             await ws.close(1008)
             return
         await ws.accept()
-        if not self._allowed(ws.headers.get("authorization"), ws.query_params.get("token")):
+        if not self._allowed(ws):
             await close(ws, "a key is needed")
             return
         self._open += 1
@@ -218,20 +269,27 @@ class SignalK:
 
     @property
     def _own(self) -> str:
-        return context(self._stage.scenario.own.sailing.mmsi)
+        return f"vessels.{self._identity()[0]}"
 
-    def _tree(self) -> dict[str, Any]:
+    def _identity(self) -> tuple[str, dict[str, str]]:
         own = self._stage.scenario.own
-        mmsi = {"mmsi": f"{own.sailing.mmsi:09d}"} if own.sailing.mmsi else {}
-        return {**mmsi, "name": own.ship.name, **tree(values(self._stage), self._stamp())}
+        return identity(own.sailing.mmsi, f"{self._stage.scenario.title} own {own.ship.name}")
+
+    def _said(self) -> dict[str, Any]:
+        return {"": {**self._identity()[1], "name": self._stage.scenario.own.ship.name}, **values(self._stage)}
 
     def _stamp(self) -> str:
         moment = datetime.fromtimestamp(self._stage.fittings.epoch + self._stage.loop.t, UTC)
         return moment.isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
-    def _allowed(self, header: str | None, token: str | None) -> bool:
-        said = (header or "").removeprefix("Bearer ") or token or ""
-        return not self._key or secrets.compare_digest(said.encode(), self._key.encode())
+    def _allowed(self, asking: Request | WebSocket) -> bool:
+        header = asking.headers.get("authorization", "").removeprefix("Bearer ")
+        return admitted(self._key, header or asking.query_params.get("token"))
+
+    async def _known(self, request: Request) -> None:
+        """Of every route that reads or orders: whoever asks must have the key."""
+        if not self._allowed(request):
+            raise _Refused(401, "a key is needed")
 
     def _told(self) -> dict[str, Any]:
         orders = self._orders
@@ -267,6 +325,14 @@ class SignalK:
         if on_wire is None or "psi" not in on_wire.latest:
             raise RefusalError("there is no heading yet")
         return on_wire.latest["psi"]
+
+
+class _Refused(HTTPException):
+    """A request without the key."""
+
+
+def _refused(_: Request, error: Exception) -> Response:
+    return _error(401, error.detail if isinstance(error, _Refused) else "")
 
 
 class _Wanted:
@@ -319,4 +385,5 @@ def _angle(given: Mapping[str, Any]) -> float:
 
 
 def _error(code: int, text: str) -> Response:
-    return JSONResponse({"state": "FAILED", "statusCode": code, "message": text}, code)
+    """The answer to a request that is refused; the connection ends, with whatever of the request was not read."""
+    return JSONResponse({"state": "FAILED", "statusCode": code, "message": text}, code, {"Connection": "close"})
