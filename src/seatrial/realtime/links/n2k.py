@@ -1,18 +1,22 @@
-"""NMEA 2000 on a CAN bus by python-can: what the instruments say in single frames, each at its rate; extra `can`.
+"""NMEA 2000 on a CAN bus by python-can: what the instruments say, each at its rate; extra `can`.
 
 | PGN | what | rate |
 |---|---|---|
 | 127245 | rudder angle, positive to starboard | 10 Hz |
 | 127250 | heading, true | 10 Hz |
 | 127251 | rate of turn, positive to starboard | 10 Hz |
-| 127488 | engine speed | 10 Hz |
-| 128259 | speed through the water and over ground | 1 Hz |
+| 127488 | engine speed, without a sign | 10 Hz |
+| 127493 | gear: forward, neutral or reverse | 10 Hz |
+| 128259 | speed ahead, through the water and over ground | 1 Hz |
 | 129025 | position | 10 Hz |
 | 129026 | course and speed over ground | 4 Hz |
 | 130306 | wind, apparent and true | 10 Hz |
+| 130578 | speeds ahead and to starboard, with signs, in two frames | 4 Hz |
 
-A field without a reading holds the value that means "not available".  Frames are sent by the source address 35; the
-bus may be virtual (``virtual:NAME``), or any interface that python-can knows (``socketcan:can0``).
+A field without a reading holds the value that means "not available".  So does one that has no sign where the value is
+below zero: astern, 127488 has the amount with gear Reverse in 127493, and 128259 no speed; 130578 has it.  Frames are
+sent by the source address 35; the bus may be virtual (``virtual:NAME``), or any interface that python-can knows
+(``socketcan:can0``).
 """
 
 from __future__ import annotations
@@ -30,6 +34,7 @@ from ..range.stage import Stage
 SOURCE = 35
 _APPARENT, _TRUE_BOAT = 2, 3  # reference of PGN 130306: apparent; true, from the bow
 _NO_ORDER = 0x7FFF
+_FORWARD, _NEUTRAL, _REVERSE = range(3)
 
 
 def identifier(pgn: int, source: int = SOURCE, priority: int = 2) -> int:
@@ -63,10 +68,32 @@ def _engines(said: Known, fit: Fittings, _: int) -> Iterator[bytes]:
             yield struct.pack("<BHHbH", k, _unsigned(abs(said[name]) * 60.0, 0.25), 0xFFFF, 0x7F, 0xFFFF)
 
 
+def _gears(said: Known, fit: Fittings, _: int) -> Iterator[bytes]:
+    for k, name in enumerate(fit.shafts):
+        if name in said:
+            gear = _FORWARD if said[name] > 0.0 else _REVERSE if said[name] < 0.0 else _NEUTRAL
+            yield struct.pack("<BBHHBB", k, 0xFC | gear, 0xFFFF, 0xFFFF, 0, 0xFF)
+
+
 def _speed(said: Known, _: Fittings, sid: int) -> Iterator[bytes]:
     if "u_w" in said:
-        over = _unsigned(math.hypot(said["u"], said["v_m"]), 0.01) if {"u", "v_m"} <= said.keys() else 0xFFFF
-        yield struct.pack("<BHHBBB", sid, _unsigned(abs(said["u_w"]), 0.01), over, 0, 0xFF, 0xFF)
+        known = {"u", "v_m"} <= said.keys() and said["u"] >= 0.0
+        over = _unsigned(math.hypot(said["u"], said["v_m"]), 0.01) if known else 0xFFFF
+        through = _unsigned(said["u_w"], 0.01) if said["u_w"] >= 0.0 else 0xFFFF
+        yield struct.pack("<BHHBBB", sid, through, over, 0, 0xF0 | (said["u_w"] < 0.0), 0xFF)
+
+
+def _speeds(said: Known, _: Fittings, sid: int) -> Iterator[bytes]:
+    names = ("u_w", "v_w", "u", "v_m", "v_w_stern", "v_stern")
+    if not said.keys().isdisjoint(names):
+        yield from _fast(struct.pack("<6h", *(_signed(said[n], 1e-3) if n in said else 0x7FFF for n in names)), sid)
+
+
+def _fast(data: bytes, sid: int) -> Iterator[bytes]:
+    """A message of more than 8 bytes as frames of a fast packet: 6 bytes with the length in front, then 7 each."""
+    order, parts = (sid & 7) << 5, [data[:6], *(data[k : k + 7] for k in range(6, len(data), 7))]
+    for k, part in enumerate(parts):
+        yield (bytes([order | k, *([len(data)] if k == 0 else [])]) + part).ljust(8, b"\xff")
 
 
 def _position(said: Known, _: Fittings, __: int) -> Iterator[bytes]:
@@ -88,7 +115,8 @@ def _wind(said: Known, _: Fittings, sid: int) -> Iterator[bytes]:
 
 GROUPS: Mapping[int, tuple[float, Callable[[Known, Fittings, int], Iterator[bytes]]]] = {
     127245: (10.0, _rudders), 127250: (10.0, _heading), 127251: (10.0, _turn), 127488: (10.0, _engines),
-    128259: (1.0, _speed), 129025: (10.0, _position), 129026: (4.0, _course), 130306: (10.0, _wind),
+    127493: (10.0, _gears), 128259: (1.0, _speed), 129025: (10.0, _position), 129026: (4.0, _course),
+    130306: (10.0, _wind), 130578: (4.0, _speeds),
 }  # fmt: skip
 """By PGN: its rate [Hz], and the data of its frames from readings, fittings and a sequence number, 8 bytes each."""
 
