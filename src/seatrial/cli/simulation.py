@@ -162,10 +162,11 @@ def _summarise(ran: Steered, json: bool) -> None:
             "worst_late": report.worst_late, "events": dict(report.events), "written": ran.written,
         })  # fmt: skip
         return
-    taken = on_wire.conning.counts["taken"]
+    taken, lost = on_wire.conning.counts["taken"], on_wire.wire.counts["unsent"]
+    unsent = f"{lost} not sent, " if lost else ""
     say(
         f"{report.t:g} s sailed, heading {math.degrees(plant['psi']) % 360.0:.1f} deg, {taken} orders taken, "
-        f"{on_wire.wire.counts['sent']} datagrams sent, {report.overruns} of {report.ticks} ticks late\n"
+        f"{on_wire.wire.counts['sent']} datagrams sent, {unsent}{report.overruns} of {report.ticks} ticks late\n"
     )
     say_lines(*ran.written)
 
@@ -194,6 +195,9 @@ def bridge(
                      rosbridge=rosbridge, can=can, bands=bands, draws=draws, extrapolate=extrapolate,
                      note=note)  # fmt: skip
         say_lines(*rigged.written)
+        if rigged.failure is not None:
+            note(f"error: {rigged.failure}")
+            raise typer.Exit(1)
         return
     if to or framed or only or commander or mmsi or simulator or log:
         raise RequestError("--to, --framed, --only, --commander, --mmsi, --simulator, --log need --nmea udp://...")

@@ -231,6 +231,7 @@ class OnWire:
         self._voice = Voice(fittings, rates, loop.t)
         self.conning = Conning(plant.ship, fittings, hold, steers=steers(suite), authority=authority)
         self._number, self._was_stale, self._commander = 0, False, ""
+        self._line = (0, 0)
         self.speakers: list[Callable[[Loop], Iterable[bytes]]] = []
         self.listeners: list[Callable[[Message, Loop], None]] = []
         self._early: deque[Message] = deque(maxlen=_HELD)
@@ -298,8 +299,12 @@ class OnWire:
             self.conning.watch(loop.t)
 
     def _report(self, loop: Loop) -> None:
-        """Record a change of the commander, and its silence."""
-        conning = self.conning
+        """Record a change of the commander, its silence, and a line that is lost or back."""
+        conning, counts = self.conning, self.wire.counts
+        if (line := (counts["lost"], counts["reopened"])) != self._line:
+            state = "is lost and tried again" if line[0] > line[1] else "is back"
+            loop.tell(self._name, "line", f"{self.wire.address} {state}; {counts['unsent']} sentences not sent so far")
+            self._line = line
         if conning.commander != self._commander:
             loop.tell(self._name, "command", f"{conning.commander} has command")
             self._commander = conning.commander

@@ -128,7 +128,7 @@ def steer(
             if record is not None:
                 with suppress(DataError):  # why the last row was not written is in its failure
                     record.close()
-    return Steered(loop, on_wire, tuple(record.paths) if record else (), _failure(vessel, loop, record))
+    return Steered(loop, on_wire, tuple(record.paths) if record else (), _failure(vessel, loop, record) or gone(wire))
 
 
 @contextmanager
@@ -157,6 +157,13 @@ def opened(nmea: str, to: Sequence[str], anywhere: bool) -> Generator[Line]:
 def maybe(nmea: str | None, to: Sequence[str], anywhere: bool) -> AbstractContextManager[Line | None]:
     """As `opened`; None without an address."""
     return nullcontext() if nmea is None else opened(nmea, to, anywhere)
+
+
+def gone(wire: Line | None) -> str | None:
+    """Why a run failed whose serial line was lost and has not come back; None where it is there."""
+    if not isinstance(wire, SerialLine) or wire.peers:
+        return None
+    return f"{wire.address} was lost and has not come back: {wire.counts['unsent']} sentences were not sent"
 
 
 def where(wire: Line | None) -> str | None:

@@ -25,7 +25,7 @@ from ...realtime.wire import Authority, WireError
 from ...realtime.wire import Line as Port
 from .. import RequestError
 from ..request import DEGREE, Note, obeyed, positive, silent
-from ..steer import maybe, rates_of, reporter, running_beside, tell_places, where, writing
+from ..steer import gone, maybe, rates_of, reporter, running_beside, tell_places, where, writing
 from .reading import read_scenario
 
 
@@ -125,7 +125,7 @@ def play(
                     record.close()
     except (WireError, LoopError) as error:
         raise RequestError(str(error)) from None
-    failure = _failure(stage, record, step)
+    failure = _failure(stage, record, step, wire)
     return Ranged(stage, stage.judge.judged(stage.contacts), tuple(record.paths) if record else (), failure)
 
 
@@ -161,10 +161,12 @@ def _run(
         raise RunError(f"the program of --beside failed, exit status {failed}")
 
 
-def _failure(stage: Stage, record: Recording | None, step: Lockstep | None) -> str | None:
+def _failure(stage: Stage, record: Recording | None, step: Lockstep | None, wire: Port | None) -> str | None:
     vessel = stage.loop.vessels[OWN]
     if vessel.failure is not None:
         return f"the simulation of {vessel.plant.ship.name} failed: {vessel.failure}"
+    if (lost := gone(wire)) is not None:
+        return lost
     if step is not None and step.failure:
         return step.failure
     return f"the recording is not whole: {record.failure}" if record is not None and record.failure else None

@@ -39,7 +39,7 @@ from ..realtime import (
     situation_of,
 )  # fmt: skip
 from ..request import DEGREE, Around, Note, obeyed, positive, ship_of, silent, speed_of, surroundings
-from ..steer import maybe, tell_places, writing
+from ..steer import gone, maybe, reporter, tell_places, writing
 from . import split
 from .reading import read_scenario
 
@@ -50,10 +50,11 @@ _NOWHERE = 1e9
 
 @dataclass(frozen=True)
 class Rigged:
-    """A rig that has ended: the stage in its final state, and the recordings."""
+    """A rig that has ended: the stage in its final state, the recordings, and why it failed, if it did."""
 
     stage: Stage
     written: tuple[Path, ...]
+    failure: str | None
 
 
 def rig(
@@ -97,7 +98,7 @@ def rig(
     with listen(host, port, anywhere) as listening, maybe(nmea, to, anywhere) as wire, writing(log) as file:
         tied = Mute() if wire is None and (signalk or rosbridge or can is not None) else wire
         line = None if tied is None else Line(tied, framed, own, reports, max(hold, 10.0), authority, simulator, file)
-        stage = _stage(played, factor, line, log)
+        stage = _stage(played, factor, line, log, note)
         ahead = path_ahead(ship, stage.loop.vessels[OWN].plant, bands, draws, extrapolate=extrapolate)
         outfit = Outfit(drills(vessel), out, None, hold, cannot(vessel), situation.meta, Panel(stage), situation, ahead)
         deck = Deck(stage.loop, outfit)
@@ -109,7 +110,7 @@ def rig(
         with _bus(stage, can):
             _serve(deck, stage, listening, anywhere, key, links)
         note("ended")
-        return Rigged(stage, tuple(deck.close()))
+        return Rigged(stage, tuple(deck.close()), gone(wire))
 
 
 def _links(stage: Stage, signalk: bool, rosbridge: bool, key: str) -> list[Routes]:
@@ -148,12 +149,13 @@ def _serve(
         obeyed()
 
 
-def _stage(scenario: Scenario, factor: float, line: Line | None, log: Path | None) -> Stage:
+def _stage(scenario: Scenario, factor: float, line: Line | None, log: Path | None, note: Note) -> Stage:
     try:
         stage = Stage(scenario, factor, line, page=True)
     except (WireError, LoopError) as error:
         raise RequestError(str(error)) from None
     tell_places(log, stage.loop.vessels[OWN])
+    stage.loop.after(reporter(note))
     return stage
 
 
