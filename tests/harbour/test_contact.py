@@ -240,3 +240,185 @@ def test_a_curve_that_falls_is_refused(deflections: Any, reactions: Any, about: 
     with pytest.raises(ChartError, match=about) as error:
         Curve(deflections, reactions)
     assert "\n" not in str(error.value)
+
+
+SHIP = outline(100.0, 20.0)
+BERTH = [
+    Stop(5.0, 12.0, 1.6, 5e5, 0.3, 4.0), Stop(-42.0, 11.0, 1.2, 8e5, 0.2, 0.0), Stop(53.0, -3.0, 2.0, 3e5, 0.0, 9.0)
+]  # fmt: skip
+FACES = [Wall(60.0, 5.0, -math.cos(0.1), math.sin(0.1), 70.0), Wall(-30.0, -4.0, math.cos(0.3), math.sin(0.3), 40.0)]
+MOORED = (Line(80.0, 30.0, 45.0, 4.0, 30.0, 2e6), Line(-60.0, 25.0, -45.0, 8.0, 24.0, 3e6, holds=1e5))
+NEAR = tuple(value for one in (*BERTH, *FACES) for value in one)
+MOOR = Contact(SHIP, CURVES["cone"], len(BERTH), len(FACES), 3e5, MOORED)
+COUPLED = np.array([[4e6, 0.0, 0.0], [0.0, 7e6, 3e7], [0.0, 3e7, 6e9]])
+"""Mass of a ship whose sway and yaw are coupled, about midship."""
+
+
+def coupled(force: Any) -> Any:
+    return tuple(np.linalg.solve(COUPLED, np.array(force)).tolist())
+
+
+def kinetic(v: Any) -> float:
+    return 0.5 * float(np.array(v) @ COUPLED @ np.array(v))
+
+
+def poses(count: int) -> Any:
+    """Ships that lie in the berth, athwart at most, drawn."""
+    rng = np.random.default_rng(11)
+    return rng.uniform((-6.0, -6.0, -0.3), (6.0, 6.0, 0.3), (count, 3)).tolist()
+
+
+def placed(pose: Any, a: float, b: float) -> tuple[float, float]:
+    """Where a point of the ship is, north and east [m]."""
+    x, y, psi = pose
+    return x + a * math.cos(psi) - b * math.sin(psi), y + a * math.sin(psi) + b * math.cos(psi)
+
+
+@pytest.mark.parametrize("part", ["fenders", "walls", "lines", "all"])
+def test_what_is_elastic_is_the_slope_of_what_it_stores(part: str) -> None:
+    """X, Y, N are -dP/dx, -dP/dy, -dP/dpsi of each kind of contact by itself and of all together."""
+    stops, walls = (BERTH if part in ("fenders", "all") else []), (FACES if part in ("walls", "all") else [])
+    contact = Contact(SHIP, CURVES["cone"], len(stops), len(walls), 3e5, MOORED if part in ("lines", "all") else ())
+    near, acting = tuple(value for one in (*stops, *walls) for value in one), 0
+    for pose in poses(40):
+        force, h = contact.elastic(pose, near)[1], 1e-6
+        slopes = []
+        for k in range(3):
+            low, high = (contact.elastic([p + s * h * (i == k) for i, p in enumerate(pose)], near)[2] for s in (-1, 1))
+            slopes.append(-(high - low) / (2.0 * h))
+        north, east, N = slopes
+        c, s = math.cos(pose[2]), math.sin(pose[2])
+        wanted = (north * c + east * s, east * c - north * s, N)
+        assert force == pytest.approx(wanted, rel=1e-4, abs=1e-5 * sum(map(abs, wanted)) + 1.0)
+        acting += contact.elastic(pose, near)[2] > 0.0
+    assert acting >= 15
+
+
+def test_a_corner_is_pushed_out_of_a_wall_by_the_shortest_way() -> None:
+    """How deep each corner of both sides is, and its energy, by the four faces of the block as lines on the chart."""
+    contact, deep = Contact(SHIP, CURVES["linear"], 0, len(FACES), 3e5), 0
+    corners = [(a, b) for a, b in SHIP] + [(a, -b) for a, b in SHIP if b]
+    assert len(corners) == 10
+    assert sum(b < 0.0 for _, b in corners) == 4
+    for pose in poses(100):
+        found = sorted(touch.delta for touch in contact.touches(pose, [v for one in FACES for v in one]))
+        wanted = []
+        for wall in FACES:
+            start, way = np.array([wall.north, wall.east]), np.array([wall.along_x, wall.along_y])
+            port = np.array([way[1], -way[0]])  # the land lies to port of the direction
+            faces = ((start, port), (start, way), (start + wall.length * way, -way), (start + 5.0 * port, -port))
+            for a, b in corners:
+                depth = min(float((np.array(placed(pose, a, b)) - at) @ inwards) for at, inwards in faces)
+                wanted.append(max(depth, 0.0))
+        assert found == pytest.approx(sorted(wanted), abs=1e-9)
+        assert contact.elastic(pose, [v for one in FACES for v in one])[2] == pytest.approx(
+            sum(0.5 * 3e5 * d * d for d in wanted), rel=1e-9
+        )
+        deep += sum(d > 0.0 for d in wanted)
+    assert deep > 50
+
+
+def test_a_fender_is_compressed_by_what_it_lacks_of_the_nearest_point() -> None:
+    """Compression, place and reaction of a fender off the midship body; the push is square to the side."""
+    for b, side in ((11.0, 1.0), (-11.2, -1.0)):
+        stop = Stop(*placed((3.0, -2.0, 0.4), 7.0, b), 2.0, 5e5, 0.3, 4.0)
+        (touch,) = Contact(SHIP, CURVES["linear"], 1, 0, 1e5).touches((3.0, -2.0, 0.4), stop)
+        delta = 2.0 - (abs(b) - 10.0)
+        assert (touch.delta, touch.R, touch.E) == pytest.approx((delta, 5e5 * delta / 2.0, 5e5 * delta**2 / 4.0))
+        assert (touch.a, touch.b, touch.n_a, touch.n_b) == pytest.approx((7.0, 10.0 * side, 0.0, -side), abs=1e-9)
+        assert touch.pressed.across == pytest.approx((0.0, -side, -7.0 * side), abs=1e-9)
+        assert touch.pressed.along == pytest.approx((side, 0.0, -10.0), abs=1e-9)
+
+
+def moving(count: int) -> Any:
+    """Poses in the berth, each with velocities."""
+    rng = np.random.default_rng(12)
+    speeds = rng.uniform((-0.5, -0.5, -0.01), (0.5, 0.5, 0.01), (count, 3)).tolist()
+    return zip(poses(count), speeds, strict=True)
+
+
+def test_half_an_impulse_gives_the_momentum_of_its_force_and_tells_what_it_gave() -> None:
+    """Without friction: M dv is half a step of the force, and what is kept is what is stored less the energy given."""
+    h, smooth = 0.4, tuple(v for one in (*(s._replace(mu=0.0, chi=0.0) for s in BERTH), *FACES) for v in one)
+    for pose, v in moving(30):
+        touched = MOOR.touched(pose, smooth)
+        *after, kept = MOOR.first(h, (*pose, *v, 7.0), (0.3,) * 7, smooth, touched, coupled)
+        assert (after[:3], after[6]) == (pose, 7.0)
+        gained = COUPLED @ (np.array(after[3:6]) - v)
+        assert gained == pytest.approx(0.5 * h * np.array(touched[:3]), rel=1e-9, abs=1.0)
+        assert kept == pytest.approx(touched[3] - (kinetic(after[3:6]) - kinetic(v)), rel=1e-9, abs=1.0)
+
+
+def test_a_step_ends_with_no_more_energy_than_was_left_to_it() -> None:
+    """Kinetic and stored energy together end at what was there, or below where less is there without a correction."""
+    h, smooth = 0.4, tuple(v for one in (*(s._replace(mu=0.0, chi=0.0) for s in BERTH), *FACES) for v in one)
+    corrected = 0
+    for pose, v in moving(30):
+        touched = MOOR.touched(pose, smooth)
+        free = np.array(v) + np.linalg.solve(COUPLED, 0.5 * h * np.array(touched[:3]))
+        for share in (0.8, 1.2):
+            left = kinetic(free) * share + touched[3]
+            kept = left - kinetic(v)  # before the impulse the ship has its energy of motion
+            *after, tail = MOOR.last(h, (*pose, *v, 7.0), kept, smooth, touched, coupled)
+            assert (after[:3], tail) == (pose, 7.0)
+            assert kinetic(after[3:6]) + touched[3] == pytest.approx(min(left, kinetic(free) + touched[3]), rel=1e-9)
+            assert np.cross(after[3:6], free) == pytest.approx(0.0, abs=1e-9)
+            corrected += share < 1.0
+    assert corrected == 30
+
+
+def alone(a: float, b: float, mu: float, chi: float) -> tuple[Contact, Stop]:
+    """One fender that presses at a point of the side of a ship at the origin."""
+    return Contact(SHIP, CURVES["linear"], 1, 0, 1e5), Stop(a, b + math.copysign(0.5, b), 1.5, 4e5, mu, chi)
+
+
+@pytest.mark.parametrize(("a", "b"), [(20.0, 10.0), (-30.0, -10.0)])
+def test_friction_stops_the_sliding_or_takes_its_limit_and_looks_half_a_step_ahead(a: float, b: float) -> None:
+    """At the point of contact, about midship: sticking, no sliding is left; slipping, an impulse of mu R h/2."""
+    h, rates = 0.2, (0.0, 0.0, 0.0, 0.02, -0.01, 1e-4)
+    for mu, sticks in ((100.0, True), (0.01, False)):
+        contact, stop = alone(a, b, mu, 0.0)
+        touched = contact.touched((0.0, 0.0, 0.0), stop)
+        X, Y, N = touched[:3]
+        pressed = -math.copysign(4e5 / 1.5, b)
+        assert touched[:3] == pytest.approx((0.0, pressed, pressed * a), abs=1.0)
+        v = np.array([0.1, 0.2, 0.003])
+        *after, _ = contact.first(h, (0.0, 0.0, 0.0, *v), rates, stop, touched, coupled)
+        friction = COUPLED @ (np.array(after[3:6]) - v) - 0.5 * h * np.array([X, Y, N])
+        assert friction == pytest.approx(friction[0] * np.array([1.0, 0.0, -b]), abs=1e-2)
+        ahead = np.array(after[3:6]) + 0.5 * h * np.array(rates[3:])
+        if sticks:
+            assert ahead[0] - b * ahead[2] == pytest.approx(0.0, abs=1e-12)
+        else:
+            assert friction[0] == pytest.approx(-math.copysign(0.5 * h * mu * abs(Y), v[0] - b * v[2]))
+        (*after,) = contact.last(h, (0.0, 0.0, 0.0, *v), 1e12, stop, touched, coupled)  # with nothing ahead
+        friction = COUPLED @ (np.array(after[3:6]) - v) - 0.5 * h * np.array([X, Y, N])
+        if sticks:
+            assert after[3] - b * after[5] == pytest.approx(0.0, abs=1e-12)
+        else:
+            assert friction[0] == pytest.approx(-math.copysign(0.5 * h * mu * abs(Y), v[0] - b * v[2]))
+
+
+@pytest.mark.parametrize(("a", "b"), [(20.0, 10.0), (-30.0, -10.0)])
+def test_rubber_takes_its_share_of_the_closing_speed_and_never_pulls(a: float, b: float) -> None:
+    """Hunt and Crossley: R chi times the closing speed at the end of the step; opening, at most what R gives."""
+    h, chi = 0.3, 8.0
+    contact, stop = alone(a, b, 0.0, chi)
+    touched = contact.touched((0.0, 0.0, 0.0), stop)
+    Y = touched[1]
+    for closing in (0.3, -0.3):
+        v = np.array([0.1, math.copysign(closing, b * closing), 0.0])
+        free = v + np.linalg.solve(COUPLED, 0.5 * h * np.array(touched[:3]))
+        (*after,) = contact.last(h, (0.0, 0.0, 0.0, *v), 1e12, stop, touched, coupled)
+        lost = COUPLED @ (np.array(after[3:6]) - free)
+        assert lost == pytest.approx(lost[1] * np.array([0.0, 1.0, a]), abs=1e-2)
+        speed = math.copysign(1.0, b) * (after[4] + a * after[5])
+        wanted = max(h * chi * abs(Y) * speed, -h * abs(Y))
+        assert lost[1] == pytest.approx(-math.copysign(1.0, b) * wanted, rel=1e-9)
+
+
+def test_a_ship_has_its_usual_outline() -> None:
+    """Full breadth amidships, narrower at the ends; the area by the trapezoids."""
+    half = np.array(outline(200.0, 30.0))
+    assert (half.min(axis=0).tolist(), half.max(axis=0).tolist()) == ([-100.0, 0.0], [100.0, 15.0])
+    assert 2.0 * np.trapezoid(half[:, 1], half[:, 0]) == pytest.approx(0.9012 * 200.0 * 30.0, rel=1e-3)
