@@ -1,4 +1,4 @@
-"""What a prediction takes of a log: controls, wind, sea and depth row by row, gaps, starts, and the words about them."""
+"""What a prediction takes of a log: controls, wind, sea and depth row by row, gaps, starts, and what it says."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def test_a_prediction_starts_at_the_first_whole_row_of_each_interval() -> None:
     later = prepared(ship, log(), restart=None, begin=(2.0, np.arange(6.0)))
     assert later.t == pytest.approx(T[4:])
     assert later.begun[0, :6].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
-    with pytest.raises(DataError, match="no two rows from t = 3.5 s on"):
+    with pytest.raises(DataError, match="no two rows from t = 3"):
         prepared(ship, log(), restart=None, begin=(3.5, np.arange(6.0)))
     with pytest.raises(DataError, match="1 complete rows"):
         prepared(ship, log(u=[nan] * 7 + [1.0]), restart=None)
