@@ -4,13 +4,15 @@ BIN := .venv/bin
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 DEFINITIONS := pyproject.toml constraints.txt
 
-.PHONY: demo test test-slow test-all notebooks docs lint types bench clean
+PART ?=
+
+.PHONY: demo test test-slow test-long test-all notebooks docs lint types bench clean
 
 demo: .venv/core.stamp
 	$(BIN)/seatrial demo -o demo
 
 # Compiled files are kept, as half of a collection is otherwise the rewriting of assertions.
-test test-slow test-all notebooks: export PYTHONDONTWRITEBYTECODE =
+test test-slow test-long test-all notebooks: export PYTHONDONTWRITEBYTECODE =
 
 test: .venv/test.stamp
 	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not slow and not long"
@@ -18,6 +20,10 @@ test: .venv/test.stamp
 # What takes more than a tenth of a second each, most of it fits and compilations.
 test-slow: .venv/test.stamp
 	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "slow and not long"
+
+# The rest, in parts that go on where they stopped: make test-long PART=garden; the record is benchmarks/results/long.json.
+test-long: .venv/test.stamp
+	$(BIN)/python tests/long/parts.py $(PART)
 
 test-all: .venv/test.stamp
 	$(BIN)/python -m pytest -q -n auto --dist loadfile
