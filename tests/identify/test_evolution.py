@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.core.parameters import Free, near
+from seatrial.core.parameters import Free, near, values
 from seatrial.identify import FitError, Loss, Nuisance, Problem, StudyError
 from seatrial.identify.population.evolution import Evolution, Record, Scoring, box
 from seatrial.identify.resume import ResumeError
@@ -19,6 +19,7 @@ from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.turning import Turning
 from seatrial.ships.files import load
+from seatrial.simulate.replay import replay
 from seatrial.simulate.run import simulate
 
 PATHS = ("hull.R_0", "propeller.t_P", "propeller.w_P0", "rudder.t_R", "rudder.a_H", "rudder.epsilon", "rudder.kappa")
@@ -84,6 +85,26 @@ def test_the_score_is_the_objective_of_the_gradient(problem: Problem, window: fl
     smooth = TrajectoryObjective.build(other, other.trials, other.loss.sigma, **settings)
     scored = Scoring.build(other, other.trials, other.loss.sigma, **settings).batch(5)
     assert scored.costs(P) == pytest.approx([smooth.cost(p, np.zeros(0)) for p in P], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_the_score_of_a_model_that_remembers_is_that_of_its_replay() -> None:
+    """Of an ARX model: what it keeps of the rows before stands beside the score in the memory of the kernel."""
+    ship = load("kvlcc2_l7_arx")
+    step = ship.model.dt
+    run = simulate(ship, Turning(10.4, 0.2), duration=60.0 * step, dt=step)
+    noisy = run.having(r=run["r"] + 1e-3 * np.random.default_rng(3).normal(size=len(run)))
+    paths = [path for path in values(ship.model) if path != "dt"][:3]
+    sigma = {"psi": 0.02, "r": 1e-3}
+    problem = Problem(ship, (noisy,), near(ship.model, *paths, ratio=0.02), Loss(sigma, 0.0))
+    settings = {**SETTINGS, "window": 1e3 * step, "dt": step}
+    P = candidates(problem, 4)
+    scored = Scoring.build(problem, problem.trials, problem.loss.sigma, **settings).batch(4)
+    expected: list[float] = []
+    for p in P:
+        alone = replay(ship.having(dict(zip(paths, p, strict=True))), noisy, method="euler")
+        expected.append(sum(float((((alone[n] - noisy[n]) / s) ** 2)[1:].sum()) for n, s in sigma.items()))
+    assert scored.costs(P) == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_candidate_that_blows_up_scores_infinity(problem: Problem) -> None:

@@ -1,0 +1,120 @@
+"""What the commands in real time put together: other ships, places, situations, buttons."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from seatrial.data.geodesy import Datum
+from seatrial.environment import Uniform
+from seatrial.realtime.loop import Loop
+from seatrial.realtime.plant import rate_of
+from seatrial.ships.files import load
+from seatrial.workflow import RequestError
+from seatrial.workflow.realtime import (
+    cannot,
+    datum_of,
+    drills,
+    keep_course,
+    listen,
+    other_of,
+    others_of,
+    pair,
+    situation_of,
+)
+
+
+def test_another_ship_begins_where_and_as_fast_as_told() -> None:
+    ship, start = other_of("kcs@2000,-500,270,4.5")
+    assert ship.name == "kcs"
+    assert start == pytest.approx((2000.0, -500.0, math.radians(270.0), 4.5, 0.0, 0.0))
+    assert other_of("kcs@0,0,90")[1][3] == ship.speed
+
+
+@pytest.mark.parametrize("text", ["kcs", "kcs@1,2", "kcs@1,2,x", "kcs@1,2,nan", "kcs@1,2,3,-1", "kcs@1,2,3,4,5"])
+def test_another_ship_of_another_form_is_refused(text: str) -> None:
+    with pytest.raises(RequestError, match="--other"):
+        other_of(text)
+
+
+@pytest.mark.slow
+def test_another_ship_without_a_rudder_drifts_and_that_is_said() -> None:
+    rate = rate_of(load("otter"), 5.0)
+    loop = Loop(others_of(["otter@0,0,0"], rate, Uniform(), 1), rate, 1.0)
+    said: list[str] = []
+    keep_course(loop, loop.vessels, said.append)
+    assert said == ["note: --other otter: it has no rudder to steer; it drifts freely"]
+
+
+def test_a_page_without_a_chart_knows_place_and_date() -> None:
+    datum = Datum(35.1, 139.7)
+    found = situation_of(None, datum, 1.7e9)
+    assert (found.datum, found.epoch) == (datum, 1.7e9)
+
+
+def test_a_page_with_a_chart_lies_where_the_chart_does(tmp_path: Path) -> None:
+    shape = {"type": "Polygon", "coordinates": [[[10.0, 63.0], [10.01, 63.0], [10.01, 63.01], [10.0, 63.0]]]}
+    land = {"type": "Feature", "properties": {}, "geometry": shape}
+    path = tmp_path / "coast.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": [land]}), encoding="utf-8")
+    datum = Datum(63.0, 10.0)
+    found = situation_of(str(path), datum, 5.0)
+    assert (found.datum, found.epoch) == (datum, 5.0)
+    assert len(found.shown.land) + len(found.shown.coasts) == 1
+    with pytest.raises(RequestError, match="--chart"):
+        situation_of(str(tmp_path / "none.geojson"), datum, 5.0)
+
+
+def test_a_place_is_latitude_then_longitude() -> None:
+    assert datum_of("35.1,139.7") == Datum(35.1, 139.7)
+    assert datum_of(None) is None
+    with pytest.raises(RequestError, match="--pair is '1,inf'"):
+        pair("--pair", "1,inf", "A,B")
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "anywhere", "about"),
+    [("0.0.0.0", 0, False, "--anywhere"), ("ship", 0, False, "IPv4"), ("127.0.0.1", -1, False, "--port is -1"),
+     ("127.0.0.1", 65536, False, "--port is 65536")],
+)  # fmt: skip
+def test_a_port_that_cannot_be_is_refused(host: str, port: int, anywhere: bool, about: str) -> None:
+    with pytest.raises(RequestError, match=about):
+        listen(host, port, anywhere)
+
+
+def test_a_taken_port_is_refused_and_a_free_one_is_loopback() -> None:
+    with listen("localhost", 0, False) as one:
+        host, port = one.getsockname()
+        assert host == "127.0.0.1"
+        with pytest.raises(RequestError, match=f"port {port} "):
+            listen("localhost", port, False)
+
+
+def made(name: str) -> dict[str, Any]:
+    ship = load(name)
+    return {text: make(1.5) for text, make in drills(ship).items()}
+
+
+def test_the_buttons_are_what_they_say() -> None:
+    found = made("kvlcc2_l7")
+    degree = math.pi / 180.0
+    for side, sign in (("starboard", 1.0), ("port", -1.0)):
+        turn = found[f"Turn 35° {side}"]
+        assert turn.delta == pytest.approx(sign * 35.0 * degree)
+        assert turn.n_P == 1.5
+    for angle in (10.0, 20.0):
+        zigzag = found[f"Zigzag {angle:g}/{angle:g}"]
+        assert (zigzag.delta, zigzag.psi) == pytest.approx((angle * degree, angle * degree))
+    assert not cannot(load("kvlcc2_l7"))
+
+
+def test_a_craft_of_two_thrusters_has_the_buttons_of_its_engines_only() -> None:
+    why = cannot(load("otter"))
+    assert all("Turn" in text or "urn" in text or "Zigzag" in text or "Pull" in text or "astern" in text
+               for text in why)  # fmt: skip
+    assert "Zigzag 10/10" in why
+    assert "Stopping" not in why
