@@ -59,6 +59,7 @@ def test_the_error_of_the_law_falls_with_the_step(ship):
 
 def test_a_third_pole_takes_out_a_steady_disturbance(ship):
     """A rudder that sits 2 deg off is balanced by the integral alone."""
+
     def offset(policy):
         class Off(type(policy)):
             def command(self, t, state, memory):

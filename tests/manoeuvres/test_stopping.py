@@ -114,3 +114,39 @@ def test_measured_coasting_with_noise():
     policy = replace(Stopping.ordered(SETTINGS), end=0.5)
     run = measured(simulate(surge(), policy, speed=U, duration=300.0, dt=0.5), u=0.01)
     assert policy.indices(run, L)["track_reach"].value == pytest.approx(math.log(2.0) / C, rel=0.01)
+
+
+def test_acceleration_of_a_drawn_run_counts_from_its_first_sample_and_means_its_last_twentieth():
+    """A speed that rises evenly from 1 to 5 m/s in 100 s, then stays but for one reading; a course that veers."""
+    t = 20.0 + np.arange(0.0, 200.0, 0.5)
+    since = t - 20.0
+    u = np.minimum(1.0 + 0.04 * since, 5.0)
+    x = np.where(since < 100.0, since + 0.02 * since**2, 300.0 + 5.0 * (since - 100.0))
+    u[-5] = 5.2  # one of the twenty
+    trial = Trial("a", t, {"u": u, "x": 7.0 + x, "y": -3.0 - 0.01 * x, "psi": np.linspace(0.0, 0.1, t.size)})
+    found = Acceleration(0.0, 1.0, fraction=0.8).indices(trial, L)
+    assert found["final_speed"].value == pytest.approx(5.01, rel=1e-9)
+    reached = (0.8 * 5.01 - 1.0) / 0.04
+    assert found["time_to_80_percent"].value == pytest.approx(reached, rel=1e-9)
+    way = (reached + 0.02 * reached**2) * math.hypot(1.0, 0.01)
+    assert found["distance_to_80_percent"].value == pytest.approx(way, rel=1e-4)
+    assert found["lateral_deviation"].value == pytest.approx(-0.01 * x[-1])
+    assert found["lateral_deviation"].over_L == pytest.approx(-0.01 * x[-1] / L)
+    assert found["heading_change"].value == pytest.approx(0.1)
+    bare = Acceleration(0.0, 1.0).indices(Trial("a", t, {"u": u}), L)
+    assert bare["distance_to_90_percent"].value == pytest.approx(
+        ((0.9 * 5.01 - 1.0) / 0.04) + 0.02 * ((0.9 * 5.01 - 1.0) / 0.04) ** 2, rel=1e-4
+    )
+    assert set(Acceleration(0.0, 1.0).indices(Trial("a", t, {"u": u[::-1]}), L)) == {"final_speed"}
+
+
+@pytest.mark.parametrize(("change", "settled"), [(1.8e-3, True), (2.2e-3, False)])
+def test_a_speed_has_settled_by_what_it_changes_over_the_last_fifth(change, settled):
+    u = np.concatenate([np.linspace(0.0, 4.99, 80), np.linspace(5.0 * (1.0 - change), 5.0, 20)])
+    assert Acceleration(0.0, 1.0).complete(Trial("a", np.arange(100.0), {"u": u})) is settled
+
+
+def test_acceleration_orders_its_revolutions_and_the_rudder_midships():
+    policy = Acceleration(0.5, 2.0)
+    assert policy.command(3.0, (0.0,) * 6, ()) == ((2.0, 0.0), ())
+    assert (Acceleration.ordered(SETTINGS).n_P, Acceleration.ordered(SETTINGS).n_ahead) == (0.0, SETTINGS.n_P)
