@@ -2,6 +2,7 @@
 
 import { Land } from "./land.js";
 import { Rings } from "./rings.js";
+import { Vectors, reach } from "./vectors.js";
 import { View } from "./view.js";
 import { fitted, font, nice, scale } from "./shared/canvas.js";
 import { drawn, make } from "./shared/dom.js";
@@ -17,6 +18,7 @@ export class Chart {
     this.weather = section.querySelector("#weather"); this.reads = section.querySelector("#reads");
     this.colours = colours;
     this.track = []; this.ghostTrack = []; this.tracks = {};
+    this.vectors = new Vectors(section.querySelector("#vectors"));
     this.view = new View(); this.rings = new Rings(); this.land = new Land(); this.own = null;
     this.#pointers = new Map();
     this.#listen(section);
@@ -28,6 +30,7 @@ export class Chart {
     if (this.hello?.ship.L !== hello.ship.L) this.view.metre = null;
     this.hello = hello;
     this.land.begin(hello);
+    this.vectors.begin(hello.ship, hello.speed);
     this.track = hello.trail.map(row => [row[1], row[2]]);
     this.ghostTrack = []; this.tracks = {};
   }
@@ -123,16 +126,15 @@ export class Chart {
     g.restore();
   }
 
-  /** Heading as a thin line; velocity over ground as an arrow: the distance run in the time of two ship lengths. */
+  /** Heading as a thin line; velocity over ground as an arrow to where the ship is after the time of all vectors. */
   #vector(g, ship, pose, colour) {
-    const [x, y, psi, u, v] = pose, span = 2 * ship.L / Math.max(this.hello.speed, 1e-3);
-    const vx = u * Math.cos(psi) - v * Math.sin(psi), vy = u * Math.sin(psi) + v * Math.cos(psi);
+    const [x, y, psi] = pose;
     g.strokeStyle = colour; g.fillStyle = colour; g.lineWidth = 1;
     g.beginPath();
     g.moveTo(...this.#at(x, y)); g.lineTo(...this.#at(x + 1.6 * ship.L * Math.cos(psi), y + 1.6 * ship.L * Math.sin(psi)));
     g.stroke();
     g.lineWidth = 2;
-    arrow(g, ...this.#at(x, y), ...this.#at(x + vx * span, y + vy * span));
+    arrow(g, ...this.#at(x, y), ...this.#at(...reach(pose, this.vectors.time)));
   }
 
   /** Predicted track at constant speed and rate of turn. */

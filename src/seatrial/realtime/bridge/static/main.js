@@ -61,6 +61,7 @@ const KEYS = [
   key(["O"], "north, head or course up", () => chart.view.next(chart.own)),
   key(["C"], "follow the ship", () => { chart.view.follow = true; }),
   key(["-", "+"], "zoom", way => chart.zoom(1.5 ** way)),
+  key(["W", "V"], "shorter, longer velocity vectors", way => chart.vectors.turn(way)),
   key(["R"], "range rings", () => { chart.rings.shown = !chart.rings.shown; }),
   key(["E"], "bearing line and range marker (a click sets them)", () => chart.marker()),
   key(["J", "L"], "turn the bearing line by 1°", way => chart.rings.move(way, 0, chart.view)),
