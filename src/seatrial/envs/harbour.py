@@ -69,7 +69,8 @@ class Quay:
         gap = spread(draws[:, 1], *self.off)
         state[:, 2] = spread(draws[:, 2], -self.skew, self.skew)
         # the nearer end keeps clear of the fenders
-        state[:, 1] = -(0.5 + gap) * scale.B - self.height - 0.5 * scale.L * np.sin(np.abs(state[:, 2]))
+        gap = gap + 0.5 * scale.L / scale.B * np.sin(np.abs(state[:, 2]))
+        state[:, 1] = -(0.5 + gap) * scale.B - self.height
         to_go = gap + self.heading * np.abs(state[:, 2])
         return Start(state, np.zeros((len(draws), 0)), to_go[:, None])
 
