@@ -12,6 +12,7 @@ import math
 import os
 import re
 import socket
+import stat
 import tomllib
 import zlib
 from collections.abc import Callable, Generator, Mapping
@@ -33,6 +34,12 @@ except ImportError:  # absent on Windows, where folders are not locked
     fcntl = None
 
 LOCK = "run.lock"
+LARGEST = 4_000_000
+"""Bytes of a TOML file at most: a report that a study of thousands of trials leaves is far below."""
+
+_PARTS = 30
+_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
+_DEEP = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:\.[ \t]*+{_PART}){{{_PARTS},}}+")
 _LEAST, _MOST = 1e-30, 1e30
 REACH = f"magnitudes lie between {_LEAST:g} and {_MOST:g}"
 _MODE = 0o666  # less what the umask takes
@@ -57,8 +64,32 @@ def read_toml(path: Path) -> dict[str, Any]:
         TomlError: what is wrong with it, and at which key.
         OSError, UnicodeDecodeError: it cannot be read as text.
     """
-    text = path.read_text(encoding="utf-8")
+    if why := no_file(path):
+        raise TomlError(why)
+    if (size := path.stat().st_size) > LARGEST:
+        raise TomlError(f"{size} bytes; {LARGEST} are the most of such a file")
+    return toml_of(path.read_text(encoding="utf-8"))
+
+
+def no_file(path: Path) -> str:
+    """Why a path cannot be read as a file or a folder: a pipe would be waited for, a device has no end; else ""."""
     try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):  # whoever opens it says so
+        return ""
+    return "" if stat.S_ISREG(mode) or stat.S_ISDIR(mode) else "is a pipe, a socket or a device; name a file"
+
+
+def toml_of(text: str) -> dict[str, Any]:
+    """The same of a text.
+
+    Raises:
+        TomlError: as `read_toml`.
+    """
+    try:
+        if found := _DEEP.search(text):  # the parser takes the square of their number
+            line = text.count("\n", 0, found.start()) + 1
+            raise TomlError(f"line {line}: a key of over {_PARTS} parts; nest no deeper")
         document = tomllib.loads(text)
         _usable(document, "")
     except RecursionError:

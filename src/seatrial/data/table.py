@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.files import no_file
 from . import Array, DataError
 
 _LONGEST = 1e10
@@ -37,6 +38,8 @@ def within(place: object) -> Generator[None]:
 def existing(path: str | Path) -> Path:
     """The path as a `Path` if it exists; otherwise an error that lists similar names."""
     here = Path(path)
+    if why := no_file(here):
+        raise DataError(f"{here}: {why}")
     try:
         if here.exists():
             return here

@@ -21,6 +21,7 @@ import numpy as np
 
 from ..core.files import is_plain, write_together
 from . import UNITS, Array, DataError, Trial
+from .inside import read_frame
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
 from .table import check_time, continued, existing, lines_of, numbers, split_row, within
 from .units import conversion
@@ -201,19 +202,20 @@ def _read_parquet(path: Path) -> tuple[dict[str, str], Array, list[int]]:
     import polars as pl
 
     try:
-        frame = pl.read_parquet(path)
         units: Any = json.loads(pl.read_parquet_metadata(path).get(_UNITS_KEY, "{}"))
+        schema = pl.read_parquet_schema(path)
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError, RecursionError) as error:
         about = (str(error).splitlines() or [""])[0] or type(error).__name__
         raise DataError(f"{path}: not a readable Parquet file ({about[:200]})") from None
     if not isinstance(units, dict) or not all(isinstance(u, str) for u in cast("dict[Any, Any]", units).values()):
         raise DataError(f"{path}: '{_UNITS_KEY}' of its metadata must be a JSON object of texts, one a column")
     named = cast("dict[str, str]", units)
-    for name, kind in frame.schema.items():
+    for name, kind in schema.items():
         if not kind.is_numeric():
             raise DataError(f"{path}: column '{name}': holds {kind}, not numbers")
         if name not in named:
             raise DataError(f"{path}: column '{name}': no unit; Parquet trials hold units as JSON under '{_UNITS_KEY}'")
+    frame = read_frame(path)
     table = np.column_stack([frame[name].cast(pl.Float64).to_numpy() for name in frame.columns])
     infinite = np.argwhere(np.isinf(table))
     if infinite.size:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import time
 import warnings
-import zipfile
-import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,6 +13,7 @@ import numpy as np
 
 from ..core.errors import ResumeError as ResumeError
 from ..core.files import packed, set_aside, write_whole
+from ..core.unpacking import unpacked
 from .trajectory.gauss_newton import State
 
 # A kill loses at most this time [s]; fast iterations do not wait for the disk.
@@ -34,14 +32,13 @@ def kept_arrays(path: Path | None, digest: str, needed: Iterable[str]) -> dict[s
     """
     if path is None or not path.exists():
         return None
-    content = io.BytesIO(path.read_bytes())
+    content = path.read_bytes()
     try:
-        with np.load(content, allow_pickle=False) as data:
-            found: dict[str, Any] = dict(data)
+        found = unpacked(content)
         kept = str(found.pop("digest"))
         if missing := set(needed) - set(found):
             raise KeyError(", ".join(sorted(missing)))
-    except (ValueError, KeyError, EOFError, RuntimeError, zlib.error, zipfile.BadZipFile, SyntaxError, OSError):
+    except (ValueError, KeyError, SyntaxError):
         begin_anew(path)
         return None
     if kept != digest:

@@ -7,15 +7,13 @@ leaves the old pair or the new one, never half of each.
 from __future__ import annotations
 
 import os
-import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..core.files import packed, write_whole
 from ..core.parameters import ParameterError, unknown
+from ..core.unpacking import unpacked
 from ..models.network import INPUTS, KINDS, Limits, Network
 from . import ShipError
 
@@ -97,11 +95,10 @@ def _weighted(path: Path, table: Mapping[str, Any], network: Network) -> Network
 
 def _arrays(file: Path) -> dict[str, Any]:
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
+        return unpacked(file.read_bytes())
     except OSError as error:
         raise ShipError(f"{file}: cannot be read: {error.strerror or error}") from None
-    except (ValueError, EOFError, AttributeError, zipfile.BadZipFile):
+    except ValueError:
         remedy = "take it from the run that made the ship file, or train again"
         raise ShipError(f"{file}: holds no weights, or is cut off or damaged; {remedy}") from None
 

@@ -5,9 +5,7 @@ The arrays are arrays; the rest is one text of JSON, whose records are read back
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache
@@ -17,6 +15,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..core.files import packed
+from ..core.unpacking import unpacked
 from ..data import Array
 from ..identify import Fit, Loss, StudyError
 from ..identify.diagnosis.findings import Diagnosis, Residuals
@@ -54,17 +53,17 @@ def read_arrays(path: Path) -> Held:
         StudyError: not such a file, or not as it was written.
     """
     try:
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as found:
-            said = json.loads(str(found["said"]))
-            told = said["diagnosis"]
-            diagnosis = None if told is None else replace(
-                _read(Diagnosis, told, "diagnosis"),
-                residuals={name: _residuals(found[f"residuals_{k}"], channels)
-                           for k, (name, channels) in enumerate(said["trials"].items())},
-            )  # fmt: skip
-            loss = None if said["loss"] is None else _read(Loss, said["loss"], "loss")
-            return Held(str(said["digest"]), diagnosis, loss, np.asarray(found["ends"], dtype=np.float64))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+        found = unpacked(path.read_bytes())
+        said = json.loads(str(found["said"]))
+        told = said["diagnosis"]
+        diagnosis = None if told is None else replace(
+            _read(Diagnosis, told, "diagnosis"),
+            residuals={name: _residuals(found[f"residuals_{k}"], channels)
+                       for k, (name, channels) in enumerate(said["trials"].items())},
+        )  # fmt: skip
+        loss = None if said["loss"] is None else _read(Loss, said["loss"], "loss")
+        return Held(str(said["digest"]), diagnosis, loss, np.asarray(found["ends"], dtype=np.float64))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         why = str(error) or type(error).__name__
         raise StudyError(f"{path}: cannot be read: {why}; delete it, and the fit is read without residuals") from None
 

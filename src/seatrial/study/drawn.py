@@ -6,9 +6,7 @@ left out in turn say of it.
 
 from __future__ import annotations
 
-import io
 import warnings
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..core.files import packed, write_whole
+from ..core.unpacking import unpacked
 from ..data import Array
 from ..identify import StudyError
 from ..identify.posterior.left_out import Power
@@ -67,10 +66,10 @@ def read_draws(path: str | Path) -> tuple[tuple[str, ...], Array]:
         StudyError: no such file, or not as `save_draws` wrote it.
     """
     try:
-        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as found:
-            paths = tuple(str(one) for one in found["paths"])
-            draws = np.asarray(found["draws"], dtype=np.float64).reshape(-1, len(paths))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        found = unpacked(Path(path).read_bytes())
+        paths = tuple(str(one) for one in found["paths"])
+        draws = np.asarray(found["draws"], dtype=np.float64).reshape(-1, len(paths))
+    except (OSError, ValueError, KeyError, TypeError) as error:
         raise StudyError(f"{path}: cannot be read: {error}; seatrial identify STUDY --sample N makes it") from None
     if not (len(draws) and np.isfinite(draws).all()):
         raise StudyError(f"{path}: holds no finite draws; seatrial identify STUDY --sample N makes them")

@@ -9,7 +9,6 @@ with the novelty of the samples (`coverage`).
 from __future__ import annotations
 
 import math
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from io import BytesIO
@@ -20,6 +19,7 @@ import numpy as np
 
 from ..core.files import write_whole
 from ..core.parameters import values
+from ..core.unpacking import unpacked
 from ..data import Array, Trial
 from ..engine.rollout import simulator
 from ..identify import Fit, Loss, Problem
@@ -220,8 +220,7 @@ def load_members(path: Path, ship: Ship) -> Members:
         ShipError: the file cannot be read, or belongs to another fit than the ship.
     """
     try:
-        with np.load(path, allow_pickle=False) as held:
-            a: dict[str, Any] = {name: held[name] for name in held.files}
+        a = unpacked(path.read_bytes())
         if str(a["schema"]) != _SCHEMA:
             raise ValueError(f"schema is '{a['schema']}', this version reads '{_SCHEMA}'")
         paths = tuple(map(str, a["paths"]))
@@ -236,7 +235,7 @@ def load_members(path: Path, ship: Ship) -> Members:
         found = Members(paths, a["fitted"], a["drawn"], units, states, restart, level, reference)
         if found.drawn.ndim != 2 or found.drawn.shape[1] != len(paths) or found.fitted.shape != (len(paths),):
             raise ValueError(f"members of shape {found.drawn.shape} for {len(paths)} parameters")
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile) as error:
+    except (OSError, KeyError, ValueError) as error:
         raise ShipError(f"{path}: cannot be read: {error}; run the study again, or remove the file") from None
     known = values(ship.model)
     # The outputs of random units are in no ship file.

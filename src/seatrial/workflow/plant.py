@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.files import write_whole
+from ..core.files import TomlError, toml_of, write_whole
 from ..data import Array, DataError, Trial
 from ..data.table import lines_of, numbers, split_row
 from ..data.units import KNOWN
@@ -305,8 +304,8 @@ def _ours(out: Path, kind: str) -> bool:
     """Whether a file is what the same command wrote before, and so may be replaced."""
     try:
         text = out.read_text(encoding="utf-8")
-        tables = set(tomllib.loads(text))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        tables = set(toml_of(text))
+    except (OSError, UnicodeDecodeError, TomlError):
         return False
     return text.startswith(_HEADING) and kind in tables and ("thrusters" in tables) == (kind == "thrusters")
 

@@ -21,6 +21,7 @@ from ...core.parameters import unknown
 from .. import Array, DataError, Trial, unwrapped
 from ..check.track import track_miss
 from ..geodesy import E2, SEMI_AXIS
+from ..inside import hold_workbook
 from ..sidecar import CONVENTIONS
 from ..table import check_time, decimal, existing
 
@@ -105,6 +106,7 @@ def _sheet(path: Path) -> Mapping[str, list[Any]]:
     """Columns of the first sheet as text, by their names."""
     import polars
 
+    hold_workbook(path)
     try:
         frame = polars.read_excel(path, engine="calamine", infer_schema_length=0, raise_if_empty=False)
     except ImportError:

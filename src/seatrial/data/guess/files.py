@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import DataError
+from ..inside import hold_workbook, read_frame
 from ..table import existing
 from .layout import ROWS, Layout, Table, read_text
 from .naming import unit_of
@@ -29,12 +30,7 @@ def read_table(path: Path) -> Table:
 
 
 def _parquet(path: Path) -> Table:
-    import polars
-
-    try:
-        frame = polars.read_parquet(path)
-    except Exception as error:  # whatever the reader raises on a damaged file
-        raise DataError(f"{path}: not readable as Parquet: {str(error).splitlines()[0][:120]}") from None
+    frame = read_frame(path)
     head = frame.head(ROWS)
     columns = tuple(tuple(_cell(value) for value in head[name].to_list()) for name in head.columns)
     return Table(path, Layout(), tuple(head.columns), ("",) * len(columns), columns, frame.height > ROWS)
@@ -44,6 +40,7 @@ def _workbook(path: Path) -> Table:
     """The first sheet that holds a table; rows above the header are the lines before it."""
     import polars
 
+    hold_workbook(path)
     try:
         sheets: dict[str, Any] = polars.read_excel(
             path, sheet_id=0, engine="calamine", has_header=False, infer_schema_length=0, raise_if_empty=False

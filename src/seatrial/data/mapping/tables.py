@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...core.parameters import unknown
 from .. import DataError
+from ..inside import hold_workbook, read_frame
 from ..table import existing, once
 from ..units import KNOWN
 from .schema import Mapping
@@ -103,7 +104,7 @@ def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     """
     suffix = existing(path).suffix.lower()
     if suffix == PARQUET:
-        found = _of_frame(path, mapping, wanted, _parquet(path), None)
+        found = _of_frame(path, mapping, wanted, read_frame(path), None)
     elif suffix in WORKBOOKS:
         sheet = _sheet(path, mapping)
         found = _of_frame(path, mapping, wanted, sheet, mapping.skip)
@@ -225,16 +226,6 @@ def _stated(header: int, layout: Layout, index: Named[str, int]) -> dict[str, tu
     return found
 
 
-def _parquet(path: Path) -> pl.DataFrame:
-    import polars as pl
-
-    try:
-        return pl.read_parquet(path)
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError, RecursionError) as error:
-        about = (str(error).splitlines() or [""])[0] or type(error).__name__
-        raise DataError(f"{path}: not a readable Parquet file ({about[:200]})") from None
-
-
 def _sheet(path: Path, mapping: Mapping) -> pl.DataFrame:
     """Cells of a sheet as texts, from its first row."""
     try:
@@ -242,8 +233,11 @@ def _sheet(path: Path, mapping: Mapping) -> pl.DataFrame:
     except ImportError:
         raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
     try:
+        hold_workbook(path)
         book = fastexcel.read_excel(path)
         names = book.sheet_names
+    except DataError:
+        raise
     except Exception as error:  # whatever the reader raises on a damaged workbook
         raise DataError(f"{path}: not readable as a workbook: {_first_line(error)}") from None
     name = names[0] if mapping.sheet is None else mapping.sheet

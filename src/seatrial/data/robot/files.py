@@ -15,6 +15,7 @@ from typing import Any, BinaryIO, cast
 from .. import DataError
 from ..documents import read_yaml
 from ..sidecar import check_meta
+from .inside import hold_bag, hold_mcap
 from .messages import extra, store
 
 BAG = "metadata.yaml"
@@ -75,6 +76,7 @@ def _mcap(path: Path) -> Generator[Bag]:
     make_reader = extra("mcap.reader").make_reader
     with path.open("rb") as file:
         _hold_checksums(path, file)
+        hold_mcap(path, file)
         reader = make_reader(file, validate_crcs=True)
         said = next((one.metadata for one in reader.iter_metadata() if one.name == NOTE), {})
 
@@ -123,6 +125,7 @@ def _bag(path: Path) -> Generator[Bag]:
     Reader = extra("rosbags.rosbag2").Reader
     about = read_yaml(path / BAG)
     said = about["rosbag2_bagfile_information"].get("custom_data") or {}
+    hold_bag(path, about["rosbag2_bagfile_information"])
     with Reader(path) as reader:
         messages = (Message(at.topic, at.msgtype, logged, bytes(data)) for at, logged, data in reader.messages())
         yield Bag(messages, _noted(path, said.get(NOTE)))

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core import unpacking
 from ...core.parameters import unknown
 from ...data import Array, DataError
 from ...data.table import existing, within
@@ -169,13 +170,40 @@ def _opened(path: Path) -> Any:
         # version 3 of the format begins with CDF: Capytaine writes it where netCDF4 is not installed
         with open(here, "rb") as raw:
             engine = "scipy" if raw.read(3) == b"CDF" else "h5netcdf"
+        if engine == "h5netcdf":
+            _hold(path, here)
         with xr.open_dataset(here, engine=engine) as opened:
+            if opened.nbytes > unpacking.most(here.stat().st_size):
+                raise DataError(f"{path}: {unpacking.told(opened.nbytes, here.stat().st_size)}")
             return opened.load()
     except ImportError:
         raise DataError(f"{path}: netCDF needs xarray and h5netcdf; pip install 'seatrial[sea]'") from None
+    except DataError:
+        raise
     except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:
         why = " ".join(str(error).split())[:120]
         raise DataError(f"{path}: not readable as netCDF ({why})") from None
+
+
+def _hold(path: Path, here: Path) -> None:
+    """Count what the variables hold: what was never written takes no room in the file, and all of it in memory.
+
+    Raises:
+        DataError: too much.
+    """
+    import h5py
+
+    size, found = here.stat().st_size, 0.0
+
+    def add(_: str, one: Any) -> None:
+        nonlocal found
+        if isinstance(one, h5py.Dataset):
+            found += float(one.size or 0) * one.dtype.itemsize
+
+    with h5py.File(here, "r") as file:
+        file.visititems(add)
+    if found > unpacking.most(size):
+        raise DataError(f"{path}: {unpacking.told(found, size)}")
 
 
 def _shaped(path: Path, data: Any) -> Any:

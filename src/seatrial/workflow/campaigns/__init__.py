@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +16,7 @@ from ...campaign.rare.levels import read_manifest
 from ...campaign.running import Ran, Shard, Watch, run
 from ...campaign.tables import merge, wrong_parts
 from ...core import executors
+from ...core.files import toml_of
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...engine.cuda.named import device_of
@@ -155,7 +155,7 @@ def _plan(document: Mapping[str, Any], folder: str) -> tuple[Campaign, str]:
     text, source = (str(document.get(key) or "") for key in ("text", "source"))
     if not text or not source:
         raise RequestError(f"{folder}: was not begun from a campaign file; its runs cannot be replayed from here")
-    return campaign_of(tomllib.loads(text), Path(source)), source
+    return campaign_of(toml_of(text), Path(source)), source
 
 
 def replayed(where: str | Path, run_number: int, out: Path | None = None) -> Replayed:

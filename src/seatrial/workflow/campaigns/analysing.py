@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from ...campaign.columns import index_units
 from ...campaign.folder import MANIFEST, Held, open_folder
 from ...campaign.rare import RUNS, Rare, Watch
 from ...campaign.rare import rare as search
-from ...core.files import plain, write_whole
+from ...core.files import plain, toml_of, write_whole
 from ...engine.rollout import default_threads
 from ...report.campaign import page
 from ...report.campaign.rare import page as rare_page
@@ -52,7 +51,7 @@ def _units(held: Held) -> dict[str, str]:
     if not text or not source:
         return {}
     try:
-        plan = campaign_of(tomllib.loads(text), Path(source))
+        plan = campaign_of(toml_of(text), Path(source))
     except (RequestError, OSError):
         return {}
     return {name: unit for case in plan.cases for name, unit in index_units(case, plan.weather).items()}

@@ -1,0 +1,74 @@
+"""How much may come out of a file: what an archive holds is counted before it is unpacked.
+
+A thousandth of the memory that an array of zeros takes is its size when packed; whoever packs such files makes the
+program take all of it.  What instruments measure is packed ten times at best.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import zipfile
+import zlib
+from typing import Any
+
+import numpy as np
+
+_LEAST, _RATIO = 64 << 20, 100
+_MEMBERS = 10_000
+
+
+def most(size: int) -> int:
+    """Bytes that a file of `size` bytes may hold when unpacked."""
+    return max(_LEAST, _RATIO * size)
+
+
+def told(count: float, size: int) -> str:
+    """Why what a file says that it holds is too much, in words."""
+    return f"holds {count / 1e6:.3g} MB in a file of {size / 1e6:.2g} MB; {most(size) / 1e6:.3g} MB are the most"
+
+
+def hold(archive: zipfile.ZipFile, size: int) -> None:
+    """Count what a zip file of `size` bytes holds; a member cannot give more than its directory says.
+
+    Raises:
+        ValueError: it is too much.
+    """
+    members = archive.infolist()
+    if len(members) > _MEMBERS:
+        raise ValueError(f"holds {len(members)} files; {_MEMBERS} are the most")
+    if (count := sum(one.file_size for one in members)) > most(size):
+        raise ValueError(told(count, size))
+
+
+def unpacked(content: bytes) -> dict[str, Any]:
+    """The arrays of an .npz file.
+
+    Raises:
+        ValueError: no such file, or a damaged one; arrays of objects, more than its bytes hold, or too much.
+    """
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            hold(archive, len(content))
+            for member in archive.infolist():
+                with archive.open(member) as stream:
+                    _hold_array(member, stream)
+        with np.load(io.BytesIO(content), allow_pickle=False) as found:
+            return {name: found[name] for name in found.files}
+    except ValueError:
+        raise
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, AttributeError, RuntimeError) as error:
+        raise ValueError(str(error) or type(error).__name__) from None
+
+
+def _hold_array(member: zipfile.ZipInfo, stream: Any) -> None:
+    version = np.lib.format.read_magic(stream)
+    if version not in ((1, 0), (2, 0)):
+        raise ValueError(f"{member.filename} is of version {version}")
+    first = version == (1, 0)
+    read = np.lib.format.read_array_header_1_0 if first else np.lib.format.read_array_header_2_0
+    shape, _, kind = read(stream)
+    if kind.hasobject:
+        raise ValueError(f"{member.filename} holds objects, not numbers")
+    if math.prod(shape) * kind.itemsize > member.file_size:
+        raise ValueError(f"{member.filename} is said to have the shape {shape}, and holds {member.file_size} bytes")
