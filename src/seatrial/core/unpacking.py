@@ -70,5 +70,5 @@ def _hold_array(member: zipfile.ZipInfo, stream: Any) -> None:
     shape, _, kind = read(stream)
     if kind.hasobject:
         raise ValueError(f"{member.filename} holds objects, not numbers")
-    if math.prod(shape) * kind.itemsize > member.file_size:
-        raise ValueError(f"{member.filename} is said to have the shape {shape}, and holds {member.file_size} bytes")
+    if math.prod(shape) * kind.itemsize > (held := member.file_size - stream.tell()):
+        raise ValueError(f"{member.filename} is said to have the shape {shape}, and holds {held} bytes")

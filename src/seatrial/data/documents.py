@@ -27,6 +27,9 @@ T = TypeVar("T")
 LARGEST = 1_000_000
 """Bytes of a document at most."""
 
+_LARGEST_YAML = 200_000
+"""Bytes of a YAML document at most; its reader takes ten seconds for a megabyte."""
+
 _DIGITS = 19
 """Digits of a whole number at most, as many as nanoseconds since 1970 have."""
 
@@ -46,7 +49,7 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
     Raises:
         DataError: no such file, not YAML, no mapping, a key twice, an anchor or an alias, too large or too deep.
     """
-    return _read(existing(path), "YAML", lambda here: _yaml(here.read_text(encoding="utf-8")))
+    return _read(existing(path), "YAML", lambda here: _yaml(here.read_text(encoding="utf-8")), _LARGEST_YAML)
 
 
 def read_json(path: str | Path) -> dict[str, Any]:
@@ -56,7 +59,13 @@ def read_json(path: str | Path) -> dict[str, Any]:
         DataError: no such file, not JSON, too large or too deep, a number that is none.
     """
     return _read(existing(path), "JSON", lambda here: json.loads(
-        here.read_text(encoding="utf-8"), parse_constant=_no_number))  # fmt: skip
+        here.read_text(encoding="utf-8"), parse_constant=_no_number, parse_int=_integer))  # fmt: skip
+
+
+def _integer(text: str) -> int:
+    if len(text) > _DIGITS + 1:
+        raise DataError(f"a number of {len(text)} digits; {_DIGITS} are the most")
+    return int(text)
 
 
 def _no_number(text: str) -> Any:
@@ -70,12 +79,12 @@ def yaml_text(said: Mapping[str, Any]) -> str:
     return yaml.dump(dict(said), Dumper=_dumper(), sort_keys=False, allow_unicode=True, width=100)
 
 
-def _read(here: Path, kind: str, parse: Callable[[Path], Any]) -> dict[str, Any]:
+def _read(here: Path, kind: str, parse: Callable[[Path], Any], most: int = LARGEST) -> dict[str, Any]:
     try:
         if not here.is_file():
             raise DataError(f"{here}: not readable as {kind}: not a file")
-        if here.stat().st_size > LARGEST:
-            raise DataError(f"{here}: {here.stat().st_size} bytes; {LARGEST} are the most of such a file")
+        if here.stat().st_size > most:
+            raise DataError(f"{here}: {here.stat().st_size} bytes; {most} are the most of such a file")
         said = parse(here)
         _refuse_surrogates(said)
     except DataError as error:

@@ -6,7 +6,9 @@ It is drawn in a GeoJSON file (`geojson`), and read by a ship through a grid (`g
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +16,15 @@ from numpy.typing import NDArray
 from ..core.errors import ChartError as ChartError
 from .fenders import Fender
 
+# Rows and columns of a tile of a grid, sides of a block, and of an outline that is filled row by row.
+_TILE, _BLOCK, _ROWWISE = 16, 64, 50
+
 Points = NDArray[np.float64]
 """Points north and east of the datum [m], shape (points, 2)."""
+
+
+# Points of all lines of a chart, and posts along a quay, at most.
+_POINTS, _POSTS = 5_000, 2_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +98,7 @@ class Chart:
                 raise ChartError(
                     f"{self.name}: bank {k} has a slope of {bank.slope:g}; it is rise over run, above zero"
                 )
+        self._hold()
         for what, lines in (("quay", [q.line for q in self.quays]), ("bank", [b.line for b in self.banks])):
             for k, line in enumerate(lines, 1):
                 if len(line) < 2 or not (np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-6).all():
@@ -98,6 +108,20 @@ class Chart:
                     raise ChartError(
                         f"{self.name}: {what} {k} crosses itself, side {a} with side {b}; draw it in one way"
                     )
+
+    def _hold(self) -> None:
+        """Refuse more points and posts than a grid can be made of."""
+        lines = [*(a.outline for a in self.areas), *(b.line for b in self.banks), *(q.line for q in self.quays),
+                 *self.fairways]  # fmt: skip
+        if (count := sum(map(len, lines))) > _POINTS:
+            raise ChartError(f"{self.name}: {count} points; {_POINTS} are the most: simplify its lines, or cut it")
+        for k, quay in enumerate(self.quays, 1):
+            far = float(np.linalg.norm(np.diff(quay.line, axis=0), axis=1).sum())
+            posts = {"fenders": quay.fender.spacing if quay.fender else 0.0, "bollards": quay.bollards}
+            for what, spacing in posts.items():
+                if spacing and far / spacing > _POSTS:
+                    raise ChartError(f"{self.name}: quay {k} of {far:g} m has {what} {spacing:g} m apart, "
+                                     f"{far / spacing:.3g}; {_POSTS} are the most")  # fmt: skip
 
     @property
     def extent(self) -> tuple[float, float, float, float]:
@@ -137,38 +161,74 @@ def sides(line: Points) -> tuple[Points, Points, Points]:
 
 def nearest(line: Points, north: Points, east: Points) -> tuple[Points, Points, Points]:
     """Distance of places from a line [m], and the unit vector towards its nearest point (north, east)."""
-    best, toward = np.full(np.shape(north), np.inf), np.zeros((2, *np.shape(north)))
-    for (a, b), (t, s), length in zip(*sides(line), strict=True):
-        x, y = a - north, b - east
-        along = np.clip(-(x * t + y * s), 0.0, length)
-        x, y = x + along * t, y + along * s
+    found = np.zeros((3, np.size(north)))
+    for at, some, (x, y) in _tiles(line, north, east):
+        (_, along, length), each = some, np.arange(len(at))
+        far = np.clip(x * along[:, 0] + y * along[:, 1], 0.0, length)
+        x, y = far * along[:, 0] - x, far * along[:, 1] - y
         off = np.hypot(x, y)
-        closer = off < best
-        best = np.where(closer, off, best)
-        safe = np.where(off > 0.0, off, 1.0)
-        toward = np.where(closer, np.stack([x / safe, y / safe]), toward)
-    return best, toward[0], toward[1]
+        k = off.argmin(axis=1)
+        best = off[each, k]
+        safe = np.where(best > 0.0, best, 1.0)
+        found[:, at] = best, x[each, k] / safe, y[each, k] / safe
+    a, b, c = found.reshape(3, *np.shape(north))
+    return a, b, c
 
 
 def offshore(line: Points, north: Points, east: Points) -> Points:
     """Distance of places from a line [m], above zero where they lie to starboard of it."""
-    best, square = np.full(np.shape(north), np.inf), np.zeros(np.shape(north))
-    side = np.zeros(np.shape(north))
-    for (a, b), (t, s), length in zip(*sides(line), strict=True):
-        x, y = north - a, east - b
-        across, along = y * t - x * s, np.clip(x * t + y * s, 0.0, length)
-        off = np.hypot(x - along * t, y - along * s)
+    found = np.zeros(np.size(north))
+    for at, some, (x, y) in _tiles(line, north, east):
+        (_, along, length), each = some, np.arange(len(at))
+        across, far = y * along[:, 0] - x * along[:, 1], np.clip(x * along[:, 0] + y * along[:, 1], 0.0, length)
+        off = np.hypot(x - far * along[:, 0], y - far * along[:, 1])
         # at a corner two sides are as near: the one that is seen more squarely has the say
-        closer = (off < best - 1e-9) | ((np.abs(off - best) <= 1e-9) & (np.abs(across) > square))
-        side, square = np.where(closer, np.sign(across), side), np.where(closer, np.abs(across), square)
-        best = np.where(closer, off, best)
-    return side * best
+        near = off <= off.min(axis=1)[:, None] + 1e-9
+        k = np.where(near, np.abs(across), -1.0).argmax(axis=1)
+        found[at] = np.sign(across[each, k]) * off[each, k]
+    return found.reshape(np.shape(north))
+
+
+_Tile = tuple[NDArray[np.intp], tuple[Points, Points, Points], tuple[Points, Points]]
+
+
+def _tiles(line: Points, north: Points, east: Points) -> Iterator[_Tile]:
+    """Places a few at a time: which, the sides that may be nearest to one of them, and the places from their starts.
+
+    No place of a tile is farther from its middle than `reach`, so the nearest side of any is within twice that of the
+    nearest of the middle.
+    """
+    start, along, length = sides(line)
+    numbers = np.arange(np.size(north)).reshape(np.shape(north))
+    if numbers.ndim == 2:
+        rows, columns = (range(0, count, _TILE) for count in numbers.shape)
+        tiles = [numbers[a : a + _TILE, b : b + _TILE].ravel() for a, b in product(rows, columns)]
+    else:
+        tiles = [numbers.ravel()[a : a + _TILE**2] for a in range(0, numbers.size, _TILE**2)]
+    places = np.column_stack([np.ravel(north), np.ravel(east)])
+    for at in tiles:
+        middle = places[at].mean(axis=0)
+        reach = float(np.linalg.norm(places[at] - middle, axis=1).max())
+        off = middle - start
+        beside = np.clip((off * along).sum(axis=1), 0.0, length)
+        away = np.linalg.norm(off - beside[:, None] * along, axis=1)
+        some = away <= away.min() + 2.0 * reach + 1e-6
+        x, y = (places[at, k][:, None] - start[some, k] for k in range(2))
+        yield at, (start[some], along[some], length[some]), (x, y)
 
 
 def inside(outline: Points, north: Points, east: Points) -> NDArray[np.bool_]:
     """Whether places lie within a polygon, by crossings of a ray."""
     odd = np.zeros(np.shape(north), dtype=bool)
-    for (a, b), (c, d) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+    ends = np.roll(outline, -1, axis=0)
+    if len(outline) > _ROWWISE and north.ndim == 2 and (north == north[:, :1]).all():  # a grid, row by row
+        for row, h in enumerate(north[:, 0]):
+            spans = (outline[:, 0] > h) != (ends[:, 0] > h)
+            (a, b), (c, d) = outline[spans].T, ends[spans].T
+            crossings = np.sort((d - b) * (h - a) / (c - a) + b)
+            odd[row] = (len(crossings) - np.searchsorted(crossings, east[row], "right")) % 2 == 1
+        return odd
+    for (a, b), (c, d) in zip(outline, ends, strict=True):
         spans = (a > north) != (c > north)
         with np.errstate(divide="ignore", invalid="ignore"):
             odd ^= spans & (east < (d - b) * (north - a) / (c - a) + b)
@@ -182,10 +242,18 @@ def crosses(line: Points) -> tuple[int, int] | None:
     def turn(p: Points, q: Points, r: Points) -> Points:
         return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
 
-    p, q, r, s = start[:, None], end[:, None], start[None], end[None]
-    hit = (turn(p, q, r) * turn(p, q, s) < 0.0) & (turn(r, s, p) * turn(r, s, q) < 0.0)
-    found = np.argwhere(np.triu(hit, 2))
-    return (int(found[0, 0]) + 1, int(found[0, 1]) + 1) if len(found) else None
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    for first in range(0, len(start), _BLOCK):
+        here = slice(first, first + _BLOCK)
+        near = (low <= high[here].max(axis=0)).all(axis=1) & (high >= low[here].min(axis=0)).all(axis=1)
+        others = first + np.flatnonzero(near[first:])
+        p, q, r, s = start[here, None], end[here, None], start[None, others], end[None, others]
+        hit = (turn(p, q, r) * turn(p, q, s) < 0.0) & (turn(r, s, p) * turn(r, s, q) < 0.0)
+        hit &= others > first + np.arange(len(p))[:, None] + 1
+        found = np.argwhere(hit)
+        if len(found):
+            return first + int(found[0, 0]) + 1, int(others[found[0, 1]]) + 1
+    return None
 
 
 def spaced(line: Points, spacing: float) -> tuple[Points, Points]:

@@ -26,6 +26,8 @@ SMOOTH = ("chart.per_depth", "chart.bank_x", "chart.bank_y", "chart.quay", "char
 
 # Distance of a quay where there is none [m], least depth that is kept [m], nodes of a grid at most and as a rule.
 _NONE, _DRY, _NODES, _USUAL = 1e6, 0.1, 4_000_000, 1_000_000
+# Stops, and walls, that a cell holds at most: each is a term of the force in every step.
+_CROWD = 100
 
 
 class Stop(NamedTuple):
@@ -112,10 +114,13 @@ def grid_of(chart: Chart, ship: Size, cell: float | None = None, *, hard: float 
     # a hull reaches half its diagonal beyond midship, a fender its height towards it; a cell half its own diagonal
     reach = 0.5 * math.hypot(ship.L, ship.B) + 0.75 * size
     near = _Near(rows, columns, north[0], east[0], size)
-    for stop in stops:
-        near.point(stop, reach + stop.height)
-    for wall in walls:
-        near.side(wall, reach)
+    try:
+        for stop in stops:
+            near.point(stop, reach + stop.height)
+        for wall in walls:
+            near.side(wall, reach)
+    except ChartError as error:
+        raise ChartError(f"{chart.name}: {error}") from None
     names, which, sets, (most_stops, most_walls) = near.tables()
     field = Field(SMOOTH, names, float(north[0]), float(east[0]), size, _smooth(chart, ship, N, E), which, sets)
     bare = any(quay.fender is None for quay in chart.quays)
@@ -201,38 +206,55 @@ class _Near:
     """Which stops and walls each cell of a grid holds."""
 
     def __init__(self, rows: int, columns: int, north: float, east: float, size: float) -> None:
-        self.size, self.stops, self.sides = size, list[Stop](), list[Wall]()
-        middles = (low + size * (np.arange(count - 1) + 0.5) for low, count in ((north, rows), (east, columns)))
-        self.N, self.E = (np.asarray(one, dtype=np.float64) for one in np.meshgrid(*middles, indexing="ij"))
-        self.held: list[NDArray[np.bool_]] = []
-        self.walled: list[NDArray[np.bool_]] = []
+        self.stops, self.sides = list[Stop](), list[Wall]()
+        self.shape = rows - 1, columns - 1
+        self.north, self.east = (
+            low + size * (np.arange(count) + 0.5) for low, count in zip((north, east), self.shape, strict=True)
+        )
+        self.held: dict[int, tuple[list[int], list[int]]] = {}
 
     def point(self, stop: Stop, reach: float) -> None:
+        self._add(0, len(self.stops), np.array([stop[:2]]), reach)
         self.stops.append(stop)
-        self.held.append(np.hypot(self.N - stop.north, self.E - stop.east) <= reach)
 
     def side(self, wall: Wall, reach: float) -> None:
         end = (wall.north + wall.length * wall.along_x, wall.east + wall.length * wall.along_y)
+        self._add(1, len(self.sides), np.array([wall[:2], end]), reach)
         self.sides.append(wall)
-        self.walled.append(nearest(np.array([wall[:2], end]), self.N, self.E)[0] <= reach)
+
+    def _add(self, kind: int, number: int, ends: Points, reach: float) -> None:
+        """Note a thing in the cells whose middles lie within its reach."""
+        low, high = ends.min(axis=0) - reach, ends.max(axis=0) + reach
+        rows, columns = (np.flatnonzero((one >= a) & (one <= b))
+                         for one, a, b in zip((self.north, self.east), low, high, strict=True))  # fmt: skip
+        N, E = (np.asarray(one, dtype=np.float64)
+                for one in np.meshgrid(self.north[rows], self.east[columns], indexing="ij"))  # fmt: skip
+        away = nearest(ends, N, E)[0] if kind else np.hypot(N - ends[0, 0], E - ends[0, 1])
+        at = np.argwhere(away <= reach)
+        for cell in (rows[at[:, 0]] * self.shape[1] + columns[at[:, 1]]).tolist():
+            held = self.held.setdefault(cell, ([], []))[kind]
+            held.append(number)
+            if len(held) > _CROWD:
+                what = ("fenders or corners", "sides of quays")[kind]
+                raise ChartError(
+                    f"over {_CROWD} {what} within reach of a ship {self.north[cell // self.shape[1]]:.0f} m north and "
+                    f"{self.east[cell % self.shape[1]]:.0f} m east; put fenders farther apart, or draw fewer corners"
+                )
 
     def tables(self) -> tuple[tuple[str, ...], NDArray[np.int64], Points, tuple[int, int]]:
         """Names, the set of each cell, the sets, and how many stops and walls one holds."""
-        marks = np.array([np.zeros(self.N.shape, dtype=bool), *self.held, *self.walled]).reshape(
-            1 + len(self.held) + len(self.walled), -1).T[:, 1:]  # fmt: skip
-        kinds, which = np.unique(marks, axis=0, return_inverse=True)
-        none = np.flatnonzero(~kinds.any(axis=1))
-        first = len(self.held)
-        counts = [(int(row[:first].sum()), int(row[first:].sum())) for row in kinds]
-        K, W = max((c[0] for c in counts), default=0), max((c[1] for c in counts), default=0)
+        numbers: dict[tuple[tuple[int, ...], tuple[int, ...]], int] = {}
+        index = np.zeros(self.shape[0] * self.shape[1], dtype=np.int64)
+        for cell, (stops, walls) in self.held.items():
+            index[cell] = numbers.setdefault((tuple(stops), tuple(walls)), len(numbers) + 1)
+        K, W = (max((len(one[kind]) for one in numbers), default=0) for kind in (0, 1))
         names = (*(f"stop_{k}.{f}" for k in range(K) for f in Stop._fields),
                  *(f"wall_{k}.{f}" for k in range(W) for f in Wall._fields))  # fmt: skip
-        sets = np.zeros((len(kinds) + 1, len(names)))
-        for at, row in enumerate(kinds, 1):
-            some = [value for k in np.flatnonzero(row[:first]) for value in self.stops[k]]
+        sets = np.zeros((len(numbers) + 1, len(names)))
+        begin = K * len(Stop._fields)
+        for (stops, walls), at in numbers.items():
+            some = [value for k in stops for value in self.stops[k]]
             sets[at, : len(some)] = some
-            begin = K * len(Stop._fields)
-            others = [value for k in np.flatnonzero(row[first:]) for value in self.sides[k]]
+            others = [value for k in walls for value in self.sides[k]]
             sets[at, begin : begin + len(others)] = others
-        index = np.where(np.isin(which.ravel(), none), 0, which.ravel() + 1)
-        return names, index.reshape(self.N.shape).astype(np.int64), sets, (K, W)
+        return names, index.reshape(self.shape), sets, (K, W)

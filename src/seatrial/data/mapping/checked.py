@@ -243,6 +243,8 @@ def _check_files(found: Mapping) -> None:
     for name in (files.pattern, *(name for name in named if name), *files.clocks):
         if name.startswith("/") or ".." in name.split("/") or "\\" in name or not name.strip("/"):
             raise DataError(f"files: '{name}' must be a path below the folder of a trial, with /")
+        if "**" in name:
+            raise DataError(f"files: '{name}' has '**'; a star is for one name, and a folder below is */")
     if files.join == "rows" and (named or files.clocks or files.step is not None):
         raise DataError('files.join = "rows" joins pieces of one log; file, clocks and step are of join = "time"')
     if files.step is not None and files.step <= 0.0:

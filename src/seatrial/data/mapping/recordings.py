@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import glob
 import re
 from pathlib import Path
@@ -102,7 +103,7 @@ def _joined(here: Path, files: Files) -> list[Path]:
 
 def _named(file: Path, pattern: str) -> str | None:
     """The name of the trial whose file this is, empty for that of its folder; None for another file."""
-    form = "".join(_piece(part) for part in re.split(r"(\{trial\}|\*|\?|\[[^]/]*\])", pattern))
+    form = "/".join(_component(part) for part in pattern.split("/"))
     first, *again = form.split(_GROUP)
     form = first + (_GROUP + "(?P=trial)".join(again) if again else "")
     depth = pattern.count("/")
@@ -111,9 +112,24 @@ def _named(file: Path, pattern: str) -> str | None:
     return None if found is None else found.groupdict().get("trial", "")
 
 
-def _piece(part: str) -> str:
-    if part == _TRIAL:
-        return _GROUP
-    if part.startswith("[") and part.endswith("]"):
-        return part.replace("[!", "[^")
-    return {"*": "[^/]*", "?": "[^/]"}.get(part, re.escape(part))
+def _component(pattern: str) -> str:
+    """One name of a pattern as a regular expression.
+
+    What follows a star, up to the next, is of one length: its first place is as good as any later one, and is not
+    tried again, so that many stars take no longer than a few.
+    """
+    parts = [""]
+    for part in re.split(r"(\{trial\}|\*|\?|\[[^]/]*\])", pattern):
+        if part == "*":
+            parts.append("")
+        elif part == _TRIAL:
+            parts[-1] += _GROUP
+        elif part.startswith("[") and part.endswith("]"):
+            parts[-1] += "(?!/)" + fnmatch.translate(part)[4:-3]
+        else:
+            parts[-1] += "[^/]" if part == "?" else re.escape(part)
+    first, *rest = parts
+    if not rest:
+        return first
+    middle = (f"[^/]*{one}" if _GROUP in one else f"(?>[^/]*?{one})" for one in rest[:-1] if one)
+    return f"{first}{''.join(middle)}[^/]*{rest[-1]}"
