@@ -79,7 +79,7 @@ def test_a_vector_ends_where_a_ship_of_constant_velocity_is(page):
 def test_the_page_has_one_time_for_all_ships_and_the_menu_and_the_key_set_it(tmp_path):
     pytest.importorskip("fastapi")
     (tmp_path / "out").mkdir()
-    running = Running(tmp_path / "out", "--other", "otter@100,100,90", ship="kvlcc2")
+    running = Running(tmp_path / "out", "--other", "mariner@3000,2000,270", ship="kvlcc2")
     try:
         with Browser(tmp_path / "browser") as browser:
             browser.open(f"http://127.0.0.1:{running.port}/")

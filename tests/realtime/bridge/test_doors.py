@@ -190,6 +190,36 @@ def test_who_has_not_the_key_neither_sees_nor_steers() -> None:
             assert hear(ws, "hello")["hello"] == "Bridge 1"
 
 
+@pytest.mark.parametrize(("origin", "same"), [
+    ("http://localhost:8020", True), ("https://localhost:8020", True), (None, True), ("http://localhost", False),
+    ("http://localhost:8021", False), ("http://evil.example", False), ("null", False), ("", False), ("http://[", False),
+    ("http://[::1", False), ("http://]", False), ("http://localhost:8020@evil.example", False),
+])  # fmt: skip
+def test_only_pages_of_this_server_are_of_the_same_origin(origin: str | None, same: bool) -> None:
+    given = {"host": "localhost:8020"} | ({} if origin is None else {"origin": origin})
+    assert pages.same_origin(given) is same
+
+
+@pytest.mark.parametrize(("said", "known"), [
+    ("secret", True), ("secre", False), ("secrets", False), ("", False), (None, False), (7, False), (["secret"], False),
+    ("\ud800", False), ("sécret", False),
+])  # fmt: skip
+def test_the_key_is_a_text_that_is_the_same(said: object, known: bool) -> None:
+    assert pages.admitted("secret", said) is known
+    assert pages.admitted("", said)
+
+
+@pytest.mark.slow
+def test_a_key_of_half_characters_and_an_origin_that_is_none_are_refused_at_the_socket() -> None:
+    with served(key="secret") as (port, _):
+        with greeted(port, hello="somebody", key="\ud800") as ws, pytest.raises(ConnectionClosed) as refused:
+            ws.recv(timeout=5)
+        assert refused.value.rcvd is not None
+        assert refused.value.rcvd.code == server.KEYLESS
+        with pytest.raises(InvalidStatus):
+            connect(f"ws://127.0.0.1:{port}/line", proxy=None, origin=Origin("http://["))
+
+
 @pytest.mark.long
 def test_anywhere_prints_an_address_with_a_key(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "seatrial", "bridge", "kvlcc2_l7", "--port", "0", "--anywhere"]

@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "range"))
 from scenes import FERRY, on_wire, scene
 
 from seatrial.cli.app import main
+from seatrial.core.errors import RefusalError
 from seatrial.data.nmea.sentences import Sentence, encode
 from seatrial.data.trialfile import read_trial
 from seatrial.realtime.links.n2k import GROUPS, Bus, identifier
@@ -185,6 +186,28 @@ def test_rosbridge_talks_and_obeys(stage):
     assert stage.on_wire.conning.commander == "rosbridge"
 
 
+def test_rosbridge_tells_place_time_and_controls_of_the_instruments(stage):
+    stage.loop.run(0.4)
+    bridge, latest = Rosbridge(stage), stage.on_wire.latest
+    fix = bridge.message("/fix")
+    assert (fix["latitude"], fix["longitude"]) == (latest["latitude"], latest["longitude"])
+    moment = stage.fittings.epoch + stage.loop.t
+    stamp = fix["header"]["stamp"]
+    assert 0 <= stamp["nanosec"] < 1_000_000_000
+    assert stamp["sec"] + 1e-9 * stamp["nanosec"] == pytest.approx(moment, abs=1e-6)
+    assert stamp["sec"] == math.floor(moment + 1e-9)
+    imu = bridge.message("/imu")
+    assert imu["linear_acceleration_covariance"][0] == -1.0
+    quarter = pytest.approx(math.sqrt(0.5))
+    east = {"x": 0.0, "y": 0.0, "z": quarter, "w": quarter}
+    assert latest["psi"] == pytest.approx(0.0)
+    assert imu["orientation"] == east  # north is a quarter turn from east
+    assert bridge.message("/n_P") == {"data": latest["n_P"]}
+    for wrong in (True, "1", None, math.nan, math.inf, 1e6):
+        with pytest.raises(RefusalError, match="must be a number"):
+            bridge.obey({"op": "publish", "topic": "/cmd/n_P", "msg": {"data": wrong}}, {})
+
+
 # --- NMEA 2000 ---
 
 
@@ -219,6 +242,29 @@ def test_nmea_2000_is_read_by_another_decoder(stage):
     assert found[127488]["speed"] == pytest.approx(60.0 * latest["n_P"], abs=0.13)
     assert found[130306]["windSpeed"] == pytest.approx(latest["U_T"], abs=0.0051)
     assert identifier(127250) == 0x09F11223
+
+
+@pytest.mark.slow
+def test_each_group_goes_out_at_its_rate(stage):
+    """Ten seconds of a ship that ticks 20 times a second: the number of frames is the rate of the group times ten."""
+    can = pytest.importorskip("can")
+    stage, _ = on_wire(scene(name="kvlcc2", rate=20.0))
+    stage.loop.run(1.0)
+    listening = can.Bus(interface="virtual", channel="test rates")
+    bus, heard = Bus(stage, "virtual:test rates"), {}
+    try:
+        stage.loop.run(10.0)
+        while (frame := listening.recv(0.05)) is not None:
+            pgn = frame.arbitration_id >> 8 & 0x1FFFF
+            heard[pgn] = heard.get(pgn, 0) + 1
+            assert (frame.arbitration_id & 0xFF, frame.is_extended_id) == (35, True)
+    finally:
+        bus.close()
+        listening.shutdown()
+    twice = {130306, 130578}  # apparent and true; two frames
+    for pgn, (rate, _) in GROUPS.items():
+        assert heard[pgn] == pytest.approx(10.0 * rate * (2 if pgn in twice else 1), abs=2)
+    assert bus.sent == sum(heard.values())
 
 
 def test_a_bus_that_cannot_be_opened_is_refused(stage):
