@@ -49,9 +49,7 @@ def test_standard_propeller_and_rudder(v_m: float, r: float) -> None:
 
 def test_kose_wake_fades_with_drift() -> None:
     p = L7.propeller
-    kose = KoseWake(
-        D_P=p.D_P, t_P=p.t_P, w_P0=p.w_P0, x_P=-0.690 * L7.body.L_pp, k_0=p.k_0, k_1=p.k_1, k_2=p.k_2
-    )
+    kose = KoseWake(D_P=p.D_P, t_P=p.t_P, w_P0=p.w_P0, x_P=-0.690 * L7.body.L_pp, k_0=p.k_0, k_1=p.k_1, k_2=p.k_2)
     straight = flow(L7, 1.0, 0.0, 0.0, 10.0)
     for ours, theirs in zip(kose.force(straight), p.force(straight), strict=True):
         assert tuple(ours) == pytest.approx(tuple(theirs), rel=1e-12)
