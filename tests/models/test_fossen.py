@@ -79,9 +79,7 @@ def test_tug_is_stable_on_course() -> None:
     assert agrees(float(np.min(real)), GOLDEN["qiuxin5"]["stable_range"][1])
 
 
-@pytest.mark.parametrize(
-    ("name", "x", "printed"), [(n, *row) for n in GOLDEN for row in GOLDEN[n]["speeds"]]
-)
+@pytest.mark.parametrize(("name", "x", "printed"), [(n, *row) for n in GOLDEN for row in GOLDEN[n]["speeds"]])
 def test_steady_speed(name: str, x: float, printed: str) -> None:
     model: Any = load(name).model
 

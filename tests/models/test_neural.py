@@ -231,7 +231,8 @@ def random_runs(net: Network, lanes: int, seconds: float) -> Any:
     start = rng.uniform(-1, 1, (lanes, 6)) * [5, 5, 3, 0.6, 0.3, 0.15]
     memory = np.zeros((lanes, len(ship.model.memory)))  # type: ignore[attr-defined]
     run = simulator(open_loop(ship)).run(
-        start, np.repeat(holds, 50, axis=1), open_loop_parameters(ship), memory0=memory, dt=0.1, steps=steps, every=10)
+        start, np.repeat(holds, 50, axis=1), open_loop_parameters(ship), memory0=memory, dt=0.1, steps=steps, every=10
+    )
     return run.values[:, :, 3:]
 
 

@@ -155,8 +155,16 @@ def test_container_rolls_freely() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["step_N1000kNm", "zigzag_N500kNm_20", "roll_decay_0mps", "roll_decay_8mps",
-                                  *(pytest.param(name, marks=long) for name in ("step_N200kNm", "step_N500kNm"))])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "step_N1000kNm",
+        "zigzag_N500kNm_20",
+        "roll_decay_0mps",
+        "roll_decay_8mps",
+        *(pytest.param(name, marks=long) for name in ("step_N200kNm", "step_N500kNm")),
+    ],
+)
 def test_naval_ship(name: str) -> None:
     rows, ship = reference(f"naval_4dof/{name}.csv"), load("naval_blanke")
     h = 0.02 if name.startswith("roll") else 0.05
