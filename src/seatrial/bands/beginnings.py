@@ -73,7 +73,7 @@ def _past(filters: Filter, part: Part, dt: float) -> Past:
     found: list[Past] = []
     for trial in part.out.trials:
         rows = part.cut.begins[[name == trial.name for name in part.cut.trials]]
-        found += [filters.before(Record.of(even(trial, dt), filters.ship.model), dt, rows.tolist())]
+        found += [filters.before(Record.of(even(trial, dt, filters.ship.model), filters.ship.model), dt, rows.tolist())]
     return together(found)
 
 

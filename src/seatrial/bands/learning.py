@@ -87,7 +87,7 @@ def windows_of(
     every = max(round(horizons[0] / dt), 1)
     found: list[Windows] = []
     for trial in trials:
-        record = even(trial, dt)
+        record = even(trial, dt, ship.model)
         span = min(float(horizons[-1]), every * dt * max(int(record.duration / (every * dt)), 1))
         stride = max(record.duration / _MOST, every * dt)
         cut = windows([record], ship.model, Loss(correlation=0.0), dict.fromkeys(STATES, 1.0), window=span, dt=dt,

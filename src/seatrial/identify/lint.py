@@ -20,7 +20,7 @@ from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import derivable
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
-from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
+from ..simulate.replay import filled_words, gap_words, gaps, logged, no_wind, predicted, wind_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
 from .record import compared_as, scales, step_of
 from .trajectory.objective import TrajectoryObjective
@@ -210,7 +210,7 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
     part = trial.rows(predicted(trial))
     if missing := gaps(part, ship.model):
         left_out = isinstance(ship.model, Sampled)
-        fate = "rows with such a gap are left out" if left_out else "the last value before is held"
+        fate = "rows with such a gap are left out" if left_out else filled_words(part, ship.model, missing)
         yield Issue("warning", trial.name, f"{gap_words(part, missing)}; {fate}")
     yield from commands(problem, trial)
     yield from sampling(trial)

@@ -125,36 +125,62 @@ def input_noise(trials: Sequence[Trial], model: Model) -> Array:
         columns = [trial[name] if name in trial else np.zeros(0) for name in model.controls]
         columns += [] if wind is None else [*wind]
         for k, values in enumerate(columns):
-            level = sensor_noise(values) if values.size and np.nanstd(values) else 0.0
+            level = sensor_noise(_at_its_rate(values)) if np.isfinite(values).any() and np.nanstd(values) else 0.0
             out[k] = max(out[k], np.nan_to_num(level))
     return out
 
 
-def between_rows(means: Array, level: Array) -> Array:
+def _at_its_rate(values: Array) -> Array:
+    """The readings alone where a channel is read less often than the rows; else with their gaps."""
+    good = np.flatnonzero(np.isfinite(values))
+    return values[good] if good.size > 1 and np.median(np.diff(good)) > 1.0 else values
+
+
+def between_rows(means: Array, level: Array, read: NDArray[np.bool_] | None = None) -> Array:
     """What two readings leave open of the mean of an input between them: its standard deviation, same shape.
 
-    An actuator that begins or ends to move between two rows has another mean there than the straight line between them:
-    by the lines on either side where they cross between the rows; by a uniform time of the move where it begins and
-    ends between them.
+    An actuator that begins or ends to move between two readings has another mean there than the straight line between
+    them: by the lines on either side where they cross between the readings; by a uniform time of the move where it
+    begins and ends between them.
 
     Args:
-        means: means of two successive readings, shape (lanes, rows, inputs).
+        means: means of two successive rows, shape (lanes, rows, inputs).
         level: noise of the readings, shape (inputs,).
+        read: whether a row has a reading, same shape as `means`, or lines join others; None where each has.
     """
-    if means.shape[1] < 6:
-        return np.zeros_like(means)
-    # Readings follow from their means but for an alternating part, which makes them least smooth.
-    odd = np.where(np.arange(means.shape[1]) % 2 == 0, 1.0, -1.0)[:, None]
-    read = -odd * np.concatenate([np.zeros_like(means[:, :1]), np.cumsum(-2.0 * odd * means, axis=1)[:, :-1]], axis=1)
-    read = read - odd * np.median(np.diff(read, 2, axis=1) / np.diff(odd, 2, axis=0), axis=1, keepdims=True)
-    moves = np.diff(read, axis=1)
-    a, mid, b = moves[:, :-2], moves[:, 1:-1], moves[:, 2:]
-    beyond = np.maximum(np.maximum(np.minimum(a, b) - mid, mid - np.maximum(a, b)), 0.0)
-    apart = np.abs(a - b)
-    share = np.clip((mid - b) / np.where(apart > 0, a - b, 1.0), 0.0, 1.0)
     out = np.zeros_like(means)
+    if means.shape[1] < 6:
+        return out
+    # Values follow from their means but for an alternating part, which makes them least smooth.
+    odd = np.where(np.arange(means.shape[1]) % 2 == 0, 1.0, -1.0)[:, None]
+    value = -odd * np.concatenate([np.zeros_like(means[:, :1]), np.cumsum(-2.0 * odd * means, axis=1)[:, :-1]], axis=1)
+    value = value - odd * np.median(np.diff(value, 2, axis=1) / np.diff(odd, 2, axis=0), axis=1, keepdims=True)
+    out[:, :-1] = _open(np.diff(value, axis=1), np.ones((means.shape[1] - 1, 1)), level)
+    for lane, k in np.argwhere(~read.all(axis=1)) if read is not None else ():
+        rows = np.flatnonzero(read[lane, :, k])
+        span = np.diff(rows)[:, None]
+        out[lane, :, k] = 0.0
+        if rows.size > 2:
+            found = _open(np.diff(value[lane, rows, k])[None, :, None], span, level[[k]])
+            out[lane, rows[0] : rows[-1], k] = np.repeat(found[0, :, 0], span[:, 0])
+    return out
+
+
+def _open(moves: Array, span: Array, level: Array) -> Array:
+    """The same from reading to reading, by how far an input moves in so many rows; shape of `moves`.
+
+    Args:
+        moves: shape (lanes, intervals, inputs).
+        span: rows of each interval, shape (intervals, 1).
+        level: shape (inputs,).
+    """
+    out, slope, own = np.zeros_like(moves), moves / span, span[1:-1]
+    a, mid, b = slope[:, :-2], slope[:, 1:-1], slope[:, 2:]
+    beyond = own * np.maximum(np.maximum(np.minimum(a, b) - mid, mid - np.maximum(a, b)), 0.0)
+    apart = own * np.abs(a - b)
+    share = np.clip((mid - b) / np.where(apart > 0, a - b, 1.0), 0.0, 1.0)
     kink = np.where(apart > _BEND * level, 0.5 * share * (1.0 - share) * apart, 0.0)
-    out[:, 1:-2] = np.where(beyond > _BEND * level, beyond / math.sqrt(12.0), kink)
+    out[:, 1:-1] = np.where(beyond > _BEND * level, beyond / math.sqrt(12.0), kink)
     return out
 
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
-from ..data.prepare import resample
+from ..data.prepare import between_readings, resample
 from ..models import ROLL, STATES, Model
-from ..simulate.replay import inputs, logged, own_states
+from ..simulate.replay import inputs, is_held, logged, own_states, sources
 from . import Loss, Problem, StudyError
 from .noise import noise
 
@@ -112,12 +112,37 @@ def cut_as(problem: Problem, settings: Settings) -> tuple[dict[str, float], dict
     }  # fmt: skip
 
 
-def even(trial: Trial, dt: float) -> Trial:
-    """The trial on even steps of `dt` [s]; resampled where it is not already."""
+def even(trial: Trial, dt: float, model: Model | None = None) -> Trial:
+    """The trial on even steps of `dt` [s]; resampled where it is not already.
+
+    Rows that were not logged are not made up, but for the controls of the `model`: they move between their readings
+    whether a row is there or not.  A row has a control where a reading is within half a step.
+    """
     steps = np.diff(trial.t)
     if np.all(np.abs(steps - dt) <= _UNEVEN * dt):
         return trial
-    return resample(trial, dt)
+    out = resample(trial, dt)
+    if model is None:
+        return out
+    read = [name for name, _ in sources(trial, model) if logged(trial, name)]
+    return out.having(**{name: _steered(name, trial, out, dt) for name in read})
+
+
+def _steered(name: str, trial: Trial, out: Trial, dt: float) -> Array:
+    """A control at the rows of a resampled trial, held ones by what acts on the mean until the next row."""
+    values, good = trial[name], np.isfinite(trial[name])
+    if is_held(trial, name):
+        # the integral of what is held rises along straight lines
+        since = np.append(trial.t, trial.t[-1] + 2.0 * dt)
+        acts = between_readings(name, trial.t, values, trial.t, held=True)
+        area = np.append(0.0, np.cumsum(acts * np.diff(since)))
+        return np.diff(np.interp(np.append(out.t, out.t[-1] + dt), since, area)) / dt
+    t = trial.t[good]
+    after = np.clip(np.searchsorted(t, out.t), 1, max(t.size - 1, 1))
+    near = np.minimum(np.abs(out.t - t[after - 1]), np.abs(out.t - t[np.minimum(after, t.size - 1)]))
+    on = near <= (0.5 + 1e-6) * dt
+    line = between_readings(name, trial.t, values, out.t, held=False)
+    return np.where(np.isfinite(out[name]), out[name], np.where(on, line, np.nan))
 
 
 def measured(trial: Trial, motion: Sequence[str] = STATES) -> Array:
@@ -147,6 +172,7 @@ class Piece(NamedTuple):
         scale: root weight over sigma of each entry, zero for a gap, shape (rows, motion).
         rows: indices of the compared rows in the record, shape (rows,); the last one held beyond the end.
         inside: compared rows that lie within the record.
+        read: whether a control was read at each step, shape (steps, controls).
     """
 
     state0: Array
@@ -155,6 +181,7 @@ class Piece(NamedTuple):
     scale: Array
     rows: NDArray[np.intp]
     inside: NDArray[np.bool_]
+    read: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -166,12 +193,14 @@ class Record:
         series: what acts, controls and environment, shape (rows, controls + 8).
         hidden: the model's states beyond the six, as measured or as `Model.recall` has them, shape (rows, states - 6).
         complete: indices of the rows with all six states.
+        read: whether each control was read, shape (rows, controls).
     """
 
     state: Array
     series: Array
     hidden: Array
     complete: NDArray[np.intp]
+    read: NDArray[np.bool_]
 
     @staticmethod
     def of(trial: Trial, model: Model) -> Record:
@@ -182,7 +211,8 @@ class Record:
         """
         state, series = measured(trial, model.motion), inputs(trial, model)
         complete = np.flatnonzero(np.isfinite(state[:, : len(STATES)]).all(axis=1))
-        return Record(state, series, own_states(trial, model, series, trial.dt), complete)
+        read = np.column_stack([np.isfinite(trial[name]) for name, _ in sources(trial, model)])
+        return Record(state, series, own_states(trial, model, series, trial.dt), complete, read)
 
     @property
     def last(self) -> int:
@@ -218,7 +248,8 @@ class Record:
         state = self.state[rows, : scale.size]
         scaled = np.where(np.isfinite(state) & counts[:, None], scale, 0.0)
         start = np.append(self.state[begin, : len(STATES)], self.hidden[begin])
-        return Piece(start, self.series[held], np.where(scaled > 0, state, 0.0), scaled, rows, inside)
+        return Piece(start, self.series[held], np.where(scaled > 0, state, 0.0), scaled, rows, inside,
+                     self.read[held])  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -234,6 +265,7 @@ class Windows:
         weight: share of a compared row that counts as independent.
         dt, steps, every: time step of the integrator [s], its samples in a window, and how many of its steps lie
             between compared rows.
+        read: whether each control was read at each row, shape (lanes, rows of the log, controls).
     """
 
     state0: Array
@@ -245,6 +277,7 @@ class Windows:
     dt: float
     steps: int
     every: int
+    read: NDArray[np.bool_]
 
     @property
     def width(self) -> int:
@@ -287,7 +320,7 @@ def lanes(
         "series": between(np.stack([p.series for p in pieces]), substeps),
         "measured": np.stack([p.measured for p in pieces]), "scale": np.stack([p.scale for p in pieces]),
         "trial": np.array([index for index, _ in parts], dtype=np.intp), "weight": weight, "dt": dt / substeps,
-        "steps": (steps - 1) * substeps + 1, "every": every * substeps,
+        "steps": (steps - 1) * substeps + 1, "every": every * substeps, "read": np.stack([p.read for p in pieces]),
     }  # fmt: skip
 
 
@@ -311,7 +344,7 @@ def windows(
     onwards = steps - 1 if stride is None else max(round(stride / dt), 1)
     parts: list[tuple[int, Piece]] = []
     for index, trial in enumerate(trials):
-        record, own = Record.of(even(trial, dt), model), scale * np.sqrt(loss.weight(trial.name))
+        record, own = Record.of(even(trial, dt, model), model), scale * np.sqrt(loss.weight(trial.name))
         cut = [record.window(begin, steps, every, own) for begin in record.begins(onwards)]
         found = [(index, piece) for piece in cut if piece.inside.sum() > 1]
         if not found:

@@ -9,14 +9,14 @@ row by row, the controls and the environment that a trial did not log and `input
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
-from ..data.prepare import resampling, true_wind
+from ..data.prepare import between_readings, resampling, true_wind
 from ..engine import Rollout, SimulationError
 from ..engine.rollout import simulator
 from ..environment import CHANNELS, VECTORS, to_body, to_earth
@@ -32,14 +32,72 @@ def inputs(trial: Trial, model: Model) -> Array:
     """Inputs from each row to the next, shape (rows, controls + 8): controls and environment.
 
     Controls act with the mean of the two rows, which is exact for the ramp of an actuator; those in the trial's
-    `meta["held"]`, and the environment, are constant from row to row.  Gaps get the last value before them (`gaps`
-    lists them).  A control that the trial lacks is taken from the order it follows (alpha_1 from delta).  A wind that
-    was logged as apparent only is converted to the true one by the measured motion.  Wind, waves and current without a
+    `meta["held"]`, and the environment, are constant from row to row.  What was logged at some rows only moves the same
+    way (`gaps` lists the others): a control along the straight line from reading to reading, what is held by its last
+    value.  A control that the trial lacks is taken from the order it follows (alpha_1 from delta).  A wind that was
+    logged as apparent only is converted to the true one by the measured motion.  Wind, waves and current without a
     value in any row are zero, and water without a depth is deep.
 
     Raises:
         DataError: the trial lacks a control, or the wind that a network needs.
     """
+    return _Acting.of(trial, model).series
+
+
+@dataclass(frozen=True)
+class _Acting:
+    """What acts on a ship as a trial tells it, shapes (rows, controls + 8).
+
+    Attributes:
+        values: at each row.
+        series: from each row to the next.
+        ramps: columns that move along straight lines; the others hold.
+        sampled: whether the model takes the values of its own instants.
+    """
+
+    values: Array
+    series: Array
+    ramps: NDArray[np.intp]
+    sampled: bool
+
+    @staticmethod
+    def of(trial: Trial, model: Model) -> _Acting:
+        """Read a trial."""
+        values, ramps = _at_rows(trial, model)
+        series, sampled = values.copy(), isinstance(model, Sampled)
+        if not sampled:
+            series[:-1, ramps] = 0.5 * (values[:-1, ramps] + values[1:, ramps])
+        return _Acting(values, series, ramps, sampled)
+
+    def rows(self, some: slice) -> _Acting:
+        """The same of some rows."""
+        return replace(self, values=self.values[some], series=self.series[some])
+
+    def steps(self, t: Array, starts: Sequence[int], dt: float, count: int) -> Array:
+        """What acts in each of `count` steps of `dt` [s] from each start on, shape (starts, count, controls + 8).
+
+        Args:
+            t: times of the rows [s].
+            starts: rows.
+        """
+        at = t[list(starts)][:, None] + dt * np.arange(count + 1)
+        row = np.clip(np.searchsorted(t, at + 1e-6 * dt, "right") - 1, 0, t.size - 1)
+        out = self.series[row[:, :-1]]
+        if (np.abs(np.diff(t) - dt) <= 1e-6 * dt).all():
+            return out
+        span, line, none = np.diff(t)[:, None], self.values[:, self.ramps], np.zeros((1, self.ramps.size))
+        since, slope = (at - t[row])[:, :, None], np.vstack([np.diff(line, axis=0) / span, none])
+        if self.sampled:
+            out[:, :, self.ramps] = (line[row] + since * slope[row])[:, :-1]
+            return out
+        # The mean of a line over a step is the difference of its integral, a parabola between two rows.
+        area = np.vstack([none, np.cumsum(0.5 * span * (line[1:] + line[:-1]), axis=0)])
+        out[:, :, self.ramps] = np.diff(area[row] + since * (line[row] + 0.5 * since * slope[row]), axis=1) / dt
+        return out
+
+
+def _at_rows(trial: Trial, model: Model) -> tuple[Array, NDArray[np.intp]]:
+    """`values` and `ramps` of `_Acting`."""
     n = len(model.controls)
     wind = wind_of(trial)
     lacking = [name for name in model.needed if not logged(trial, name)] if wind is None else []
@@ -47,13 +105,13 @@ def inputs(trial: Trial, model: Model) -> Array:
         wanted = "the network takes the wind; log it, or take a network without (wind = false)"
         raise DataError(f"{trial.name}: no values of {', '.join(lacking)}; {wanted}")
     series = np.zeros((len(trial), n + len(CHANNELS)))
-    for k, (name, (order, factor)) in enumerate(zip(model.controls, model.stands_for, strict=True)):
-        if name not in trial and order not in trial:
-            raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(model.controls)}")
-        source, factor = (name, 1.0) if name in trial else (order, factor)
+    moving: list[int] = []
+    for k, (source, factor) in enumerate(sources(trial, model)):
         if not logged(trial, source):
             raise DataError(f"{trial.name}: {source} has no value in any row; the model is steered by it")
-        series[:, k] = factor * trial[source]
+        stays = is_held(trial, source)
+        series[:, k] = factor * between_readings(source, trial.t, trial[source], trial.t, held=stays)
+        moving += [] if stays else [k]
     around = {name: n + k for k, name in enumerate(CHANNELS)}
     for of, size, direction in VECTORS[1:]:  # the wind follows
         if logged(trial, size) and logged(trial, direction):
@@ -66,11 +124,26 @@ def inputs(trial: Trial, model: Model) -> Array:
         series[:, around["wave_T"]] = trial["T_W"]
     if logged(trial, "depth"):
         series[:, around["per_depth"]] = 1.0 / trial["depth"]
-    series = held(series)
-    kept = trial.meta.get("held", ())
-    ramps = [k for k, name in enumerate(model.controls) if name not in kept and not isinstance(model, Sampled)]
-    series[:-1, ramps] = 0.5 * (series[:-1, ramps] + series[1:, ramps])
-    return series
+    series[:, n:] = held(series[:, n:])
+    return series, np.array(moving, dtype=np.intp)
+
+
+def sources(trial: Trial, model: Model) -> tuple[tuple[str, float], ...]:
+    """For each control the channel that it is read from, and the factor: its own, else that of its order.
+
+    Raises:
+        DataError: the trial has neither.
+    """
+    for name, (order, _) in zip(model.controls, model.stands_for, strict=True):
+        if name not in trial and order not in trial:
+            raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(model.controls)}")
+    both = zip(model.controls, model.stands_for, strict=True)
+    return tuple((name, 1.0) if name in trial else stand_in for name, stand_in in both)
+
+
+def is_held(trial: Trial, name: str) -> bool:
+    """Whether a control counts until its next reading; what is not listed in `meta["held"]` moves along a line."""
+    return name in trial.meta.get("held", ())
 
 
 def own_states(trial: Trial, model: Model, series: Array, dt: float) -> Array:
@@ -172,20 +245,19 @@ def prepared(
         found = f"{int(good.sum())} complete rows of {', '.join(STATES)}"
         raise DataError(f"{trial.name}: {found}; two are needed")
     rows = slice(int(np.argmax(good)), int(len(good) - np.argmax(good[::-1])))
-    t, state, good, series = trial.t[rows], measured[rows], good[rows], inputs(trial, ship.model)[rows]
+    t, state, good, acting = trial.t[rows], measured[rows], good[rows], _Acting.of(trial, ship.model).rows(rows)
     dt = _step(ship, t, trial)
-    hidden = own_states(trial.rows(rows), ship.model, series, dt)
+    hidden = own_states(trial.rows(rows), ship.model, acting.series, dt)
     if begin is not None:
         late = slice(int(np.searchsorted(t, begin[0] - 1e-6 * dt)), None)
-        t, state, good, series, hidden = t[late], state[late], good[late], series[late], hidden[late]
+        t, state, good, acting, hidden = t[late], state[late], good[late], acting.rows(late), hidden[late]
         if t.size < 2:
             raise DataError(f"{trial.name}: no two rows from t = {begin[0]:g} s on; there is nothing to predict")
     starts = _starts(t, good, restart, dt)
-    remembered = _recalled(ship, trial, t, dt, np.column_stack([state, series]), good, starts)
+    remembered = _recalled(ship, trial, t, dt, np.column_stack([state, acting.series]), good, starts)
     spans = [t[min(b, t.size - 1)] - t[a] for a, b in pairwise((*starts, t.size))]
     steps = round(max(spans) / dt) + 1
-    ahead = t[starts][:, None] + dt * np.arange(steps) + 1e-6 * dt
-    lanes = series[np.clip(np.searchsorted(t, ahead, "right") - 1, 0, t.size - 1)]
+    lanes = acting.steps(t, starts, dt, steps)
     first = state[starts] if smooth_start is None else smoothed_starts(t, state, starts, smooth_start)
     if begin is not None:
         first[0] = begin[1]
@@ -391,12 +463,41 @@ def no_wind(trial: Trial, model: Model) -> bool:
     return not refused and wind_of(trial) is None
 
 
+def unknown(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
+    """Those of the `gaps` that are longer than the step from reading to reading of their control.
+
+    A rudder that is read once a second has none between its readings, although the rows are a tenth apart.
+    """
+    steering = {source for source, _ in sources(trial, model)}
+    missing = gaps(trial, model)
+    return {name: rows & ~_regular(rows) if name in steering else rows for name, rows in missing.items()}
+
+
+def _regular(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Missing rows between two readings that are not much farther apart than most."""
+    good = np.flatnonzero(~rows)
+    usual = 1.5 * float(np.median(np.diff(good))) if good.size > 1 else 0.0
+    out = np.zeros_like(rows)
+    for a, b in pairwise(good.tolist()):
+        out[a + 1 : b] = b - a <= usual
+    return out
+
+
 def gap_words(trial: Trial, missing: Mapping[str, NDArray[np.bool_]]) -> str:
     """Channels with gaps, the number of rows, and the longest gap [s] of each."""
     return ", ".join(
         f"{name} has no value in {int(rows.sum())} of {rows.size} rows (up to {_longest(rows) * trial.dt:.3g} s on end)"
         for name, rows in missing.items()
     )
+
+
+def filled_words(trial: Trial, model: Model, missing: Mapping[str, NDArray[np.bool_]]) -> str:
+    """What acts in the rows of such gaps, in words."""
+    moving = {source for source, _ in sources(trial, model) if not is_held(trial, source)} & missing.keys()
+    if moving == missing.keys():
+        return "a straight line joins the readings on either side"
+    held_only = "the last value before is held"
+    return f"{held_only}, {', '.join(sorted(moving))} by a straight line" if moving else held_only
 
 
 def predicted(trial: Trial) -> slice:

@@ -96,7 +96,7 @@ def fit_first(
         raise DataError(f"{trial.name}: {few}; {_FEWEST} are needed to fit them first")
     if rest.size < _REST:
         raise DataError(f"{trial.name}: lasts {trial.duration:g} s; the first {span:g} s leave nothing to predict")
-    part = even(clean.rows(slice(int(seen[0]), int(seen[-1]) + 1)), clean.dt)
+    part = even(clean.rows(slice(int(seen[0]), int(seen[-1]) + 1)), clean.dt, ship.model)
     priors = _ordinary(ship) if not differing else dict(differing)
     priors = {name: sd for name, sd in priors.items() if current or not name.startswith("current.")}
     best = _Search.of(ship, part, level, priors, known=bool(differing))

@@ -21,7 +21,7 @@ from ..report.report import Report, worse_words
 from ..ships import Ship, ShipError
 from ..ships.felt import feels
 from ..ships.files import load
-from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
+from ..simulate.replay import filled_words, gap_words, gaps, no_wind, predicted, replay, wind_words
 from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink, Table
 from .comparing import (
@@ -352,7 +352,8 @@ def _of_trial(ship: Ship, trial: Trial) -> Iterator[str]:
     part = trial.rows(predicted(trial))
     if found := gaps(part, ship.model):
         first = ", or the first after it at the start" if any(rows[0] for rows in found.values()) else ""
-        yield f"warning: {trial.name}: {gap_words(part, found)}; the last value before is held{first}"
+        filled = filled_words(part, ship.model, found)
+        yield f"warning: {trial.name}: {gap_words(part, found)}; {filled}{first}"
     if len(part) < len(trial):
         yield f"note: {trial.name}: {len(trial) - len(part)} rows outside of the complete ones are left out"
 

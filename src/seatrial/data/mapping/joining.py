@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping as Named
 from dataclasses import dataclass
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Array, DataError, unwrapped
-from ..prepare import ANGLES
+from ..prepare import turns
 from .schema import Sensor
 
 _REACH = 2.5
@@ -18,13 +17,6 @@ _REACH = 2.5
 
 _HELD = 1.0
 """The same of values that are held: orders come when they change [s]."""
-
-_TURNING = re.compile(r"alpha_\w+")
-
-
-def turns(name: str) -> bool:
-    """Whether a channel is an angle that goes round, so that it may jump by a whole turn."""
-    return name in ANGLES or _TURNING.fullmatch(name) is not None
 
 
 @dataclass(frozen=True)

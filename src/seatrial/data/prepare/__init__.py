@@ -9,10 +9,19 @@ A gap is filled only by the function that is named for it.
 from .axes import froude_scaled, integral, to_body, to_earth, true_wind
 from .cutting import BREAK, complete, cut, drop_trailing_gaps, segments, split, unbroken, without
 from .steps import Remedy, Step, derivable, mended, read_steps, steps_text
-from .timing import ANGLES, interpolate_gaps, nearest_rows, resample, resampling, shifted
+from .timing import (
+    ANGLES,
+    between_readings,
+    interpolate_gaps,
+    nearest_rows,
+    resample,
+    resampling,
+    shifted,
+    turns,
+)
 
 __all__ = [
-    "ANGLES", "BREAK", "Remedy", "Step", "complete", "cut", "derivable", "drop_trailing_gaps", "froude_scaled",
-    "integral", "interpolate_gaps", "mended", "nearest_rows", "read_steps", "resample", "resampling", "segments",
-    "shifted", "split", "steps_text", "to_body", "to_earth", "true_wind", "unbroken", "without",
+    "ANGLES", "BREAK", "Remedy", "Step", "between_readings", "complete", "cut", "derivable", "drop_trailing_gaps",
+    "froude_scaled", "integral", "interpolate_gaps", "mended", "nearest_rows", "read_steps", "resample", "resampling",
+    "segments", "shifted", "split", "steps_text", "to_body", "to_earth", "true_wind", "turns", "unbroken", "without",
 ]  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,10 +17,36 @@ from .cutting import LEAP
 ANGLES = ("psi", "gamma_T", "gamma_A", "gamma_C", "gamma_G")
 """Channels that may jump by a whole turn; they are made continuous before they are interpolated."""
 
+_TURNING = re.compile(r"alpha_\w+")
+
 # A new time this part of a step from a sample is on it, as the digits of a clock have it.
 _ON = 1e-6
 # Rows that a trial may have at most when its steps are chosen.
 _ROWS = 10_000_000
+
+
+def turns(name: str) -> bool:
+    """Whether a channel is an angle that goes round, so that it may jump by a whole turn."""
+    return name in ANGLES or _TURNING.fullmatch(name) is not None
+
+
+def between_readings(name: str, t: Array, values: Array, new: Array, *, held: bool) -> Array:
+    """A channel at other times, by its readings alone: on the straight line between two of them, or the last one.
+
+    A direction turns the shorter way.  Before the first reading it has that of the first, after the last that of the
+    last.
+
+    Args:
+        t: times of the rows [s], rising.
+        values: shape of `t`; NaN is no reading.  One at least.
+        new: times that are wanted [s].
+        held: whether a reading counts until the next one, as an order does.
+    """
+    good = np.flatnonzero(np.isfinite(values))
+    if held:
+        before = np.searchsorted(t[good], new, "right") - 1
+        return np.asarray(values[good[np.clip(before, 0, None)]])
+    return np.interp(new, t[good], _continuous(name, values)[good])
 
 
 def interpolate_gaps(trial: Trial, longest: float, names: Sequence[str] = ()) -> Trial:
@@ -117,7 +144,7 @@ def nearest_rows(rows: Array, times: Array, values: Array, reach: float) -> tupl
 
 
 def _continuous(name: str, values: Array) -> Array:
-    return unwrapped(values) if name in ANGLES else values
+    return unwrapped(values) if turns(name) else values
 
 
 def _resampled(t: Array, values: Array, new: Array) -> Array:

@@ -135,12 +135,19 @@ def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
     lanes, steps, inputs = cut.series.shape
     noisy = np.flatnonzero(level)
     held = noisy >= inputs - len(CHANNELS)
-    open_ = between_rows(cut.series[:, ::substeps, noisy], level[noisy]) * ~held
+    rows = cut.series[:, ::substeps, noisy]
+    read = np.ones(rows.shape, dtype=np.bool_)
+    read[:, :, ~held] = cut.read[:, :, noisy[~held]]
+    open_ = between_rows(rows, level[noisy], read) * ~held
+    begun = np.maximum.accumulate(np.where(read, np.arange(rows.shape[1])[:, None], 0), axis=1)
     out: list[Array] = []
     for _ in range(_DRAWS):
         white = rng.standard_normal((lanes, -(-steps // substeps) + 1, noisy.size)) * level[noisy]
+        for lane, k in np.argwhere(~read.all(axis=1)):
+            at = np.append(np.flatnonzero(read[lane, :, k]), rows.shape[1])
+            white[lane, :, k] = np.interp(np.arange(white.shape[1]), at, white[lane, at, k])
         acts = np.where(held, white[:, 1:], 0.5 * (white[:, 1:] + white[:, :-1]))
-        acts[:, : open_.shape[1]] += open_ * rng.standard_normal(open_.shape)
+        acts[:, : open_.shape[1]] += open_ * np.take_along_axis(rng.standard_normal(open_.shape), begun, axis=1)
         draw = np.zeros(cut.series.shape)
         draw[:, :, noisy] = np.repeat(acts, substeps, axis=1)[:, :steps]
         out.append(draw)

@@ -66,7 +66,7 @@ def chains(
     motion: list[Array] = []
     counts: list[tuple[int, int]] = []
     for index, trial in enumerate(trials):
-        record = _whole(even(trial, dt), model, jump)
+        record = _whole(even(trial, dt, model), model, jump)
         bridged, own = record.bridged, scale * np.sqrt(weights.get(trial.name, 1.0))
         for level, begin in enumerate(range(int(record.complete[0]), record.last, jump)):
             piece = record.window(begin, jump + 1, every, own, joined=level > 0)
