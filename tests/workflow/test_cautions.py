@@ -48,7 +48,7 @@ def test_gaps_are_told_once_with_channel_rows_and_what_fills_them() -> None:
 
 def test_a_gap_at_the_start_is_filled_from_behind() -> None:
     (line,) = cautions(SHIP, [broken(slice(0, 4), "delta")])
-    assert line.endswith("held, or the first after it at the start")
+    assert line.endswith("on either side, or the first after it at the start")
 
 
 def test_gaps_beyond_the_complete_rows_are_none() -> None:

@@ -20,7 +20,8 @@ from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import derivable
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
-from ..simulate.replay import filled_words, gap_words, gaps, logged, no_wind, predicted, wind_words
+from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
+from ..simulate.steering import filled_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
 from .record import compared_as, scales, step_of
 from .trajectory.objective import TrajectoryObjective

@@ -156,7 +156,9 @@ def between_rows(means: Array, level: Array, read: NDArray[np.bool_] | None = No
     value = -odd * np.concatenate([np.zeros_like(means[:, :1]), np.cumsum(-2.0 * odd * means, axis=1)[:, :-1]], axis=1)
     value = value - odd * np.median(np.diff(value, 2, axis=1) / np.diff(odd, 2, axis=0), axis=1, keepdims=True)
     out[:, :-1] = _open(np.diff(value, axis=1), np.ones((means.shape[1] - 1, 1)), level)
-    for lane, k in np.argwhere(~read.all(axis=1)) if read is not None else ():
+    if read is None:
+        return out
+    for lane, k in np.argwhere(~read.all(axis=1)):
         rows = np.flatnonzero(read[lane, :, k])
         span = np.diff(rows)[:, None]
         out[lane, :, k] = 0.0

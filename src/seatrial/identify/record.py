@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import between_readings, resample
 from ..models import ROLL, STATES, Model
-from ..simulate.replay import inputs, is_held, logged, own_states, sources
+from ..simulate.replay import inputs, own_states
+from ..simulate.steering import is_held, logged, sources
 from . import Loss, Problem, StudyError
 from .noise import noise
 

@@ -26,6 +26,7 @@ from ..ships import Ship
 from .approach import substeps
 from .loop import open_loop, open_loop_memory, open_loop_parameters
 from .run import SIMULATED
+from .steering import is_held, logged, sources
 
 
 def inputs(trial: Trial, model: Model) -> Array:
@@ -126,24 +127,6 @@ def _at_rows(trial: Trial, model: Model) -> tuple[Array, NDArray[np.intp]]:
         series[:, around["per_depth"]] = 1.0 / trial["depth"]
     series[:, n:] = held(series[:, n:])
     return series, np.array(moving, dtype=np.intp)
-
-
-def sources(trial: Trial, model: Model) -> tuple[tuple[str, float], ...]:
-    """For each control the channel that it is read from, and the factor: its own, else that of its order.
-
-    Raises:
-        DataError: the trial has neither.
-    """
-    for name, (order, _) in zip(model.controls, model.stands_for, strict=True):
-        if name not in trial and order not in trial:
-            raise DataError(f"{trial.name}: no channel {name}; the model needs {', '.join(model.controls)}")
-    both = zip(model.controls, model.stands_for, strict=True)
-    return tuple((name, 1.0) if name in trial else stand_in for name, stand_in in both)
-
-
-def is_held(trial: Trial, name: str) -> bool:
-    """Whether a control counts until its next reading; what is not listed in `meta["held"]` moves along a line."""
-    return name in trial.meta.get("held", ())
 
 
 def own_states(trial: Trial, model: Model, series: Array, dt: float) -> Array:
@@ -406,11 +389,6 @@ def _scatter(columns: Array, readings: Array) -> float:
 _TRUE, _APPARENT = ("U_T", "gamma_T"), ("U_A", "gamma_A")
 
 
-def logged(trial: Trial, name: str) -> bool:
-    """Whether a trial has a channel with a value in some row."""
-    return name in trial and bool(np.isfinite(trial[name]).any())
-
-
 def from_apparent(trial: Trial) -> bool:
     """Whether the true wind follows only from the apparent one (U_A, gamma_A) and the measured motion."""
     measured = all(logged(trial, name) for name in _TRUE)
@@ -489,15 +467,6 @@ def gap_words(trial: Trial, missing: Mapping[str, NDArray[np.bool_]]) -> str:
         f"{name} has no value in {int(rows.sum())} of {rows.size} rows (up to {_longest(rows) * trial.dt:.3g} s on end)"
         for name, rows in missing.items()
     )
-
-
-def filled_words(trial: Trial, model: Model, missing: Mapping[str, NDArray[np.bool_]]) -> str:
-    """What acts in the rows of such gaps, in words."""
-    moving = {source for source, _ in sources(trial, model) if not is_held(trial, source)} & missing.keys()
-    if moving == missing.keys():
-        return "a straight line joins the readings on either side"
-    held_only = "the last value before is held"
-    return f"{held_only}, {', '.join(sorted(moving))} by a straight line" if moving else held_only
 
 
 def predicted(trial: Trial) -> slice:

@@ -21,7 +21,8 @@ from ..report.report import Report, worse_words
 from ..ships import Ship, ShipError
 from ..ships.felt import feels
 from ..ships.files import load
-from ..simulate.replay import filled_words, gap_words, gaps, no_wind, predicted, replay, wind_words
+from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
+from ..simulate.steering import filled_words
 from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink, Table
 from .comparing import (

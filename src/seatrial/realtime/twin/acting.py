@@ -7,8 +7,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...data import Array
+from ...data.prepare import turns
 from ...environment import CHANNELS
 from ...models import Model
 from .suspects import LAZY, LOST, REVERSED
@@ -36,6 +38,19 @@ class Override:
         return self.now
 
 
+def between_rows(before: Array, now: Array, kept: NDArray[np.bool_], turning: NDArray[np.bool_]) -> Array:
+    """What acts from one row to the next: what is kept as it was before, the rest with the mean of both rows.
+
+    Args:
+        before, now: at either row; NaN before the first reading.
+        kept, turning: which stay until the next row, and which are angles that go round, the shorter way.
+    """
+    apart, there = now - before, np.isfinite(before)
+    around = before + 0.5 * np.arctan2(np.sin(apart), np.cos(apart))
+    mean = np.where(turning, around, 0.5 * (before + now))
+    return np.where(there, np.where(kept, before, mean), now)
+
+
 class Acting:
     """Controls and environment as they were last logged.
 
@@ -49,6 +64,7 @@ class Acting:
         self.now = np.full(len(self.controls) + len(CHANNELS), np.nan)
         self.now[len(self.controls) :] = 0.0
         self._kept = np.array([*(name in held for name in self.controls), *(True for _ in CHANNELS)])
+        self._turns = np.array([*(turns(name) for name in self.controls), *(False for _ in CHANNELS)])
 
     @property
     def known(self) -> bool:
@@ -57,9 +73,7 @@ class Acting:
 
     def between(self, before: Array) -> Array:
         """What acts from the row at which it was `before` to this one."""
-        there = np.isfinite(before)
-        mean = np.where(there, 0.5 * (before + self.now), self.now)
-        return np.where(self._kept & there, before, mean)
+        return between_rows(before, self.now, self._kept, self._turns)
 
     def heed(self, values: Mapping[str, float], motion: Array | None) -> None:
         """Take the controls and the environment of a row.

@@ -16,8 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ...data import Array
+from ...data.prepare import turns
 from ...environment import CHANNELS
 from ...ships import Ship
+from .acting import between_rows
 from .follow import Follower, Machine, Step, begun, inverse_of, made
 from .settings import Settings, noisier, scaled
 
@@ -104,6 +106,7 @@ def _runs(machine: Machine, rows: Sequence[Row], held: Collection[str]) -> list[
     controls = machine.ship.model.controls
     acting = np.zeros(len(controls) + len(CHANNELS))
     kept = np.array([*(name in held for name in controls), *(True for _ in CHANNELS)])
+    turning = np.array([*(turns(name) for name in controls), *(False for _ in CHANNELS)])
     follower: Follower | None = None
     out, long = list[list[_Row]](), _GAP * _unit(machine)
     for t, values in rows:
@@ -116,7 +119,7 @@ def _runs(machine: Machine, rows: Sequence[Row], held: Collection[str]) -> list[
             follower = begun(machine, t, readings) if known else None
             out.append([])
             continue
-        between = np.where(kept, before, 0.5 * (before + acting))
+        between = between_rows(before, acting, kept, turning)
         follower, step = follower.row(t, between, readings)
         out[-1].append(_Row(between, readings, follower, step))
     return out

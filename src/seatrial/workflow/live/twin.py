@@ -27,6 +27,7 @@ from ...realtime.wire import WireError
 from ...report.page import write
 from ...ships import Ship
 from ...ships.writing import save
+from ...simulate.steering import steered
 from .. import Outcome, RequestError, Table, figure
 from ..realtime import pair
 from ..request import Note, make_folder, obeyed, ship_of, silent
@@ -184,8 +185,8 @@ def _of(ship: Ship, name: str, found: tuple[Trial, ...], antenna: tuple[float, f
     for one in found[1:]:
         channels_of(one, ship.model.controls)
     held = (*found[0].meta.get("held", ()), *_at_once(ship))
-    return _Log(Path(name).name, channels, noise_of(found[0]), lambda: _one_after_another(ship, found), antenna,
-                held=held)  # fmt: skip
+    return _Log(Path(name).name, channels, noise_of(found[0]), lambda: _one_after_another(ship, found, held),
+                antenna, held=held)  # fmt: skip
 
 
 def _at_once(ship: Ship) -> tuple[str, ...]:
@@ -193,11 +194,12 @@ def _at_once(ship: Ship) -> tuple[str, ...]:
     return tuple(name for name in ship.model.controls if ship.actuators.of(name).at_once)
 
 
-def _one_after_another(ship: Ship, trials: Sequence[Trial]) -> Iterator[Row]:
+def _one_after_another(ship: Ship, trials: Sequence[Trial], held: Sequence[str]) -> Iterator[Row]:
+    """The rows of some trials; a file knows how a control went on to its next reading, a wire does not yet."""
     begun = 0.0
     for one in trials:
         shift = begun - float(one.t[0])
-        yield from ((t + shift, values) for t, values in rows_of(one))
+        yield from ((t + shift, values) for t, values in rows_of(steered(one, ship.model, held)))
         begun += one.duration + _APART * ship.L_pp / max(ship.speed, 1e-3)
 
 
