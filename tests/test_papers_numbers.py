@@ -1,0 +1,136 @@
+"""What the papers print, against what the package has: particulars, coefficients, ranges, kinematics."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.environment import CALM, to_body, to_earth
+from seatrial.forces import Flow
+from seatrial.models import STATES
+from seatrial.ships.files import load
+
+PRINTED = tomllib.loads((Path(__file__).parent / "golden" / "papers.toml").read_text(encoding="utf-8"))
+ROUND = 1e-12
+
+
+def has(part: Any, printed: dict[str, float], unit: float = 1.0, **units: float) -> None:
+    """A component holds the printed numbers, each times its unit."""
+    for name, value in printed.items():
+        assert getattr(part, name) == pytest.approx(value * units.get(name, unit), rel=ROUND), name
+
+
+def test_suzaku_has_the_particulars_of_table_1() -> None:
+    ship, told = load("suzaku"), dict(PRINTED["suyama2023"]["table1"])
+    model: Any = ship.model
+    H_R = told.pop("H_R")
+    has(model.propeller, {"D_P": told.pop("D_P")})
+    has(model.rudder, {"A_R": told.pop("A_R"), "eta": 2.80 / H_R})
+    assert ship.entries["particulars.C_b"].given == told.pop("C_b")
+    has(model.body, told)
+    assert model.body.m == pytest.approx(1025.0 * 0.737 * 83.0 * 13.5 * 3.8, rel=ROUND)  # the displacement is assumed
+
+
+def test_suzaku_has_the_coefficients_of_tables_3_to_6() -> None:
+    """Tables 3 and 4 made dimensional by hand; what is printed as a sum with an added mass is taken apart."""
+    model: Any = load("suzaku").model
+    told, rho, L, d = PRINTED["suyama2023"], 1025.0, 83.0, 3.8
+    mass = 0.5 * rho * L**2 * d
+    has(model.body, told["table3"], mass, J_z=mass * L**2)
+    hull = dict(told["table4"])
+    hull["X_vr"] = hull.pop("X_vr_and_m_y") - told["table3"]["m_y"]
+    hull["Y_r"] = hull.pop("Y_r_less_m_x") + told["table3"]["m_x"]
+    assert len(hull) == 18
+    has(model.hull, hull)
+    has(model.propeller, told["table5"])
+    has(model.rudder, told["table6"], x_H=L, l_R=L)
+
+
+def test_the_hull_of_suzaku_is_equation_15_with_table_4() -> None:
+    """Its forces in a turn, with the printed numbers and nothing of the ship file."""
+    c, (u, v_m, r) = PRINTED["suyama2023"]["table4"], (4.0, -0.9, 0.03)
+    rho, L, d, U = 1025.0, 83.0, 3.8, math.hypot(4.0, -0.9)
+    v, q, m_x, m_y = v_m / U, r * L / U, 0.010, 0.168
+    X = (-c["R_0"] + c["X_vv"] * v**2 + (c["X_vr_and_m_y"] - m_y) * v * q + c["X_rr"] * q**2 + c["X_vvvr"] * v**3 * q
+         + c["X_vvvv"] * v**4)  # fmt: skip
+    Y = (c["Y_v"] * v + (c["Y_r_less_m_x"] + m_x) * q + c["Y_vvv"] * v**3 + c["Y_vvr"] * v**2 * q
+         + c["Y_vrr"] * v * q**2 + c["Y_rrr"] * q**3)  # fmt: skip
+    N = (c["N_v"] * v + c["N_r"] * q + c["N_vvv"] * v**3 + c["N_vvr"] * v**2 * q
+         + c["N_vrr"] * v * q**2 + c["N_rrr"] * q**3)  # fmt: skip
+    unit = 0.5 * rho * L * d * U**2
+    model: Any = load("suzaku").model
+    found = model.hull.force(Flow(u, v_m, r, 1.8, 0.0, 0.0, 0.0, rho, L, d))
+    assert found == pytest.approx((unit * X, unit * Y, unit * L * N), rel=1e-10)
+
+
+@pytest.mark.parametrize("name", ["qiuxin5", "qiuxin5_6"])
+def test_the_tug_has_the_particulars_of_table_1(name: str) -> None:
+    model: Any = load(name).model
+    told = dict(PRINTED["you2023"]["table1"])
+    assert told.pop("volume") * told["rho"] == pytest.approx(model.body.m)
+    has(model.body, told)
+    assert len(model.thrusters.components) == 2
+    for thruster, side in zip(model.thrusters.components, (1.0, -1.0), strict=True):  # section 4.1: places from CO
+        has(thruster, {"x": -0.8, "y": 0.163 * side})
+
+
+def test_the_tug_has_the_22_parameters_of_table_3_and_no_other() -> None:
+    told, model = PRINTED["you2023"]["table3"], load("qiuxin5").model
+    assert len(told) == 22
+    parts: Any = {**vars(model)}
+    has(parts["inertia"], {k: v for k, v in told.items() if k.startswith("m_")})
+    has(parts["damping"], {k: v for k, v in told.items() if not k.startswith("m_")})
+    rest = {k: v for k, v in vars(parts["damping"]).items() if k not in told and isinstance(v, float)}
+    assert rest
+    assert not any(rest.values())
+
+
+def test_the_tug_has_the_6_parameters_of_table_4_and_no_other() -> None:
+    told = PRINTED["you2023"]["table4"]
+    model: Any = load("qiuxin5_6").model
+    has(model.inertia, {k: v for k, v in told.items() if k.startswith("m_")})
+    has(model.damping, {"X_u": -told["d_11"], "Y_v": -told["d_22"], "N_r": -told["d_33"]})
+    rest = {k: v for k, v in vars(model.damping).items() if k not in ("X_u", "Y_v", "N_r") and isinstance(v, float)}
+    assert rest
+    assert not any(rest.values())
+
+
+def test_esso_osaka_has_the_particulars_and_ranges_of_tables_3_and_4() -> None:
+    """To the two digits printed; the ship file has the five of its own source."""
+    ship = load("esso_osaka_3m")
+    model: Any = ship.model
+    found = {**vars(model.body), "C_b": ship.entries["particulars.C_b"].given}
+    for name, value in PRINTED["wakita2022"]["table3"].items():
+        assert found[name] == pytest.approx(value, abs=0.005), name
+    ranges = PRINTED["wakita2022"]["table4"]
+    propeller, rudder = ship.actuators.by_name["propeller"], ship.actuators.by_name["rudder"]
+    assert [propeller.low, propeller.high] == pytest.approx(ranges["n_P"], rel=ROUND)
+    assert [rudder.low, rudder.high] == pytest.approx([math.radians(a) for a in ranges["delta"]], rel=ROUND)
+
+
+def test_ahead_and_starboard_are_where_the_figures_have_them() -> None:
+    """x north, y east, heading clockwise: heading east, ahead is east and starboard is south."""
+    for psi, ahead, starboard in ((0.0, (1, 0), (0, 1)), (0.5 * math.pi, (0, 1), (-1, 0)), (math.pi, (-1, 0), (0, -1))):
+        c, s = math.cos(psi), math.sin(psi)
+        assert to_earth(1.0, 0.0, c, s) == pytest.approx(ahead, abs=1e-15)
+        assert to_earth(0.0, 1.0, c, s) == pytest.approx(starboard, abs=1e-15)
+        assert to_body(*map(float, ahead), c, s) == pytest.approx((1.0, 0.0), abs=1e-15)
+        assert to_body(*map(float, starboard), c, s) == pytest.approx((0.0, 1.0), abs=1e-15)
+
+
+@pytest.mark.parametrize("name", ["suzaku", "esso_osaka_3m", "kvlcc2_l7", "qiuxin5", "mariner"])
+def test_a_ship_moves_over_ground_as_the_kinematics_say(name: str) -> None:
+    """By complex numbers: x' + i y' = (u + i v_m) e^(i psi), psi' = r."""
+    model = load(name).model
+    assert STATES == ("x", "y", "psi", "u", "v_m", "r")
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        psi, u, v_m, r = rng.uniform((-3.0, 0.3, -0.2, -0.02), (3.0, 0.9, 0.2, 0.02)).tolist()
+        rates = model.derivative((5.0, -7.0, psi, u, v_m, r), (0.0,) * len(model.controls), CALM)
+        over = (u + 1j * v_m) * np.exp(1j * psi)
+        assert (rates[0], rates[1], rates[2]) == pytest.approx((over.real, over.imag, r), rel=1e-12)
