@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from seatrial.environment import CALM, to_body, to_earth
-from seatrial.forces import Flow
+from seatrial.forces import Flow, Slipstream
 from seatrial.models import STATES
 from seatrial.ships.files import load
 
@@ -134,3 +135,70 @@ def test_a_ship_moves_over_ground_as_the_kinematics_say(name: str) -> None:
         rates = model.derivative((5.0, -7.0, psi, u, v_m, r), (0.0,) * len(model.controls), CALM)
         over = (u + 1j * v_m) * np.exp(1j * psi)
         assert (rates[0], rates[1], rates[2]) == pytest.approx((over.real, over.imag, r), rel=1e-12)
+
+
+def at(u: float, v_m: float, r: float, n_P: float, delta: float, rho: float, L: float, d: float) -> Flow:
+    return Flow(u, v_m, r, n_P, delta, 0.0, 0.0, rho, L, d)
+
+
+def on_ship(rudder: Any, F_N: float, delta: float) -> tuple[float, float, float]:
+    """(48) to (50) of Sawada 2024, (25) of Suyama 2023."""
+    across = -F_N * math.cos(delta)
+    return (-(1 - rudder.t_R) * F_N * math.sin(delta), (1 + rudder.a_H) * across,
+            (rudder.x_R + rudder.a_H * rudder.x_H) * across)  # fmt: skip
+
+
+@pytest.mark.parametrize(("u", "v_m", "r"), [
+    (0.5, 0.2, 0.05), (0.5, -0.2, 0.05), (-0.4, 0.1, 0.1), (-0.4, -0.1, 0.1), (0.1, 0.02, -0.3), (-0.1, 0.0, 0.2),
+])  # fmt: skip
+def test_the_hull_at_low_speed_is_equation_38(u: float, v_m: float, r: float) -> None:
+    """Of Sawada 2024, all quadrants, the cross flow by a sum over strips."""
+    model: Any = load("esso_osaka_3m").model
+    h, rho, L, d = model.hull, 998.0, 3.0, 0.20114
+    x = (np.arange(20_000) + 0.5) / 20_000 * L - 0.5 * L
+    width = L / 20_000
+
+    def strips(c: float) -> np.ndarray:
+        return np.abs(v_m + c * r * x) * (v_m + c * r * x)
+
+    beta, U = abs(math.atan2(-v_m, u)), math.hypot(u, v_m)
+    area = 0.5 * rho * L * d
+    X = area * ((h.X_0F + (h.X_0A - h.X_0F) * beta / math.pi) * u * U + h.X_vr * L * v_m * r)
+    Y = area * (h.Y_v * v_m * abs(u) + h.Y_r * L * r * u - h.C_D / L * strips(h.C_rY).sum() * width)
+    N = area * L * (h.N_v * v_m * u + h.N_r * L * r * abs(u) - h.C_D / L**2 * (strips(h.C_rN) * x).sum() * width)
+    assert h.force(at(u, v_m, r, 0.0, 0.0, rho, L, d)) == pytest.approx((X, Y, N), rel=1e-6)
+
+
+@pytest.mark.parametrize(("v_m", "r"), [(0.1, 0.05), (-0.1, 0.05), (0.05, -0.1), (0.0, -0.1)])
+def test_the_low_speed_rudder_is_equations_48_to_57(v_m: float, r: float) -> None:
+    """Of Sawada 2024, ahead with the propeller ahead, in drift and yaw to either side."""
+    model: Any = load("esso_osaka_3m").model
+    k, u, u_P, n_P, K_T, delta = model.rudder, 0.4, 0.25, 9.0, 0.25, 0.3
+    nD = n_P * model.propeller.D_P
+    gain = math.sqrt(u_P**2 + 8 * K_T * nD**2 / math.pi) - u_P
+    u_R = k.epsilon * math.sqrt(k.eta * (u_P + k.k_x / k.epsilon * gain) ** 2 + (1 - k.eta) * u_P**2)
+    v_R = -(k.gamma_P if v_m + k.x_R * r >= 0 else k.gamma_N) * (v_m + k.l_R * r)
+    F_N = 0.5 * 998.0 * k.A_R * k.f_alpha * (u_R**2 + v_R**2) * math.sin(delta - math.atan2(v_R, u_R))
+    found = k.force(at(u, v_m, r, n_P, delta, 998.0, 3.0, 0.20114), Slipstream(u_P, K_T * nD**2, model.propeller.D_P))
+    assert found == pytest.approx(on_ship(k, F_N, delta), rel=1e-9)
+
+
+@pytest.mark.parametrize(("v_m", "r"), [(0.3, 0.02), (-0.3, 0.02), (0.3, -0.02), (0.0, 0.03)])
+@pytest.mark.parametrize("delta", [0.35, -0.2])
+def test_the_flapped_rudder_is_equations_25_to_36_with_table_6(v_m: float, r: float, delta: float) -> None:
+    """Of Suyama 2023, with the printed numbers; flap as the rudder, and the K_T of (30) that of the thrust."""
+    model: Any = load("suzaku").model
+    told, L, u, u_P, n_P, K_T = PRINTED["suyama2023"]["table6"], 83.0, 3.0, 1.7, 1.8, 0.2
+    D_P, J_P, U = 2.8, u_P / (n_P * 2.8), math.hypot(u, v_m)
+    beta = math.atan2(-v_m, u)
+    gain = math.sqrt(1 + 8 * K_T / (math.pi * J_P**2)) - 1
+    u_R = u_P * told["epsilon"] * (D_P / 3.49 * told["kappa"] * gain + 1)
+    assert u_R > 0.7 * math.pi * n_P * D_P * told["u_R0"]  # (29)
+    gamma = told["gamma_Rp"] if beta - told["l_R"] * r * L / U > 0 else told["gamma_Rn"]
+    v_R = gamma * (U * math.sin(beta) - told["l_R"] * L * r)
+    f_alpha, C_l0 = told["f_0"] + told["f_2"] * delta**2, told["l_1"] * delta + told["l_3"] * delta**3
+    attack = delta - math.atan2(v_R, u_R)
+    F_N = 0.5 * 1025.0 * 6.282 * (u_R**2 + v_R**2) * (f_alpha * math.sin(attack) + C_l0)
+    rudder = replace(model.rudder, flap="equal", slipstream="consistent")
+    found = rudder.force(at(u, v_m, r, n_P, delta, 1025.0, L, 3.8), Slipstream(u_P, K_T * (n_P * D_P) ** 2, D_P))
+    assert found == pytest.approx(on_ship(rudder, F_N, delta), rel=1e-9)

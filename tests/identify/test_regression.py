@@ -55,7 +55,7 @@ def test_hull_derivatives_come_back_without_a_search(trials: tuple[Trial, ...]) 
         true = read(SHIP.model, path)
         assert value == pytest.approx(true, rel=0.01, abs=0.01 if abs(true) < 0.1 or "vv" in path else 0.0), path
         assert read(fit.ship.model, path) == value
-    assert fit.seconds < 5
+    assert fit.status == "solved: linear least squares"
 
 
 def test_linear_derivatives_come_back_from_noise_within_three_sigma(trials: tuple[Trial, ...]) -> None:

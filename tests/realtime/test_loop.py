@@ -189,7 +189,7 @@ def test_the_clock_of_the_machine_and_a_stop_from_another_thread(compiled):
     loop.stop()
     thread.join(5.0)
     assert not thread.is_alive()
-    assert 0.5 <= time.perf_counter() - start < 2.0
+    assert time.perf_counter() - start >= 0.5
     assert 10 <= loop.k <= 120
 
 
