@@ -13,7 +13,7 @@ from ...data import Array
 from ...data.prepare import turns
 from ...environment import CHANNELS
 from ...models import Model
-from .suspects import LAZY, LOST, REVERSED
+from .suspects import LAZY, LOST, MISREAD, REVERSED, SCALED
 
 _PLACE = {name: k for k, name in enumerate(CHANNELS)}
 _VECTORS = (("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
@@ -21,7 +21,10 @@ _VECTORS = (("current", "U_C", "gamma_C"), ("wave", "H_S", "gamma_W"))
 
 @dataclass
 class Override:
-    """What a control does in place of what the log says: holds `now`, follows slowly, loses a share, is reversed."""
+    """What a control does in place of what the log says.
+
+    It holds `now`, follows slowly, loses a share, is reversed, or is logged too far by `now` or by that share.
+    """
 
     how: str
     now: float
@@ -33,6 +36,8 @@ class Override:
             return logged * math.sqrt(max(1.0 - self.now, 0.0))
         if self.how == REVERSED:
             return -logged
+        if self.how in (MISREAD, SCALED):
+            return logged - self.now if self.how == MISREAD else logged * (1.0 - self.now)
         if self.how == LAZY:
             self.now += min(max(logged - self.now, -self.rate * span), self.rate * span)
         return self.now

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from .suspects import JUMP, RAMP, STUCK, Evidence, Suspect
+from .suspects import JUMP, LOST, RAMP, STUCK, Evidence, Suspect
 
 # A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
 # evidence that is gone again a little later [s].
@@ -102,7 +102,9 @@ class Judge:
 
 
 def matters(one: Evidence) -> bool:
-    """Whether a fault is large enough to matter."""
+    """Whether a fault is large enough to matter; a propeller does not lose less than nothing."""
+    if one.suspect.how == LOST and one.size[0] < 0.0:
+        return False
     return any(abs(size) >= _MATTERS * usual for size, usual in zip(one.size, one.suspect.size, strict=True))
 
 

@@ -4,6 +4,9 @@ Both are those under which forecasts over five ship lengths are most likely: a t
 to be right where it is relied on.  By innovations, which tell of the next reading only, process noise would have to
 explain rolling, pitching and jitter, too: forecasts of the 3 m Esso Osaka would then have bands twice as wide as
 needed, and be worse than those of the model without a filter.
+
+A fault among the first readings is no noise.  Rows from the first fault on are left out, where a twin with the usual
+noise names one or few; one that names many has too little noise, or the wrong model, and all rows count.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from ...environment import CHANNELS
 from ...ships import Ship
 from .acting import between_rows
 from .follow import Follower, Machine, Step, begun, inverse_of, made
+from .live import Live
 from .settings import Settings, noisier, scaled
 
 Row = tuple[float, Mapping[str, float]]
@@ -31,8 +35,11 @@ NOISIER = (1.0, 2.0, 4.0, 8.0)
 
 # A start this long is enough [L/U], and no more than so many rows are taken.
 _LENGTH, _ROWS, _GAP = 60.0, 1500, 5.0
-# Forecasts begin after the first, each second and reach over the third [L/U].
-_SETTLED, _EVERY, _AHEAD = 10.0, 1.0, 5.0
+# Forecasts begin after the first, or after a third of a short log and no less than that, each third, and reach over the
+# fourth [L/U].
+_SETTLED, _SOON, _EVERY, _AHEAD = 10.0, 5.0, 1.0, 5.0
+# More faults than this among the first rows are none.
+_FEW = 3
 # Steps of a forecast are so many times those of the filter.
 _LONGER = 4.0
 # A reading counts as so many squared standard deviations at most.
@@ -74,7 +81,7 @@ def likeliest(
         rows: of the log, from its beginning.  Rows too few for a forecast are judged by their innovations.
         held: controls that keep the value of a row until the next one.
     """
-    some = _first(ship, rows)
+    some = _sound(ship, settings, _first(ship, rows), held)
     found: dict[Factors, float] = {}
 
     def score(one: Factors) -> float:
@@ -99,6 +106,17 @@ def _first(ship: Ship, rows: Iterable[Row]) -> Sequence[Row]:
             break
         out.append((t, values))
     return out[:: max(1, len(out) // _ROWS)]
+
+
+def _sound(ship: Ship, settings: Settings, rows: Sequence[Row], held: Collection[str]) -> Sequence[Row]:
+    """The rows before the first fault that a twin with these settings names; all of them where it names many."""
+    live = Live(ship, settings, held=tuple(held))
+    for t, values in rows:
+        live.feed(t, values)
+        if len(live.alarms) > _FEW:
+            return rows
+    since = min((one.since for one in live.alarms), default=math.inf)
+    return [row for row in rows if row[0] < since]
 
 
 def _runs(machine: Machine, rows: Sequence[Row], held: Collection[str]) -> list[list[_Row]]:
@@ -137,7 +155,7 @@ def _ways(run: Sequence[_Row]) -> Iterator[Sequence[_Row]]:
     if not run:
         return
     unit, times = _unit(run[0].after.machine), [row.after.t for row in run]
-    at = times[0] + _SETTLED * unit
+    at = times[0] + min(max((times[-1] - times[0]) / 3.0, _SOON * unit), _SETTLED * unit)
     while at + _AHEAD * unit <= times[-1]:
         yield run[bisect_left(times, at) : bisect_left(times, at + _AHEAD * unit) + 1]
         at += _EVERY * unit

@@ -21,7 +21,7 @@ from .alarms import FROZEN, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of
 from .follow import Follower, Machine, Step, begun, made, surprise, without
 from .settings import MHE, Settings
 from .stuck import FOLLOWS, JAMMED, Repeats, steerings
-from .suspects import IMPULSE, JUMP, LOST, OF_CONTROL, RAMP, Bank, Evidence, suspects, threshold
+from .suspects import IMPULSE, JUMP, LOST, MISREAD, OF_CONTROL, RAMP, SCALED, Bank, Evidence, suspects, threshold
 from .tally import Tally
 
 # A gap of so many times L/U begins the motion anew.
@@ -385,8 +385,8 @@ class Live:
     def _override(self, alarm: Alarm) -> None:
         """Let a control act as its fault has it, from its onset on."""
         (control,) = alarm.what
-        lost = min(max(alarm.size[0], 0.0), 1.0) if alarm.size else 1.0
-        self._overrides[control] = Override(alarm.how, lost if alarm.how == LOST else alarm.held, alarm.rate)
+        now = {LOST: min(alarm.size[0], 1.0), MISREAD: alarm.size[0], SCALED: alarm.size[0]} if alarm.size else {}
+        self._overrides[control] = Override(alarm.how, now.get(alarm.how, alarm.held), alarm.rate)
 
     def _healed(self, evidence: Evidence, t: float) -> None:
         """A control acts again as the log says."""
@@ -422,7 +422,7 @@ class Live:
             far = step.innovation[at[0]] ** 2 > 9.0 * step.spread[at[0], at[0]]
             if far or self._repeats.stuck(self.machine.channels[k]) is not None:
                 self._agreed[k] = t
-            if alarm.how == JUMP and t - alarm.named > _RETEST and far:
+            if alarm.what[0] in ("x", "y") and alarm.how == JUMP and t - alarm.named > _RETEST and far:
                 self._reopen(alarm, t)
                 return
             if t - self._agreed[k] > _AGREES and all(t - self._agreed.get(j, t) > _AGREES

@@ -30,12 +30,14 @@ _MOST = 50.0
 _BESIDE = math.radians(1.0)
 # A slow rudder moves at one of these shares of its rate.
 _SLOW = (0.4, 0.15)
+# By how much the sensor of a control jumps, one standard deviation: an angle [rad], or a share of what it shows.
+_ANGLE, _SHARE = math.radians(3.0), 0.1
 
 JUMP, RAMP, IMPULSE = "jump", "ramp", "impulse"
-STUCK, LAZY, LOST, REVERSED = "stuck", "lazy", "lost", "reversed"
+STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED = "stuck", "lazy", "lost", "reversed", "misread", "scaled"
 """How a fault acts: on a reading as a step or a ramp, on a state, on a control (holds, lags, has no effect, has the
-opposite one)."""
-OF_CONTROL = frozenset({STUCK, LAZY, LOST, REVERSED})
+opposite one, is logged off by a constant or by a share)."""
+OF_CONTROL = frozenset({STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED})
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,9 @@ def suspects(machine: Machine) -> tuple[Suspect, ...]:
             found.append(Suspect(f"{control} jammed", STUCK, (control,) * 2, (1.0, _BESIDE), "1"))
             found += [Suspect(f"{control} slow", LAZY, (control,), (1.0,), "1", share) for share in _SLOW]
             found.append(Suspect(f"{control} of the wrong sign", REVERSED, (control,), (1.0,), "1"))
+            found.append(Suspect(f"{control} sensor jumped", MISREAD, (control,), (_ANGLE,), "rad"))
         else:
+            found.append(Suspect(f"{control} sensor jumped", SCALED, (control,), (_SHARE,), "of what it shows"))
             found.append(Suspect(f"{control} without its thrust", LOST, (control,), (1.0,), "1"))
     return tuple(one for one in found if not one.what[0].startswith(BIAS) and T > 0.0)
 
@@ -225,6 +229,8 @@ class Bank:
                 reach = one.share * self._rate[one.what[0]] * step.dt
                 self._lazy[k] += np.clip(here - self._lazy[k], -reach, reach)
                 away[:, column] += pushed[number][:, None] * (self._lazy[k] - here)
+            elif one.how in (MISREAD, SCALED):
+                away[:, column] -= pushed[number][:, None] * (1.0 if one.how == MISREAD else here)
             else:
                 other = step.acting.copy()
                 other[number] = -here if one.how == REVERSED else 0.0
