@@ -20,7 +20,7 @@ from seatrial.ships.files import load
 SHIP = load("kvlcc2")
 CHANNELS = ("x", "y", "psi", "r", "u_w", "v_north", "v_east", "n_P", "delta")
 ALL = NOISE | {"y": NOISE["x"], "v_east": NOISE["v_north"]}
-AT = 450.0
+AT = 600.0
 STEPS = {
     "delta sensor jumped": ("delta", math.radians(3.0)), "compass jumped": ("psi", math.radians(3.0)),
     "log jumped": ("u_w", 0.4), "rate gyro jumped": ("r", math.radians(0.05)), "n_P sensor jumped": ("n_P", -0.15),
