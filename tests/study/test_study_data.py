@@ -230,5 +230,6 @@ def test_the_remedy_for_a_folder_that_is_not_there(
 def test_a_ship_file_is_told_from_a_study(tmp_path: Path) -> None:
     path = tmp_path / "ship.toml"
     path.write_text('schema = "seatrial-ship/1"\n', encoding="utf-8")
-    with pytest.raises(StudyError, match=r'is a ship file, no study; name it in one: ship = "ship.toml"$'):
+    told = r"is a ship file, for seatrial simulate .*, or the key ship of a study; a study begins with"
+    with pytest.raises(StudyError, match=told):
         read_study(path)

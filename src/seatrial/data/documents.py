@@ -18,6 +18,7 @@ from types import MappingProxyType, UnionType
 from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from ..core import files
+from ..core.kinds import wrong_kind
 from ..core.parameters import unknown
 from . import DataError
 from .table import existing, within
@@ -223,9 +224,9 @@ def read_keys(path: str | Path, kind: type[T], schema: str) -> T:
     """
     here, said = Path(path), read_toml(path)
     found = said.pop("schema", None)
+    if found != schema:
+        raise DataError(wrong_kind(here, found, schema))
     with within(here):
-        if found != schema:
-            raise DataError(f"schema is {found!r}; it must be '{schema}'")
         return _filled(kind, said, "")
 
 

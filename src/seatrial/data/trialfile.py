@@ -19,7 +19,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..core.files import is_plain, write_together
+from ..core.files import is_plain, read_toml, write_together
+from ..core.kinds import described
 from . import UNITS, Array, DataError, Trial
 from .inside import read_frame
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
@@ -155,9 +156,19 @@ def _importing(src: Path) -> str:
     """How logs at `src` become trial files."""
     from .formats import known_by_suffix  # whose formats write trial files
 
+    if src.suffix.lower() == ".toml" and (said := described(src, _schema(src))):
+        return f"this one {said}"
     folder = src if src.is_dir() else src.parent
     guessed = f"logs are imported first: seatrial import --guess {folder} -o mapping.toml"
     return known_by_suffix(src) or guessed
+
+
+def _schema(path: Path) -> object:
+    """The key `schema` of a TOML file; None of one that cannot be read."""
+    try:
+        return read_toml(path).get("schema")
+    except (OSError, ValueError):
+        return None
 
 
 def _read_csv(path: Path) -> tuple[dict[str, str], Array, list[int]]:

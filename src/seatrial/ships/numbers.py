@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.files import read_toml
+from ..core.kinds import wrong_kind
 from ..core.parameters import PRIME, Spec, unknown
 from . import Entry, ShipError
 
@@ -49,7 +50,7 @@ def read_document(path: Path, schema: str) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ShipError(f"{path}: cannot be read as TOML: {error}") from None
     if document.get("schema") != schema:
-        raise ShipError(f"{path}: schema is {document.get('schema')!r}; this version reads '{schema}'")
+        raise ShipError(wrong_kind(path, document.get("schema"), schema))
     return document
 
 

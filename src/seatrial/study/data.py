@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
+from ..core.kinds import wrong_kind
 from ..core.parameters import Free, ParameterError, read, specs, unknown
 from ..data import DataError, Trial
 from ..data.check.track import own_samples
@@ -244,7 +245,7 @@ def read_compositions(path: str | Path) -> dict[str, Composition]:
         raise DataError(f"{here}: no such file of sets")
     document = read_toml(here)
     if document.get("schema") != SCHEMA:
-        raise DataError(f"{here}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
+        raise DataError(wrong_kind(here, document.get("schema"), SCHEMA))
     stray = [key for key in document if key not in ("schema", "source", "sets")]
     if stray:
         raise DataError(f"{here}: {unknown(stray[0], ('schema', 'source', 'sets'), 'key')}")

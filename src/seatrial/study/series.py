@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.files import is_plain, read_toml
+from ..core.kinds import wrong_kind
 from ..core.parameters import unknown
 from ..data import Trial
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
@@ -169,8 +170,8 @@ def _published(path: Path, said: Published | str | None) -> Published:
         raise StudyError(f"{path}: published: no such file: {here}") from None
     except (UnicodeDecodeError, ValueError) as error:
         raise StudyError(f"{here}: {error}") from None
-    if document.pop("schema", None) != PUBLISHED:
-        raise StudyError(f"{here}: schema must be '{PUBLISHED}'")
+    if (schema := document.pop("schema", None)) != PUBLISHED:
+        raise StudyError(wrong_kind(here, schema, PUBLISHED))
     return checked(here, Published, document)
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ..core.files import read_toml
+from ..core.kinds import wrong_kind
 from ..core.parameters import Free, specs, unknown
 from ..core.version import __version__
 from ..data import Trial
@@ -167,10 +168,8 @@ def _document(path: Path) -> dict[str, Any]:
         raise StudyError(f"{path}: no such study file") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise StudyError(f"{path}: cannot be read as TOML: {error}") from None
-    if str(document.get("schema")).startswith("seatrial-ship/"):
-        raise StudyError(f'{path}: is a ship file, no study; name it in one: ship = "{path.name}"')
     if document.get("schema") != SCHEMA:
-        raise StudyError(f"{path}: schema is {document.get('schema')!r}; this version reads '{SCHEMA}'")
+        raise StudyError(wrong_kind(path, document.get("schema"), SCHEMA))
     shared = document.get("virtual")
     return {**document, "virtual": _shared(path, shared)} if isinstance(shared, str) else document
 

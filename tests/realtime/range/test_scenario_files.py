@@ -82,7 +82,7 @@ def test_a_whole_file(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('schema = "seatrial-scenario/1"', 'schema = "seatrial-ship/1"', "is no scenario"),
+        ('schema = "seatrial-scenario/1"', 'schema = "seatrial-ship/1"', "is a ship file, for seatrial simulate"),
         ("duration = 120.0", "duratoin = 120.0", r"no key 'duratoin'; near: duration"),
         ("duration = 120.0", "duration = -1.0", "duration is -1.0"),
         ('ship = "kvlcc2"', 'ship = "kvlcc3"', "kvlcc2"),

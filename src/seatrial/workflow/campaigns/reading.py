@@ -15,6 +15,7 @@ from ...campaign.columns import index_units, meanings, shown
 from ...campaign.inputs import Input, Kind
 from ...campaign.schema import SCHEMA, CampaignFile, CriterionTable, InputTable, ManoeuvreTable, PosteriorTable
 from ...core.files import read_toml
+from ...core.kinds import wrong_kind
 from ...core.parameters import unknown
 from ...data.units import KNOWN
 from ...engine.cuda.named import device_of
@@ -53,8 +54,8 @@ def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Ca
     Raises:
         RequestError: what is wrong in the file, and at which key.
     """
-    if document.pop("schema", None) != SCHEMA:
-        raise RequestError(f'{path}: is no campaign; its first line is schema = "{SCHEMA}"')
+    if (schema := document.pop("schema", None)) != SCHEMA:
+        raise RequestError(wrong_kind(path, schema, SCHEMA))
     table = checked(path, CampaignFile, document)
     ships = [_ship(path, name) for name in table.ships]
     wanted = table.manoeuvre if isinstance(table.manoeuvre, list) else [table.manoeuvre]

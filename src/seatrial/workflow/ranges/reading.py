@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from ...core.files import read_toml
+from ...core.kinds import wrong_kind
 from ...core.parameters import unknown
 from ...data.geodesy import Datum
 from ...environment import CALM, Environment, Uniform
@@ -63,8 +64,8 @@ def scenario_of(document: dict[str, Any], path: Path, own: Ship | None = None) -
     Raises:
         RequestError: what is wrong in the file, and at which key.
     """
-    if document.pop("schema", None) != SCHEMA:
-        raise RequestError(f'{path}: is no scenario; its first line is schema = "{SCHEMA}"')
+    if (schema := document.pop("schema", None)) != SCHEMA:
+        raise RequestError(wrong_kind(path, schema, SCHEMA))
     table = checked(path, ScenarioFile, document)
     try:
         return _scenario(table, path, own or _ship(path, table.own.ship))
