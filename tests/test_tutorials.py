@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -15,6 +17,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
 BLOCK = re.compile(r"^```(sh|console|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+COMPILES_FOR_WINDOWS = shutil.which("x86_64-w64-mingw32-gcc") or importlib.util.find_spec("ziglang")
 NAMED = re.compile(r"# (\S+\.toml)\n")
 
 
@@ -72,10 +75,14 @@ def words(line: str) -> str:
 @pytest.mark.parametrize("path", TUTORIALS, ids=lambda p: p.stem)
 def test_they_print_what_they_say(path: Path, place: Path) -> None:
     """As printed, in a shell; numbers within a hundredth."""
+    left_out: list[str] = []
     around = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     for step in steps(path):
         if step.file:
             write(step)
+            continue
+        if "win64" in step.command and not COMPILES_FOR_WINDOWS:
+            left_out.append(step.command)
             continue
         done = subprocess.run(step.command, shell=True, env=around, capture_output=True, text=True, check=False)
         assert done.returncode == 0, (step.command, done.stderr)
@@ -87,6 +94,8 @@ def test_they_print_what_they_say(path: Path, place: Path) -> None:
                 all(math.isclose(a, b, rel_tol=0.01) for a, b in zip(numbers(one), wanted, strict=False))
                 and len(numbers(one)) >= len(wanted) for one in same
             ), f"{step.command}: no line such as {line!r} in\n{done.stdout}"  # fmt: skip
+    if left_out:
+        pytest.skip(f"all but {'; '.join(left_out)}: no compiler for Windows (gcc-mingw-w64-x86-64, or ziglang)")
 
 
 def test_every_tutorial_is_found() -> None:

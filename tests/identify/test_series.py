@@ -302,7 +302,8 @@ def test_a_hybrid_has_members_that_judge_the_tests(
     assert main(["identify", str(written(logs, MIXED)), "--only", "fitted", "-o", str(out), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     folder = out / FITS / "fitted" / "one"
-    assert {p.name for p in folder.iterdir()} == {"fit.json", "history.csv", "model.toml", "run.json", "spread.npz"}
+    assert {p.name for p in folder.iterdir()} == {
+        "fit.json", "fit.npz", "history.csv", "model.toml", "run.json", "spread.npz"}  # fmt: skip
     told = spreads(load_members(folder / NAME, load(folder / "model.toml")), load(folder / "model.toml"),
                    [virtual(4, 30.0)])[0]  # fmt: skip
     assert found["spread"]["fitted"]["random"]["ratio"] == pytest.approx(told.ratio)

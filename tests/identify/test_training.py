@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shlex
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -392,19 +394,25 @@ def test_a_study_ends_with_a_model_that_predicts(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_killed_at_random_moments_it_ends_with_the_same_weights(tmp_path: Path) -> None:
-    path = study(tmp_path, 60)
+    path = study(tmp_path, 120)
     command = [sys.executable, "-m", "seatrial", "identify", str(path), "-o"]
-    subprocess.run([*command, str(tmp_path / "whole")], check=True, capture_output=True)
-    rng = np.random.default_rng()
-    epochs = sorted((rng.choice(50, 3, replace=False) + 2).tolist())
-    for epoch in epochs:
-        with subprocess.Popen([*command, str(tmp_path / "killed")], stderr=subprocess.PIPE, text=True) as job:
+    rng, took = np.random.default_rng(), list[float]()
+
+    def run(out: str, least: float = math.inf) -> int:
+        """Begin, and kill it `least` seconds after its first epoch."""
+        with subprocess.Popen([*command, str(tmp_path / out)], stderr=subprocess.PIPE, text=True) as job:
             assert job.stderr
-            lines = (line for line in job.stderr if line.startswith("iteration"))
-            assert any(int(line.split()[1].rstrip(":")) >= epoch for line in lines)
-            time.sleep(float(rng.uniform(0.0, 0.05)))
-            job.send_signal(signal.SIGKILL)
-        assert job.returncode == -signal.SIGKILL, epochs
+            assert any(line.startswith("iteration") for line in job.stderr)
+            began = time.monotonic()
+            with suppress(subprocess.TimeoutExpired):
+                job.communicate(timeout=None if math.isinf(least) else least)
+            took.append(time.monotonic() - began)
+            job.kill()
+        return job.returncode
+
+    assert run("whole") == 0
+    for least in took[0] * rng.uniform(0.0, 0.15, 3):  # all three together in the first half of the epochs
+        assert run("killed", float(least)) == -signal.SIGKILL, (least, took)
         assert not (tmp_path / "killed" / "weights.npz").exists()
     subprocess.run([*command, str(tmp_path / "killed")], check=True, capture_output=True)
     with np.load(tmp_path / "whole" / "weights.npz") as a, np.load(tmp_path / "killed" / "weights.npz") as b:
