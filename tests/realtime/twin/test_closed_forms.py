@@ -78,6 +78,7 @@ def test_the_filter_is_the_batch_estimate() -> None:
     np.testing.assert_allclose(after.cov, P - gain @ cross[:, read].T, rtol=1e-4, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_innovations_are_as_large_as_stated() -> None:
     """Per reading 1: over 4000 of them within four standard deviations of a chi-square mean; white from row to row."""
     run = sailed(800)
@@ -100,6 +101,7 @@ def test_a_heading_is_the_same_again_after_a_turn() -> None:
     np.testing.assert_allclose(other.mean, one.mean, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_beyond_the_gate_is_left_out_and_what_stays_there_is_heeded_without_certainty() -> None:
     run = sailed(80)
     spoilt = Sailed(run.t, run.true, run.acting, run.readings.copy())
@@ -194,6 +196,7 @@ def test_bands_of_forecasts_hold_nine_in_ten_fixes_and_no_more() -> None:
         assert np.sqrt(np.mean(np.square(error[h]))) == pytest.approx(wanted, rel=0.15)
 
 
+@pytest.mark.slow
 def test_forecasts_of_an_exact_model_miss_by_nothing_and_are_counted() -> None:
     """One a minute; those over 30 s, 2 min and 10 min that have ended by 1000 s.  Rival: the same course and speed."""
     run = sailed(1000, noise=0.0)
@@ -225,6 +228,7 @@ def test_the_first_fix_after_its_horizon_judges_a_forecast(every: int) -> None:
         assert score.rms < 1e-6
 
 
+@pytest.mark.slow
 def test_a_fix_that_comes_much_too_late_judges_nothing() -> None:
     run = sailed(400, noise=0.0)
     run.readings[20:100, :2] = math.nan

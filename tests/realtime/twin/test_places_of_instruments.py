@@ -123,6 +123,7 @@ TWICE = ("RMC", "GGA", "HDT", "THS", "ROT", "RSA", "RPM", "VBW")
 PLACE = Datum(35.0, 139.7)
 
 
+@pytest.mark.slow
 def test_what_is_told_twice_in_a_second_is_one_reading(tmp_path: Path) -> None:
     """Fix in RMC and GGA, heading in HDT and THS: the trial of the log is that of the plain one, row by row."""
     rows = Bridge(sailed()).rows(60.0)
@@ -176,6 +177,7 @@ def test_a_wire_has_the_apparent_wind_and_the_speed_of_midship() -> None:
     assert row["U_A"] * math.sin(row["gamma_A"]) == pytest.approx(aside, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_trial_of_a_log_has_place_course_speed_and_wind_of_midship(tmp_path: Path) -> None:
     motion, forward, starboard = sailed(), -100.0, 8.0
     rows = Bridge(motion, (forward, starboard), noise=0.0).rows(400.0)
