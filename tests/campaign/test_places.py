@@ -155,3 +155,46 @@ def test_places_that_are_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     lines = capsys.readouterr().err.strip().splitlines()
     assert all(said in line for line in lines)
     assert main(["campaign", str(tmp_path / "campaign.toml"), "-o", URL, "--rare", "first_overshoot"]) == 2
+
+
+class NoCredentialsError(Exception):
+    """As a package of a store has it: no OSError."""
+
+
+@pytest.mark.parametrize("error", [
+    NoCredentialsError("Unable to locate credentials\nsecond line"), PermissionError("Access Denied"),
+    ConnectionError("Could not connect to the endpoint URL"), ValueError("Invalid bucket name"), KeyError("endpoint"),
+    FileNotFoundError("The specified bucket does not exist"), RuntimeError(""),
+], ids=lambda error: type(error).__name__)  # fmt: skip
+def test_a_store_that_is_out_of_reach_is_told_in_one_line(
+    error: Exception, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    import fsspec
+    from fsspec.spec import AbstractFileSystem
+
+    class Broken(AbstractFileSystem):
+        protocol, cachable = "broken", False
+
+        def _refuse(self, *_: Any, **__: Any) -> Any:
+            raise error
+
+        ls = cat_file = pipe_file = find = exists = info = _refuse
+
+    fsspec.register_implementation("broken", Broken, clobber=True)
+    (tmp_path / "a.toml").write_text(
+        'schema = "seatrial-campaign/1"\nships = ["kvlcc2_l7"]\nruns = 2\n'
+        '[manoeuvre]\nkind = "zigzag"\nduration = 5.0\ndt = 0.1\n')  # fmt: skip
+    url = "broken://bucket/run"
+    for command in ((str(tmp_path / "a.toml"), "-o", url), (url, "--status"), (url, "--verify"), (url, "--report")):
+        capsys.readouterr()
+        assert main(["campaign", *command]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert url in line
+        if command[0] != url:
+            assert (str(error).strip("'").splitlines() or [type(error).__name__])[0] in line
+
+
+@pytest.mark.parametrize("url", ["s3://", "memory:///", "gs://"])
+def test_a_url_without_a_bucket_is_refused(url: str, tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match=r"names no bucket; write .*://BUCKET/NAME"):
+        place_of(url)

@@ -112,6 +112,8 @@ def open_folder(where: str | Path | Place) -> Held:
     place = place_of(where) if isinstance(where, str | Path) else where
     try:
         document = json.loads(place.read(MANIFEST))
+    except CampaignError:  # the store is out of reach
+        raise
     except (OSError, ValueError):
         wanted = f"seatrial campaign CAMPAIGN.toml -o {place} starts one"
         raise CampaignError(f"{place}: holds no campaign; {wanted}") from None

@@ -9,17 +9,19 @@ from __future__ import annotations
 
 import io
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from ..core.errors import CampaignError
 from ..core.files import held_alone, write_together
 
 if TYPE_CHECKING:
     import polars as pl
+
+_Found = TypeVar("_Found")
 
 _MARK = "://"
 _HERE = ("file", "local")
@@ -83,6 +85,8 @@ def place_of(where: str | Path) -> Place:
         return Folder(Path(where))
     if scheme in _HERE:
         return Folder(Path(rest))
+    if not rest.strip("/"):
+        raise CampaignError(f"{where}: names no bucket; write {scheme}://BUCKET/NAME")
     store = Store(str(where).rstrip("/"))
     store.system()
     return store
@@ -148,35 +152,54 @@ class Store:
             raise CampaignError(f"{self.url}: needs fsspec: pip install 'seatrial[cluster]'") from None
         try:
             system, root = url_to_fs(self.url)
-        except (ImportError, ValueError) as error:
-            raise CampaignError(f"{self.url}: {str(error).splitlines()[0]}") from None
+        except Exception as error:  # its package is missing, or finds its configuration wrong
+            said = (str(error).splitlines() or [type(error).__name__])[0]
+            raise CampaignError(f"{self.url}: {said[:200]}") from None
         return system, str(root).rstrip("/")
 
-    def read(self, name: str) -> bytes:
+    def _asked(self, what: Callable[[Any, str], _Found]) -> _Found:
+        """What the store answers; FileNotFoundError: nothing, CampaignError: it cannot be reached or refuses."""
         system, root = self.system()
-        content: bytes = system.cat_file(f"{root}/{name}")
-        return content
+        try:
+            return what(system, root)
+        except FileNotFoundError:
+            raise
+        except Exception as error:  # packages of stores have errors of their own
+            if isinstance(error, OSError) and error.errno is not None:
+                raise
+            said = (str(error).splitlines() or [""])[0] or type(error).__name__
+            wanted = "it takes its bucket, endpoint and credentials from the configuration of its package"
+            raise CampaignError(f"{self.url}: {said[:200]}; {wanted}") from None
+
+    def read(self, name: str) -> bytes:
+        return self._asked(lambda system, root: system.cat_file(f"{root}/{name}"))
 
     def write(self, files: Mapping[str, bytes]) -> None:
-        system, root = self.system()
         for name, content in files.items():
-            system.pipe_file(f"{root}/{name}", content)
+            try:
+                self._asked(lambda system, root: system.pipe_file(f"{root}/{name}", content))  # noqa: B023 -- called at once
+            except FileNotFoundError as error:
+                said = (str(error).splitlines() or ["no such bucket"])[0]
+                raise CampaignError(f"{self.url}: {said[:200]}; make the bucket first") from None
 
     def find(self, under: str) -> list[str]:
-        system, root = self.system()
-        system.invalidate_cache()
-        found: list[str] = system.find(f"{root}/{under}")
+        def look(system: Any, root: str) -> list[str]:
+            system.invalidate_cache()
+            return list(system.find(f"{root}/{under}"))
+
+        found = self._asked(look)
         return [path[path.rindex(f"{under}/") :] for path in found if path.endswith(".parquet")]
 
     def holds(self, name: str) -> bool:
-        system, root = self.system()
-        return bool(system.exists(f"{root}/{name}"))
+        return self._asked(lambda system, root: bool(system.exists(f"{root}/{name}")))
 
     def used(self) -> bool:
-        system, root = self.system()
-        system.invalidate_cache()
-        try:
+        def look(system: Any, root: str) -> bool:
+            system.invalidate_cache()
             return bool(system.ls(root, detail=False))
+
+        try:
+            return self._asked(look)
         except FileNotFoundError:
             return False
 
