@@ -107,6 +107,12 @@ def test_a_whole_file(tmp_path):
         ("rate = 0.5", "", "faults 2: slow gear needs its rate"),
         ("passing_distance = 500.0", "pasing_distance = 500.0", "criteria.pasing_distance: no key .*passing_distance"),
         ("title =", "title", "scenario.toml"),
+        ("at = 30.0\nover", "at = 120.0\nover", "weather 2: begins at 120 s; the run ends at 120 s"),
+        ("duration = 120.0", "duration = 10.0", "begins at .* the run ends at 10 s"),
+        ("{ lat = 35.02, lon = 139.7 }", "{ lat = -35.0, lon = 139.7 }",
+         "own.route 1: is [5-7][0-9]{3} km from where x and y are zero; a scenario reaches 1000 km"),
+        ("{ lat = 35.02, lon = 139.7 }", "{ lat = 35.0, lon = 155.0 }", "own.route 1: is 1[0-9]{3} km from"),
+        ("[criteria]", "[criteria]\nsettle = 500.0", "criteria.settle: the heading counts at 500 s; the run ends"),
     ],
 )
 def test_what_is_wrong_is_told_in_one_line(tmp_path, old, new, message):

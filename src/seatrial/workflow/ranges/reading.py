@@ -37,6 +37,8 @@ from ...study.schema import checked
 from .. import RequestError
 from ..request import DEGREE, ship_of, speed_of, surroundings
 
+# So far from its origin a plane is no map of the sea any more [m].
+_FARTHEST = 1e6
 _CHANNELS = {"wind": ("wind_x", "wind_y"), "current": ("current_x", "current_y"),
              "waves": ("wave_x", "wave_y", "wave_T"), "depth": ("per_depth",)}  # fmt: skip
 
@@ -80,6 +82,7 @@ def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
         Gust(Uniform(), table.gusts)
     if OWN in table.traffic:
         raise RequestError(f"traffic.{OWN}: is the own ship; choose another name")
+    _check_times(table)
     start = table.start if table.start.tzinfo is not None else table.start.replace(tzinfo=UTC)
     return Scenario(
         table.title or path.stem, table.duration,
@@ -94,6 +97,17 @@ def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
                _charted("alarms", table.alarms.under_keel, chart)),
         chart,
     )  # fmt: skip
+
+
+def _check_times(table: ScenarioFile) -> None:
+    """Refuse what would begin when the run is over, and so never happen."""
+    begins = {f"weather {k}: begins": one.at for k, one in enumerate(table.weather, 1)}
+    begins |= {f"faults {k}: begins": one.at for k, one in enumerate(table.faults, 1) if one.at is not None}
+    if table.criteria.heading_error is not None:
+        begins["criteria.settle: the heading counts"] = table.criteria.settle
+    for what, at in begins.items():
+        if at >= table.duration:
+            raise RequestError(f"{what} at {at:g} s; the run ends at {table.duration:g} s")
 
 
 def _charted(table: str, under_keel: float | None, chart: Chart | None) -> float | None:
@@ -149,11 +163,15 @@ def _point(key: str, given: Any, datum: Datum | None) -> tuple[float, float]:
     if isinstance(given, dict):
         if datum is None:
             raise RequestError(f"{key}: is a latitude and longitude; give place = [LAT, LON], where x and y are zero")
-        return datum.north_east(*_degrees(key, cast("dict[str, Any]", given)))
+        there = datum.north_east(*_degrees(key, cast("dict[str, Any]", given)))
+        if not math.hypot(*there) <= _FARTHEST:
+            told = f"{math.hypot(*there) / 1e3:.0f} km from where x and y are zero"
+            raise RequestError(f"{key}: is {told}; a scenario reaches {_FARTHEST / 1e3:g} km")
+        return there
     found = cast("Sequence[Any]", given if isinstance(given, list | tuple) else ())
     if len(found) == 2 and all(isinstance(one, int | float) and not isinstance(one, bool) for one in found):
         north, east = (float(one) for one in found)
-        if math.isfinite(north) and math.isfinite(east) and math.hypot(north, east) <= 1e6:
+        if math.isfinite(north) and math.isfinite(east) and math.hypot(north, east) <= _FARTHEST:
             return north, east
     raise RequestError(f"{key}: is {given!r}; write [NORTH, EAST] in metres, or {{ lat = DEG, lon = DEG }}")
 
