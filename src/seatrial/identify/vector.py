@@ -15,6 +15,8 @@ from ..ships import Ship
 
 # Half width of the range that a Gaussian prior stands for, in its standard deviations.
 _REACH = 3.0
+# Of a parameter without prior and interval, so many times its size: anything.
+_UNKNOWN = 1e3
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,21 @@ class Vector:
     def variance(self) -> Array:
         """Variances before the data: of the Gaussian prior, else of a uniform one over the interval, else inf."""
         return np.where(np.isfinite(self.sigma), self.sigma**2, (self.high - self.low) ** 2 / 12.0)
+
+    def reach(self, values: Array) -> Array:
+        """How far `values` may be off where no data tell: the sigma of the prior, else the bound that is farther away.
+
+        A parameter with neither may be off by a thousand times its size.
+        """
+        farther = np.maximum(self.high - values, values - self.low)
+        size = self.size(values)
+        wide = np.where(np.isfinite(farther), farther, _UNKNOWN * np.where(size > 0, size, 1.0))
+        return np.where(np.isfinite(self.sigma), self.sigma, wide)
+
+    def held(self, values: Array) -> Array:
+        """Information that priors and intervals give; 0 where there is neither."""
+        held = np.isfinite(self.variance)
+        return np.where(held, self.reach(values) ** -2.0, 0.0)
 
     @property
     def box(self) -> tuple[Array, Array]:

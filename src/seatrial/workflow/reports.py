@@ -24,6 +24,9 @@ from . import Document, Shown, Sink, Table, figure
 from .comparing import compared, scales
 from .request import DEGREE
 
+# Combinations of parameters that a summary lists.
+_COMBINED = 6
+
 if TYPE_CHECKING:
     from ..identify.posterior.sampling.sampled import Sampled
     from ..identify.tuning.fine_tuning import FineTuning
@@ -222,13 +225,16 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> tuple[Shown, ...]:
     status = {v["subject"]: v["status"] for v in found["verdicts"]}
     rows = tuple(
         (path, figure(p["start"]), figure(p["value"]), figure(p["sigma"], 2), figure(p["shrinkage"], 2),
-         "at bound" if p["at_bound"] else status.get(path, ""))
+         status.get(path, "at bound" if p["at_bound"] else ""))
         for path, p in found["parameters"].items()
     )  # fmt: skip
     head = ("parameter", "start", "fitted", "sigma", "from data", "verdict")
     parameters = (Table(head, rows, (1, 2, 3, 4)),) if rows else ()  # a network has weights, no parameters
+    combined = [f"{v['subject']}: {v['text']}" for v in found["verdicts"] if v["subject"] not in found["parameters"]]
     return (
-        *parameters,
+        *parameters, *combined[:_COMBINED],
+        *((f"... and {len(combined) - _COMBINED} more combinations: see {out}/report.html",)
+          if len(combined) > _COMBINED else ()),
         *_tested(found),
         *(f"standardised error on {of}, {label}: {figure(value)}" for label, value in found["standardised"].items()),
         *(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "

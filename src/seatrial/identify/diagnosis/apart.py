@@ -10,6 +10,7 @@ import numpy as np
 from ...data import Array
 from .. import Problem, StudyError, Verdict
 from ..nuisance import Layout, begun_as
+from ..posterior import information
 from ..posterior.verdicts import CORRELATED
 from ..record import Settings, cut_as
 from ..trajectory.gauss_newton import Block, Normal
@@ -42,7 +43,9 @@ class Beside:
         """At the optimum `p`, `eta`."""
         count, layout = objective.where.size, objective.layout
         normal = objective.normal(p, eta)
-        covariance: Array = np.asarray(np.linalg.pinv(normal.reduced(0.0)[0], hermitian=True), dtype=np.float64)
+        known, reach = objective.before(p)
+        interval = known - np.append(objective.problem.vector.precision, objective.deviation**-2.0)
+        covariance = information.covariance(normal.reduced(0.0)[0] + np.diag(interval), reach)
         blocks = normal.blocks if layout.own.count else ()
         own = [_own(block, layout, covariance) for block in blocks]
         # Moves of the mean over the trials with the parameters, and its variance: trials are independent but for these.

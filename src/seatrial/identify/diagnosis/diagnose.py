@@ -21,8 +21,9 @@ from ...models import unit
 from .. import Fit, Problem
 from ..noise import noise
 from ..nuisance import EVERY, begun_as
+from ..posterior import information
 from ..posterior.misfit import correlated
-from ..posterior.verdicts import judged_by
+from ..posterior.verdicts import blown_up, judged_by
 from ..record import Settings, cut_as
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import Suspect, suspects
@@ -31,7 +32,7 @@ from .alternatives import alternatives
 from .apart import Beside, sigma_by_trial
 from .by_trial import Moments, Scores, contradictions, differing
 from .findings import Channel, Contradiction, Diagnosis, Differing, Residuals, Suspicion
-from .linear import Linear, inverse, linearised
+from .linear import Linear, linearised
 
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1
@@ -45,8 +46,9 @@ _ROWS, _LEAST = 20_000, 8
 
 
 def diagnosed(
-    fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[str, Mapping[str, int]], *, widen: bool
-) -> Fit:
+    fit: Fit, problem: Problem, settings: Settings, rejected: Mapping[str, Mapping[str, int]], *, widen: bool,
+    regresses: bool = False,
+) -> Fit:  # fmt: skip
     """The fit with its diagnosis, and with verdicts that it caps; sigma follows where the loss leaves it open.
 
     Args:
@@ -55,6 +57,8 @@ def diagnosed(
         settings: how trajectories were cut and compared; the estimator.
         rejected: outliers, for the record.
         widen: whether sigma follows from the residuals; else it is as the estimator states it.
+        regresses: whether the fit takes measured states as exact; then sigma grows by how far
+            predictions would move it.
     """
     if fit.covariance.shape != (len(fit.free),) * 2:
         return fit  # an estimator that states no covariance
@@ -67,70 +71,82 @@ def diagnosed(
     p = np.append(fit.values, [found.get(name, 0.0) for name in problem.nuisance.common])
     eta = objective.begun(p, known=fit.nuisances)
     if not np.isfinite(objective.cost(p, eta)):
-        return fit
+        return replace(fit, verdicts=blown_up(fit.verdicts)) if regresses else fit
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
                   and not _estimated(one.name, problem))  # fmt: skip
     fixed = {path: value for path, value in _fixed(fit, problem).items() if path in objective.forward.system.parameters}
     linear = linearised(objective, p, eta, known, fixed, problem)
-    vector = problem.vector
-    A = linear.gram()[:, : linear.J.shape[-1]] + np.diag(np.append(vector.precision, objective.deviation**-2.0))
-    channels, size = _channels(objective, linear, A, noise(problem.trials, problem.ship.model.motion))
-    covariance, tested, apart, own_errors = _tests(objective, linear, A, channels, size, known, problem)
+    vector, count = problem.vector, len(problem.free)
+    channels, size = _channels(objective, linear, noise(problem.trials, problem.ship.model.motion))
+    covariance, tested, apart, own_errors = _tests(objective, linear, channels, size, known, problem)
     tested = _with_alternatives(objective, p, eta, covariance, channels, tested, problem) if widen else tested
     shown, beside = _shown(problem), Beside.of(objective, p, eta)
     diagnosis = Diagnosis(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
         (shown, unit(shown)) if shown else ("", ""), contradictions=apart, differing=own_errors,
-        terms=_terms(linear, A, size, fixed, problem),
+        terms=_terms(linear, size, fixed, problem),
         by_trial=sigma_by_trial(beside, objective.layout, [trial.name for trial in problem.trials]),
     )  # fmt: skip
-    wide = _widened(linear, A, covariance, objective.windows.trial, diagnosis, vector)
-    count = len(problem.free)
+    wide = _widened(linear, covariance, objective.windows.trial, diagnosis, vector)
     factor = np.sqrt(np.diag(wide) / np.maximum(np.diag(covariance), 1e-300))[:count]
     diagnosis = replace(
         diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)) if widen else {},
     )  # fmt: skip
-    diagnosis = _influence(diagnosis, linear, A, fixed, wide if widen else covariance, problem)
-    own_sigma = wide[:count, :count]
-    if len(problem.trials) < len(trials):  # the factor is known from a part of the trials, the rest from all
-        own_sigma = factor[:, None] * fit.covariance * factor[None, :]
-    judged = judged_by(fit, problem, diagnosis, own_sigma if widen else fit.covariance)
+    diagnosis = _influence(diagnosis, linear, fixed, wide if widen else covariance, problem)
+    spread = wide[:count, :count] if widen else fit.covariance
+    if widen and len(problem.trials) < len(trials):  # the factor is known from a part of the trials, the rest from all
+        spread = factor[:, None] * fit.covariance * factor[None, :]
+    if regresses:
+        diagnosis, spread = _pulled(diagnosis, linear, p, objective, fit)
+    judged = judged_by(fit, problem, diagnosis, spread)
     return replace(judged, verdicts=(*judged.verdicts, *beside.verdicts(vector.paths)))
 
 
+def _pulled(
+    diagnosis: Diagnosis, linear: Linear, p: Array, objective: TrajectoryObjective, fit: Fit
+) -> tuple[Diagnosis, Array]:
+    """With how far the predictions would move the parameters, to first order, and its square in their covariance."""
+    vector, count = objective.problem.vector, objective.where.size
+    slope = linear.J.reshape(-1, len(p)).T @ linear.e.ravel()
+    slope[:count] += vector.precision * (p[:count] - vector.mean)
+    step = np.clip(-information.inverse(linear.A) @ slope, -linear.reach, linear.reach)[:count]
+    moves = dict(zip(vector.paths, (step / fit.sigma).tolist(), strict=True))
+    return replace(diagnosis, pulled=moves), fit.covariance + np.outer(step, step)
+
+
 def _tests(
-    objective: TrajectoryObjective, linear: Linear, A: Array, channels: Mapping[str, Channel], size: Array, known: Any,
+    objective: TrajectoryObjective, linear: Linear, channels: Mapping[str, Channel], size: Array, known: Any,
     problem: Problem,
 ) -> tuple[Array, tuple[Suspicion, ...], tuple[Contradiction, ...], tuple[Differing, ...]]:
     """Covariance for white residuals and noisy inputs, the score tests of the suspects, and trial against trial."""
-    weight, by_inputs = objective.windows.weight, _by_inputs(linear, A)
+    weight, by_inputs = objective.windows.weight, _by_inputs(linear)
     # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
     motion = problem.ship.model.motion
     least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(motion)])
     floor = np.maximum(size, least**2)
-    least_sure = _covariance(linear, A, floor / weight) + by_inputs
-    tested = _suspicions(linear, A, floor, known, least_sure, problem)
-    moments = _moments(linear, A, floor, problem)
-    sigma, paths, n = np.sqrt(np.diag(least_sure)), problem.vector.paths, len(A)
+    least_sure = _covariance(linear, floor / weight) + by_inputs
+    tested = _suspicions(linear, floor, known, least_sure, problem)
+    moments = _moments(linear, floor, problem)
+    sigma, paths, n = np.sqrt(np.diag(least_sure)), problem.vector.paths, len(linear.A)
     scores = Scores(moments.names, moments.slope[:, :n], moments.gram[:, :n, :n], moments.scatter[:, :n, :n],
-                    A - linear.gram()[:, :n])  # fmt: skip
+                    linear.A - linear.gram()[:, :n])  # fmt: skip
     own_errors = differing(moments, tested, [one.name for one in known], paths, sigma)
     return (
-        _covariance(linear, A, size / weight) + by_inputs, tested, contradictions(scores, paths, sigma), own_errors,
+        _covariance(linear, size / weight) + by_inputs, tested, contradictions(scores, paths, sigma), own_errors,
     )
 
 
 def _terms(
-    linear: Linear, A: Array, size: Array, fixed: Mapping[str, float], problem: Problem
+    linear: Linear, size: Array, fixed: Mapping[str, float], problem: Problem
 ) -> tuple[Suspicion, ...]:
     """Score tests of the parameters that are held: as relative errors of the values that they have."""
     held = linear.testing(linear.held / _TENTH)
     known = [Suspect(path, f"an error of {path}, held at {value:.4g},", "%", 0.01) for path, value in fixed.items()]
-    covariance = _covariance(linear, A, np.maximum(size, 1.0)) + _by_inputs(linear, A)
-    return _suspicions(held, A, np.maximum(size, 1.0), known, covariance, problem)
+    covariance = _covariance(linear, np.maximum(size, 1.0)) + _by_inputs(linear)
+    return _suspicions(held, np.maximum(size, 1.0), known, covariance, problem)
 
 
-def _moments(linear: Linear, A: Array, size: Array, problem: Problem) -> Moments:
+def _moments(linear: Linear, size: Array, problem: Problem) -> Moments:
     """Products by trial; the scatter is that of residuals of these mean squares and of the noise of the inputs."""
     n, k = linear.J.shape[-1], linear.extra.shape[-1]
     gram, scatter = (_bordered(one, linear.products, linear.squares) for one in (np.ones(size.size), size))
@@ -144,7 +160,7 @@ def _moments(linear: Linear, A: Array, size: Array, problem: Problem) -> Moments
         slope[at] = np.concatenate([part @ linear.e[mine].ravel() for part in both])
     cost, rows = float(linear.e.ravel() @ linear.e.ravel()), int(np.count_nonzero(linear.e))
     names = [problem.trials[index].name for index in linear.trials]
-    return Moments(names, gram, scatter, slope, inverse(A), cost, rows)
+    return Moments(names, gram, scatter, slope, information.inverse(linear.A), cost, rows)
 
 
 def _bordered(size: Array, products: Array, squares: Array) -> Array:
@@ -194,12 +210,12 @@ def _fixed(fit: Fit, problem: Problem) -> dict[str, float]:
 
 
 def _channels(
-    objective: TrajectoryObjective, linear: Linear, A: Array, level: Mapping[str, float]
+    objective: TrajectoryObjective, linear: Linear, level: Mapping[str, float]
 ) -> tuple[dict[str, Channel], Array]:
     """Residuals of each compared channel, and their mean square per degree of freedom (weighted), shape (motion,)."""
     cut, scale = objective.windows, objective.windows.scale
-    back = inverse(A)
-    drawn = _left(linear, A).reshape(*scale.shape, -1)
+    back = information.inverse(linear.A)
+    drawn = _left(linear).reshape(*scale.shape, -1)
     out: dict[str, Channel] = {}
     motion = objective.problem.ship.model.motion
     size = np.ones(len(motion))
@@ -208,7 +224,7 @@ def _channels(
         if not seen.any():
             continue
         e = np.where(seen, linear.e[:, :, k], 0.0)
-        fitted = (back * linear.products[:, k, :, : len(A)].sum(axis=0)).sum() + linear.leverage[:, :, k][seen].sum()
+        fitted = (back * linear.products[:, k, :, : len(back)].sum(axis=0)).sum() + linear.leverage[:, :, k][seen].sum()
         freedom = max(float(seen.sum() - fitted), 1.0)
         size[k] = float((e**2).sum()) / freedom
         # What the noise of the inputs leaves is alike, and no fault of the model.
@@ -230,9 +246,9 @@ def _channels(
     return out, size
 
 
-def _left(linear: Linear, A: Array) -> Array:
+def _left(linear: Linear) -> Array:
     """What the parameters do not take up of the draws of the noise of inputs, shape (lanes * rows * motion, draws)."""
-    return linear.drawn - linear.J @ (inverse(A) @ linear.mixed(linear.J, linear.drawn))
+    return linear.drawn - linear.J @ (information.inverse(linear.A) @ linear.mixed(linear.J, linear.drawn))
 
 
 def _unit(objective: TrajectoryObjective, channel: int) -> float:
@@ -241,19 +257,18 @@ def _unit(objective: TrajectoryObjective, channel: int) -> float:
     return float(np.median(scale[scale > 0])) if (scale > 0).any() else 0.0
 
 
-def _covariance(linear: Linear, A: Array, size: Array) -> Array:
+def _covariance(linear: Linear, size: Array) -> Array:
     """Covariance for residuals of these mean squares by channel, each over the share that counts as independent."""
-    n = len(A)
-    prior = A - linear.gram()[:, :n]
-    back = inverse(A)
-    return back @ (linear.gram(size)[:, :n] + prior) @ back
+    n = len(linear.A)
+    meat = linear.gram(size)[:, :n] + linear.A - linear.gram()[:, :n]
+    return information.covariance(linear.A, linear.reach, meat)
 
 
 def _suspicions(
-    linear: Linear, A: Array, size: Array, known: Any, covariance: Array, problem: Problem
+    linear: Linear, size: Array, known: Any, covariance: Array, problem: Problem
 ) -> tuple[Suspicion, ...]:
     e, count = linear.e.ravel(), linear.J.shape[-1]
-    cost, back = float(e @ e), inverse(A)
+    cost, back = float(e @ e), information.inverse(linear.A)
     sigma = np.sqrt(np.diag(covariance))
     G, sized = linear.gram(), linear.gram(size)
     by_channel = linear.squares.sum(axis=0)
@@ -297,9 +312,9 @@ def _moves(
     return -np.linalg.pinv(columns @ columns.T, hermitian=True) @ (columns @ linear.e.ravel()) @ own
 
 
-def _by_inputs(linear: Linear, A: Array) -> Array:
+def _by_inputs(linear: Linear) -> Array:
     """Covariance that the noise of the inputs adds."""
-    moves = inverse(A) @ linear.mixed(linear.J, linear.drawn)
+    moves = information.inverse(linear.A) @ linear.mixed(linear.J, linear.drawn)
     return moves @ moves.T / max(moves.shape[1], 1)
 
 
@@ -336,12 +351,12 @@ def _errors(objective: TrajectoryObjective, p: Array, covariance: Array) -> tupl
 
 
 def _widened(
-    linear: Linear, A: Array, covariance: Array, trial: Any, diagnosis: Diagnosis, vector: Vector
+    linear: Linear, covariance: Array, trial: Any, diagnosis: Diagnosis, vector: Vector
 ) -> Array:
     """Covariance with each sigma widened where the model does not explain the data."""
     if not diagnosis.lacking:
         return covariance
-    back = inverse(A)
+    back = information.inverse(linear.A)
     by_window = (linear.J.transpose(0, 2, 1) @ linear.e.reshape(len(linear.e), -1, 1))[:, :, 0]
     most = np.diag(covariance).copy()
     names = np.unique(trial)
@@ -359,7 +374,7 @@ def _widened(
 
 
 def _influence(
-    diagnosis: Diagnosis, linear: Linear, A: Array, fixed: Mapping[str, float], covariance: Array, problem: Problem
+    diagnosis: Diagnosis, linear: Linear, fixed: Mapping[str, float], covariance: Array, problem: Problem
 ) -> Diagnosis:
     """With the fixed parameters whose error, of one sigma if the ship file states it, would move the result most.
 
@@ -367,7 +382,7 @@ def _influence(
     """
     vector, entries = problem.vector, problem.ship.entries
     stated = {path: float(sigma) for path in fixed if path in entries and (sigma := entries[path].sigma)}
-    back, sigma = inverse(A), np.sqrt(np.diag(covariance))
+    back, sigma = information.inverse(linear.A), np.sqrt(np.diag(covariance))
     mixed = linear.mixed(linear.J, linear.held)
     shares = {path: stated[path] / abs(value) if path in stated else _TENTH for path, value in fixed.items()}
     out: list[tuple[str, str, float]] = []

@@ -28,6 +28,8 @@ _KNOWN = 3.0
 _TAKEN = 3.0
 # A reversed wind (twice its reading too much) shows as at least this scale error in the first step towards it.
 _TURNED = 0.5
+# Noise of measured states pulls a parameter where predictions move it by more than this, in sigma.
+_PULLED = 2.0
 
 
 def _shown(name: str, noise: float) -> str:
@@ -272,6 +274,8 @@ class Diagnosis:
         contradictions: trials against the others, the one that stands out most first.
         differing: errors of instruments that are not the same in all trials, the most likely first.
         terms: tests of the parameters that are held, as relative errors, the most likely first.
+        pulled: how far long predictions would move each parameter of a fit that takes measured states as exact, in the
+            sigma of that fit; empty for others.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict[str, Channel])
@@ -288,6 +292,7 @@ class Diagnosis:
     contradictions: tuple[Contradiction, ...] = ()
     differing: tuple[Differing, ...] = ()
     terms: tuple[Suspicion, ...] = ()
+    pulled: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
@@ -297,8 +302,14 @@ class Diagnosis:
     @property
     def lacking(self) -> bool:
         """Whether the model does not explain the data."""
-        named = self.causes or self.differing or self.apart or any(one.matters for one in self.terms)
+        named = self.causes or self.differing or self.apart or any(one.matters for one in self.terms) or self._biased
         return bool(named) or any(one.grounds(name) for name, one in self.channels.items())
+
+    @property
+    def _biased(self) -> str:
+        """The parameter that the noise of measured states has pulled most; empty where that is within sigma."""
+        most = max(self.pulled, key=lambda path: abs(self.pulled[path]), default="")
+        return most if most and abs(self.pulled[most]) > _PULLED else ""
 
     @property
     def apart(self) -> tuple[Contradiction, ...]:
@@ -323,7 +334,7 @@ class Diagnosis:
             "widened": dict(self.widened),
             "fixed": [{"parameter": path, "error": self.shares.get(path, 0.1), "moves": free, "sigmas": moved}
                       for path, free, moved in self.fixed],
-            "carried": dict(self.carried),
+            "carried": dict(self.carried), "pulled": dict(self.pulled),
             "sigma_by_trial": {trial: dict(found) for trial, found in self.by_trial.items()},
         }  # fmt: skip
 
@@ -336,6 +347,9 @@ class Diagnosis:
         if not self.lacking:
             return ("the residuals look like sensor noise", *self._taken(), *out)
         grounds = [line for name, one in self.channels.items() for line in one.grounds(name)]
+        if biased := self._biased:
+            grounds.insert(0, f"noise of the measured states pulls this fit: long predictions would move {biased} by "
+                              f"{self.pulled[biased]:+.1f} sigma; fit with shooting:Trajectory")  # fmt: skip
         strong, weak = self._suspects()
         odd = self.apart
         apart = [odd[0].text] if odd and (len(odd) == 1 or odd[0].alone) else [

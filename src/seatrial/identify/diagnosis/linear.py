@@ -32,6 +32,8 @@ class Linear:
         trial: index of the trial of each lane, shape (lanes,).
         products: of the parameters with these and suspects, by trial and channel (trials, motion, n, n + suspects).
         squares: of the suspects, by trial and channel, shape (trials, motion, suspects).
+        A: information on the parameters, that of priors and intervals included, shape (parameters, parameters).
+        reach: how far each parameter may be off where nothing is known, shape (parameters,).
     """
 
     e: Array
@@ -43,13 +45,22 @@ class Linear:
     trial: Any
     products: Array
     squares: Array
+    A: Array
+    reach: Array
 
     @staticmethod
-    def of(e: Array, columns: Array, counts: tuple[int, ...], leverage: Array, trial: Any) -> Linear:
-        """From columns side by side, shape (lanes, rows * motion, parameters + suspects + fixed + draws)."""
+    def of(
+        e: Array, columns: Array, counts: tuple[int, ...], leverage: Array, trial: Any, before: tuple[Array, Array]
+    ) -> Linear:
+        """From columns side by side, shape (lanes, rows * motion, parameters + suspects + fixed + draws).
+
+        Args:
+            before: information of priors and intervals, and the reach, shape (parameters,) each.
+        """
         J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
         products, squares = _by_channel(columns[..., : counts[0] + counts[1]], counts[0], trial, e.shape[2])
-        return Linear(e, J, extra, held, drawn, leverage, trial, products, squares)
+        A = products.sum(axis=(0, 1))[:, : counts[0]] + np.diag(before[0])
+        return Linear(e, J, extra, held, drawn, leverage, trial, products, squares, A, before[1])
 
     @property
     def trials(self) -> list[int]:
@@ -115,14 +126,8 @@ def linearised(
         mixed = columns[mine].reshape(-1, n + k + h + d)
         columns[mine] = (mixed - flat @ (back @ mixed)).reshape(columns[mine].shape)
         leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
-    return Linear.of(e, columns, (n, k, h, d), leverage.reshape(scale.shape), objective.windows.trial)
-
-
-def inverse(A: Array) -> Array:
-    """Pseudo-inverse of a normal matrix; parameters of 1e-5 stand beside those of 300, so it is scaled before."""
-    scale = np.maximum(np.diag(A), 1e-300) ** -0.5
-    back = np.linalg.pinv(scale[:, None] * A * scale, hermitian=True) * np.outer(scale, scale)
-    return np.asarray(back, dtype=np.float64)
+    return Linear.of(e, columns, (n, k, h, d), leverage.reshape(scale.shape), objective.windows.trial,
+                     objective.before(p))  # fmt: skip
 
 
 def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:

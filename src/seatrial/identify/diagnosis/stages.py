@@ -53,7 +53,8 @@ def in_stages(
     problem = replace(problem, trials=clean.trials)
     refuse_copies(problem, compared_as(estimator))
     stages = 0
-    test = _Test(compared_as(estimator), clean.rejected, problem.loss.correlation is None)
+    regresses = getattr(estimator, "regresses", False)
+    test = _Test(compared_as(estimator), clean.rejected, problem.loss.correlation is None, regresses)
 
     def again(posed: Problem, last: Fit | None = None) -> Fit:
         nonlocal stages
@@ -68,7 +69,8 @@ def in_stages(
         found = test.suspected(again(problem, found), problem)
     open_weights = not problem.loss.sigma and problem.loss.scale == "noise" and problem.loss.correlation is None
     by_noise = found.diagnosis
-    if not (open_weights and by_noise and by_noise.lacking) or getattr(estimator, "weights_stay", False):
+    stay = regresses or getattr(estimator, "weights_stay", False)
+    if not (open_weights and by_noise and by_noise.lacking) or stay:
         return found
     searched = found
     for _ in range(_ROUNDS):
@@ -93,15 +95,20 @@ class _Test:
         settings: how trajectories are cut and compared.
         rejected: outliers, for the record.
         widen: whether sigma follows from the residuals.
+        regresses: see `OneStep.regresses`.
     """
 
     settings: Settings
     rejected: Mapping[str, Mapping[str, int]]
     widen: bool
+    regresses: bool
 
     def of(self, fit: Fit, problem: Problem) -> Fit:
         """The fit with its diagnosis."""
-        return diagnosed(fit, problem, self.settings, self.rejected, widen=self.widen)
+        return diagnosed(
+            fit, problem, self.settings, self.rejected, widen=self.widen and not self.regresses,
+            regresses=self.regresses,
+        )  # fmt: skip
 
     def suspected(self, fit: Fit, problem: Problem) -> Fit:
         """The same; suspects of a model that does not explain long windows are tested in those of `Trajectory`."""

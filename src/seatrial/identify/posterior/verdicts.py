@@ -20,14 +20,15 @@ from .. import Fit, Problem, Verdict
 from ..diagnosis.findings import Diagnosis
 from ..trajectory.gauss_newton import Normal
 from ..vector import Vector
+from . import information
 
 # Share of the prior variance that the data must remove: below the first nothing is learned,
 # above the second the data clearly outweigh the prior.  Of the squared size of a parameter, its variance
 # must leave as much: sigma is below .32 of the size of what is identified, and below .71 of what is weak.
 UNKNOWN, CLEAR = 0.5, 0.9
 CORRELATED = 0.95
-# Least curvature of a direction, relative to that of its parameters one by one: what rounding leaves of none.
-_FLAT = 1e-13
+# Least part of a parameter in a combination that names it, squared, and most of them that are named together.
+_PART, _MANY = 0.1, 6
 
 EXCITES = (
     ("propeller.A_", "reversing with way ahead, and propeller ahead with sternway"),
@@ -63,19 +64,15 @@ def posterior(normal: Normal, free: Sequence[Free], values: Array, variance: flo
     """
     H, _ = normal.reduced(0.0)
     vector = Vector.of(free)
-    prior = vector.precision
-    whole = (H - np.diag(prior)) / max(variance, 1e-200) + np.diag(prior)
-    before, size = vector.variance, vector.size(values)
-    curved = np.diag(whole) > 0
-    unseen = np.where(np.isfinite(before), np.sqrt(before), np.where(size > 0, size, 1.0))
-    scale = np.where(curved, np.where(curved, np.diag(whole), 1.0) ** -0.5, unseen)
-    scaled = scale[:, None] * whole * scale[None, :]
-    # A direction without any curvature is wider than any prior.
-    weight, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
-    covariance = scale[:, None] * ((vectors / np.maximum(weight, _FLAT)) @ vectors.T) * scale[None, :]
-    yardstick = np.where(np.isfinite(before), before, size**2)
-    share = 1.0 - np.diag(covariance) / np.where(yardstick > 0, yardstick, 1e-300)
-    return covariance, np.clip(share, 0.0, 1.0)
+    whole = (H - np.diag(vector.precision)) / max(variance, 1e-200) + np.diag(vector.held(values))
+    found = information.covariance(whole, vector.reach(values))
+    return found, removed(vector, values, found)
+
+
+def removed(vector: Vector, values: Array, covariance: Array) -> Array:
+    """Share of the variance before the data, or of its squared size, that each parameter has lost."""
+    yardstick = np.where(np.isfinite(vector.variance), vector.variance, vector.size(values) ** 2)
+    return np.clip(1.0 - np.diag(covariance) / np.where(yardstick > 0, yardstick, 1e-300), 0.0, 1.0)
 
 
 def judged(
@@ -90,12 +87,12 @@ def judged(
         more: further fields of `Fit`.
     """
     vector = problem.vector
-    covariance, shrinkage = posterior(normal, problem.free, values, variance)
+    spread, shrinkage = posterior(normal, problem.free, values, variance)
     at_bound = vector.at_bound(values)
     return Fit(
-        ship=vector.ship(problem.ship, values), free=problem.free, values=values, sigma=np.sqrt(np.diag(covariance)),
-        covariance=covariance, shrinkage=shrinkage, at_bound=at_bound,
-        verdicts=verdicts(problem.free, values, covariance, shrinkage, at_bound),
+        ship=vector.ship(problem.ship, values), free=problem.free, values=values, sigma=np.sqrt(np.diag(spread)),
+        covariance=spread, shrinkage=shrinkage, at_bound=at_bound,
+        verdicts=verdicts(problem.free, values, spread, shrinkage, at_bound),
         history=np.asarray(history, dtype=np.float64).reshape(-1, 4), objective=normal.cost, seconds=seconds,
         evaluations=evaluations, status=status, digest=digest, **more,
     )  # fmt: skip
@@ -103,26 +100,30 @@ def judged(
 
 def judged_by(fit: Fit, problem: Problem, diagnosis: Diagnosis, covariance: Array) -> Fit:
     """The fit with its diagnosis and this covariance; nothing is "identified" where the model lacks something."""
-    vector, sigma = problem.vector, np.sqrt(np.diag(covariance))
-    size = vector.size(fit.values)
-    before = vector.variance
-    yardstick = np.where(np.isfinite(before), before, size**2)
-    shrinkage = np.clip(1.0 - sigma**2 / np.where(yardstick > 0, yardstick, 1e-300), 0.0, 1.0)
+    shrinkage = removed(problem.vector, fit.values, covariance)
     found = verdicts(fit.free, fit.values, covariance, shrinkage, fit.at_bound)
     return replace(
-        fit, sigma=sigma, covariance=covariance, shrinkage=shrinkage, verdicts=capped(found, diagnosis),
-        diagnosis=diagnosis,
+        fit, sigma=np.sqrt(np.diag(covariance)), covariance=covariance, shrinkage=shrinkage,
+        verdicts=capped(found, diagnosis), diagnosis=diagnosis,
     )  # fmt: skip
 
 
 def capped(found: Sequence[Verdict], diagnosis: Diagnosis | None) -> tuple[Verdict, ...]:
     """The verdicts; "conditional" in place of "identified" where the model does not explain the data."""
     lacking = diagnosis is not None and diagnosis.lacking
+    return _conditional(found, "identified only if the model were right") if lacking else tuple(found)
+
+
+def blown_up(found: Sequence[Verdict]) -> tuple[Verdict, ...]:
+    """The verdicts of a fit with which long predictions blow up."""
+    return _conditional(found, "but predictions of more than a step blow up")
+
+
+def _conditional(found: Sequence[Verdict], why: str) -> tuple[Verdict, ...]:
     return tuple(
-        replace(one, status="conditional", text=f"{one.text}; identified only if the model were right")
-        if lacking and one.status == "identified" else one
+        replace(one, status="conditional", text=f"{one.text}; {why}") if one.status == "identified" else one
         for one in found
-    )  # fmt: skip
+    )
 
 
 def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
@@ -151,16 +152,21 @@ def verdicts(
         _single(f, float(v), float(s), float(share), f.path in at_bound)
         for f, v, s, share in zip(free, values, sigma, shrinkage, strict=True)
     )
-    return single + _pairs(free, covariance, sigma)
+    pairs = _pairs(free, covariance, sigma)
+    named = {path for pair in pairs for path in pair.subject.split(" and ")}
+    loose = [k for k, one in enumerate(single) if one.status != "identified" and one.subject not in named]
+    return single + pairs + _groups([free[k].path for k in loose], covariance[np.ix_(loose, loose)])
 
 
 def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> Verdict:
     told = f"{value:.4g} +- {sigma:.2g}"
-    if bound:
+    if bound and share >= UNKNOWN:
         return Verdict(
             f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it beyond, "
             "so either the interval is too narrow or the model lacks something",
         )  # fmt: skip
+    if bound:
+        told = f"{told} (on its bound, which the data do not ask for)"
     one = Vector.of([f])
     size = float(one.size(np.array([value]))[0])
     known = f"sigma is {sigma / size:.2g} of its size" if size > 0 else "not distinguished from zero"
@@ -174,13 +180,30 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> V
     elif share >= UNKNOWN:
         told = f"{told}: data and prior weigh about the same ({share:.0%})"
     else:
-        told = f"{told} is little more than the prior ({share:.0%} removed)"
+        known = "the prior" if np.isfinite(f.sigma) else "its interval"
+        told = f"{told} is little more than {known} ({share:.0%} removed)"
     if share >= CLEAR:
         return Verdict(f.path, "identified", told)
     manoeuvre = manoeuvre_for(f.path)
     if share >= UNKNOWN:
         return Verdict(f.path, "weak", f"{told}; {manoeuvre} would help")
     return Verdict(f.path, "not identified", f"{told}; not to be read as physics; {manoeuvre} would excite it")
+
+
+def _groups(paths: Sequence[str], covariance: Array) -> tuple[Verdict, ...]:
+    """Verdicts on three and more parameters of which the data fix a combination, where no two of them tell it."""
+    sigma = np.sqrt(np.diag(covariance))
+    size, along = np.linalg.eigh(covariance / np.outer(sigma, sigma))
+    fixed = along[:, size < 1.0 - CORRELATED]
+    joined = np.abs(fixed @ fixed.T) > _PART
+    for _ in paths:  # whoever shares a combination, directly or by others
+        joined = joined @ joined
+    groups = {tuple(np.flatnonzero(row).tolist()) for row in joined}
+    return tuple(
+        Verdict(f"{', '.join(paths[k] for k in group[:-1])} and {paths[group[-1]]}", "weak",
+                "the data fix a combination of them, not each of them")
+        for group in sorted(groups) if 2 < len(group) <= _MANY
+    )  # fmt: skip
 
 
 def _pairs(free: Sequence[Free], covariance: Array, sigma: Array) -> tuple[Verdict, ...]:

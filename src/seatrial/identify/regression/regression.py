@@ -27,7 +27,7 @@ from ..lint import linted
 from ..posterior.verdicts import judged
 from ..record import measured
 from ..trajectory.gauss_newton import Normal
-from ..trajectory.shooting import OneStep
+from ..trajectory.shooting import OneStep, Trajectory
 from ..vector import Vector
 from ..watch import tell, with_values
 
@@ -105,6 +105,16 @@ class Regression:
     def __post_init__(self) -> None:
         if not self.window > 0:
             raise StudyError(f"estimator.window is {self.window:g} s; it must be above zero")
+
+    @property
+    def compared_as(self) -> Trajectory:
+        """Long predictions test it: the noise of the measured states, taken as exact, pulls the parameters."""
+        return Trajectory()
+
+    @property
+    def regresses(self) -> bool:
+        """As `OneStep.regresses`."""
+        return True
 
     @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:

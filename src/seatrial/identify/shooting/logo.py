@@ -26,7 +26,7 @@ from ..nuisance import INITIAL
 from ..posterior.verdicts import judged
 from ..record import Settings, scales, spread, step_of
 from ..trajectory.gauss_newton import Normal
-from ..trajectory.local import Cut
+from ..trajectory.local import WINDOW, Cut
 from ..trajectory.objective import TrajectoryObjective
 from ..watch import tell, with_values
 from .balance import momentum_guess
@@ -115,9 +115,14 @@ class Shooting:
     @property
     def compared_as(self) -> Settings:
         """A fit of whole trajectories is tested on these: its windows join, and each alone would explain too much."""
-        return self if self.schedule == "lo" else Cut(
-            None, self.every, self.dt, self.method, self.threads, self.initial
-        )  # fmt: skip
+        if self.schedule == "lo":
+            return Cut(WINDOW, self.every, self.dt, self.method, self.threads, "free")
+        return Cut(None, self.every, self.dt, self.method, self.threads, self.initial)
+
+    @property
+    def regresses(self) -> bool:
+        """As `OneStep.regresses`."""
+        return self.schedule == "lo"
 
     @linted
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:

@@ -14,6 +14,8 @@ from ..record import cut_as
 from .gauss_newton import State, minimise
 from .objective import TrajectoryObjective
 
+# Information on a parameter over that of its interval, below which noise alone has moved it.
+_NONE = 1e-2
 # As the defaults of `Trajectory`.
 WINDOW, _ITERATIONS, _TOLERANCE = 100.0, 40, 1e-4
 
@@ -56,6 +58,7 @@ def finished(
 ) -> Fit:  # fmt: skip
     """The fit at `p`, found by any search: covariance and verdicts from the exact normal equations there."""
     layout, count = objective.layout, len(problem.free)
+    p = _without_chance(problem, objective, p, eta)
     nuisances = layout.own.by_trial(problem.trials, layout.of_trials(eta))
     if objective.common:
         nuisances = {**nuisances, EVERY: dict(zip(problem.nuisance.common, p[count:].tolist(), strict=True))}
@@ -63,3 +66,18 @@ def finished(
         problem, p[:count], objective.normal(p, eta).first(count), objective.variance(p, eta), history=history,
         seconds=0.0, evaluations=evaluations, status=status, digest=print_, nuisances=nuisances,
     )  # fmt: skip
+
+
+def _without_chance(problem: Problem, objective: TrajectoryObjective, p: Array, eta: Array) -> Array:
+    """The values with those at their start on which the data have no influence: noise takes them to any bound.
+
+    Kept as they are where the objective rises by more than one for each, the residuals being of unit variance.
+    """
+    vector, count = problem.vector, len(problem.free)
+    variance = max(objective.variance(p, eta), 1e-200)
+    H, _ = objective.normal(p, eta).first(count).reduced(0.0)
+    told = np.maximum(np.diag(H) - vector.precision, 0.0) / variance * vector.reach(vector.start) ** 2
+    silent = np.append((told < _NONE) & np.isinf(vector.sigma), np.zeros(p.size - count, dtype=bool))
+    back = np.where(silent, objective.extended(vector.start), p)
+    rises = objective.cost(back, eta) - objective.cost(p, eta) if silent.any() else 0.0
+    return back if rises < variance * silent.sum() else p

@@ -81,6 +81,13 @@ class TrajectoryObjective:
         """Standard deviations of the priors of the errors of instruments; inf where there is none."""
         return np.array(list(self.problem.nuisance.common.values()))
 
+    def before(self, p: Array) -> tuple[Array, Array]:
+        """Information of priors and intervals on each entry of `p`, and how far it may be off without data."""
+        vector, count = self.problem.vector, self.where.size
+        free, others = p[:count], np.abs(p[count:])
+        wide = np.where(np.isfinite(self.deviation), self.deviation, np.maximum(1e3 * others, 1.0))
+        return np.append(vector.held(free), self.deviation**-2.0), np.append(vector.reach(free), wide)
+
     def extended(self, p: Array) -> Array:
         """Parameters, then errors of instruments, these zero."""
         return np.append(p, np.zeros(len(self.common)))

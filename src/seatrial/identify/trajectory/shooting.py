@@ -215,6 +215,16 @@ class OneStep:
         """Remedy for the noise of measured initial states; see `Estimator`."""
         return "nuisance.initial", "give its deviations"
 
+    @property
+    def compared_as(self) -> Trajectory:
+        """Long predictions test it: each step begins at measured states, whose noise pulls the parameters."""
+        return Trajectory(dt=self.dt, method=self.method, threads=self.threads)
+
+    @property
+    def regresses(self) -> bool:
+        """It takes measured states as exact, so that its optimum is not that of the predictions that test it."""
+        return True
+
     @linted
     def fit(
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None

@@ -315,7 +315,7 @@ def _parameters(card: Card) -> str:
     status = {v.subject: v.status for v in card.fit.verdicts}
     fit = card.fit
     rows = [(one.path, number(one.start, 4), number(float(fit.values[k]), 4), number(float(fit.sigma[k]), 2),
-             _percent(float(fit.shrinkage[k])), "at bound" if one.path in fit.at_bound else status.get(one.path, "–"))
+             _percent(float(fit.shrinkage[k])), status.get(one.path, "–"))
             for k, one in enumerate(fit.free)]  # fmt: skip
     paths = {one.path for one in fit.free}
     more = bullets(f"{v.subject}: {v.text}" for v in fit.verdicts if v.subject not in paths)
