@@ -362,6 +362,7 @@ def test_lock_step_waits_for_an_answer_to_each_time():
     wire.send = send
     stage.run(30.0)
     assert "no answer within 0.05 s at 21" in step.failure
+    assert step.waited >= 0.1  # twice its patience: nobody to meet at first, nobody at the end
     assert stage.loop.t == pytest.approx(21.0, abs=0.5)
 
 
