@@ -222,3 +222,25 @@ def test_the_cost_of_a_look_does_not_grow_with_the_chart() -> None:
         chart = Chart("a", 25.0, quays=(Quay(line, Fender(CURVES["cone"], 1.0, 1e6, 20.0)),))
         widths.append(len(grid_of(chart, Size(100.0, 20.0, 6.0)).field.near))
     assert widths[0] == widths[1]
+
+
+def test_the_slopes_of_two_ships_are_the_integral() -> None:
+    """J(b) = 1/6 of the integral of (1 - 3t + 2t^3)(t^2 + b^2)^-3/2, and the images in the bottom."""
+    x, w = np.polynomial.legendre.leggauss(400)
+    t, w = 0.5 * (x + 1.0), 0.5 * w
+    for b in (0.2, 1.0, 5.0, 19.0):
+        wanted = float((w * (1.0 - 3.0 * t + 2.0 * t**3) * (t * t + b * b) ** -1.5).sum()) / 6.0
+        assert between(np.array([b]))[0] == pytest.approx(wanted, rel=1e-4 if b < 10.0 else 0.05, abs=1e-9)
+    d, h = 70.0, 25.0
+    images = between(np.array([2.0 * math.hypot(d, k * h) / 320.0 for k in range(11)]))
+    wanted = 64.0 / math.pi * d / 320.0 * (images[0] + 2.0 * images[1:].sum())
+    assert suction(np.array(d), np.array(h), 320.0) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_a_fender_has_the_friction_of_its_usual_face_and_no_loss_unless_told() -> None:
+    plain = Fender(CURVES["linear"], 2.0, 1e6, 20.0)
+    assert (plain.mu, plain.chi) == (0.2, 0.0)
+    assert CURVES["linear"].stiffest == 1.0
+    assert CURVES["cone"].stiffest == pytest.approx(0.17 / 0.01)
+    for name, deflection in (("cone", 0.70), ("cone72", 0.72), ("element", 0.575)):
+        assert CURVES[name].rated == deflection

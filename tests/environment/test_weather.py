@@ -172,3 +172,47 @@ def test_weather_that_cannot_be_is_refused(said: dict[str, float]) -> None:
     with pytest.raises(ParameterError, match="it can be"):
         Uniform(**said)
     assert Uniform(U_T=5.0, gamma_T=-4.0 * math.pi).now().wind_x == pytest.approx(5.0)
+
+
+def test_measured_sea_and_current_are_taken_by_their_components_and_held_at_the_ends() -> None:
+    """Half way between two records vectors are the means of their components, sizes and periods of themselves."""
+    t = np.array([10.0, 20.0])
+    record = {"U_C": np.array([0.5, 0.7]), "gamma_C": np.array([0.0, 1.0]), "H_S": np.array([1.0, 2.0]),
+              "gamma_W": np.array([2.0, 3.0]), "T_W": np.array([6.0, 8.0])}  # fmt: skip
+    rows = Measured(t, record).series(5.0, 7)
+    ends = [(0.5, 0.0, math.cos(2.0), math.sin(2.0), 6.0),
+            (0.7 * math.cos(1.0), 0.7 * math.sin(1.0), 2.0 * math.cos(3.0), 2.0 * math.sin(3.0), 8.0)]  # fmt: skip
+    for k, share in ((0, 0.0), (2, 0.0), (3, 0.5), (4, 1.0), (6, 1.0)):
+        wanted = (1.0 - share) * np.array(ends[0]) + share * np.array(ends[1])
+        assert rows[k, 2:7] == pytest.approx(wanted)
+    held = Measured(t, record, held=True).series(5.0, 7)
+    assert held[[0, 3], 2:7] == pytest.approx(np.array([ends[0], ends[0]]))
+    assert held[[4, 6], 2:7] == pytest.approx(np.array([ends[1], ends[1]]))
+    assert not rows[:, [0, 1, 7]].any()
+
+
+def test_gusts_blow_along_the_mean_wind_of_the_moment_and_across_to_its_starboard() -> None:
+    """On a wind that goes round: the series less the base, turned into the wind, is what `gusts` gives."""
+    t = np.arange(0.0, 60.0, 0.5)
+    turning = Measured(t, {"U_T": np.full(t.size, 12.0), "gamma_T": 0.05 * t})
+    gust = Gust(turning, seed=3, across=0.4)
+    more = gust.series(0.5, t.size)[:, :2] - turning.series(0.5, t.size)[:, :2]
+    c, s = np.cos(0.05 * t), np.sin(0.05 * t)
+    along_it, across_it = gust.gusts(t, 12.0)
+    assert more[:, 0] * c + more[:, 1] * s == pytest.approx(along_it, abs=1e-9)
+    assert more[:, 1] * c - more[:, 0] * s == pytest.approx(across_it, abs=1e-9)
+    long = np.arange(5000.0)
+    assert gust.gusts(long, 12.0)[0][4096:] == pytest.approx(gust.gusts(long[4096:], 12.0)[0], abs=1e-9)
+    assert not gust.bands(0.0)[1].any()
+
+
+def test_ochi_and_shin_have_the_printed_branches() -> None:
+    """f S/(kappa U^2) of X = 10 f/U: 583 X, 420 X^.7/(1 + X^.35)^11.5, 838 X over the same."""
+    for X in (0.001, 0.02, 0.5):
+        f = X * 1.5
+        tail = (1.0 + X**0.35) ** 11.5
+        shape = 583.0 * X if X < 0.003 else 420.0 * X**0.7 / tail if X < 0.1 else 838.0 * X / tail
+        assert OchiShin(0.002).density(np.array([f]), 15.0)[0] == pytest.approx(0.002 * 225.0 * shape / f)
+    high = Froya(z=40.0).density(np.array([0.02]), 20.0)[0]
+    X = 172.0 * 0.02 * 4.0 ** (2.0 / 3.0) * 2.0**-0.75
+    assert high == pytest.approx(320.0 * 4.0 * 4.0**0.45 / (1.0 + X**0.468) ** (5.0 / 1.404), rel=1e-9)
