@@ -62,14 +62,30 @@ def test_scatter_counts_and_not_the_mean_alone() -> None:
     assert verdict(LIMIT, wild).verdict == NOT_FIT
 
 
-def test_few_trials_say_nothing_however_good_or_bad() -> None:
-    for size in (1e-6, 1e6):
-        for count in (1, FEWEST - 1):
-            found = verdict(LIMIT, {str(k): (size, size) for k in range(count)})
-            assert found.verdict == OPEN
-            assert f"{FEWEST} are needed" in found.reason
+def test_few_trials_confirm_nothing_and_refute_what_is_far_off() -> None:
+    for count in (1, FEWEST - 1):
+        small, large = (verdict(LIMIT, {str(k): (size, size) for k in range(count)}) for size in (1e-6, 1e6))
+        assert small.verdict == OPEN
+        assert f"{FEWEST} are needed" in small.reason
+        assert large.verdict == NOT_FIT
+        assert large.low > LIMIT.size
     assert math.isnan(interval([(1.0, 2.0)])[1])
     assert verdict(LIMIT, {}).reason == "no trial shows it"
+    assert verdict(LIMIT, {"berth": tuple(np.geomspace(2.8, 52.0, 39))}).verdict == NOT_FIT
+    assert verdict(LIMIT, {"berth": (3.0,)}, noise=2.0).verdict == OPEN
+
+
+def test_few_trials_seldom_refute_a_model_at_the_limit() -> None:
+    """A fortieth is nominal where the errors of a trial are one; 1.37 limits by a single one are that."""
+    rng = np.random.default_rng(8)
+    for trials, each in ((1, 1), (1, 30), (3, 6)):
+        found = [verdict(LIMIT, errors(rng, trials, each, 1.0 / SIZE)).verdict for _ in range(2000)]
+        assert found.count(NOT_FIT) <= (0.025 + 3.0 * math.sqrt(0.025 / 2000)) * 2000
+    drawn = np.abs(rng.normal(0.0, 1.0 / SIZE, 4000))
+    share = np.mean([verdict(LIMIT, {"a": (e,) * 9}).verdict == NOT_FIT for e in drawn])
+    assert share == pytest.approx(0.025, abs=3.0 * math.sqrt(0.025 / 4000))
+    edge = 2.2414 / SIZE  # the two-sided twentieth of the normal law, in limits
+    assert [verdict(LIMIT, {"a": (f * edge,)}).verdict for f in (0.999, 1.001)] == [OPEN, NOT_FIT]
 
 
 def test_a_prediction_that_failed_is_an_infinite_error() -> None:

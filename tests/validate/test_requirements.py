@@ -265,3 +265,39 @@ def test_ships_whose_hull_rolls_are_judged_too(name: str) -> None:
     """Their hulls take heel and its rate besides the flow."""
     found = judge(load(name), "collision-avoidance")
     assert len(found.rows) == 11
+
+
+@pytest.mark.parametrize("name", ["supply_76m", "supply_83m", "cybership2", "otter"])
+def test_no_side_force_of_a_rudder_is_asked_of_a_ship_without_one(name: str) -> None:
+    from seatrial.validate.requirements.steering import turning
+
+    found = turning(Probe.of(load(name)))
+    told = [one for one in found.findings if one.what.startswith("side force of the rudder")]
+    assert [one.bound for one in told] == [None]
+    assert "not applicable" in told[0].what
+    assert "swapped" not in found.reason
+
+
+def test_a_swapped_side_force_of_an_azimuth_or_a_rudder_is_still_found() -> None:
+    """Ships whose steering pushes the stern keep the check: its figure is there, with its bound."""
+    from seatrial.validate.requirements.steering import turning
+
+    for name in ("kvlcc2_l7", "qiuxin5"):
+        found = turning(Probe.of(load(name)))
+        assert [one.bound is not None for one in found.findings if one.what.startswith("sway by the rudder")] == [True]
+
+
+def test_engines_are_not_stopped_on_a_ship_that_has_none() -> None:
+    found = item(load("mariner"), "4")
+    told = [one for one in found.findings if "engine" in one.what]
+    assert told
+    assert all(one.bound is None for one in told)
+    assert "engines" not in found.reason
+    kept = item(load("kvlcc2_l7"), "4")
+    assert any(one.bound is not None for one in kept.findings if "after the engines stop" in one.what)
+
+
+def test_a_ship_whose_thrust_is_ordered_in_newtons_is_not_asked_for_the_hand_of_a_propeller() -> None:
+    found = item(load("supply_76m"), "9")
+    assert found.verdict == "not applicable"
+    assert "newtons" in found.reason

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import chdtri, stdtrit
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..engine import SimulationError
@@ -24,7 +24,7 @@ from .metrics import heading, segments
 
 FIT, NOT_FIT, OPEN = "fit", "not fit", "cannot tell"
 FEWEST = 5
-"""Fewest trials that a verdict is based on: of fewer, a bootstrap over trials has no tail."""
+"""Fewest trials that confirm: of fewer, a bootstrap over trials has no tail.  Refuting needs no such number."""
 SIZE = 1.64
 """Times the root mean square error: nine of ten errors are smaller, where they are normal."""
 _LEVEL, _DRAWS, _SEED = 0.95, 2000, 20241005
@@ -171,6 +171,15 @@ def interval(errors: Sequence[Sequence[float]], level: float = _LEVEL) -> tuple[
     return value, value * math.exp(-most[0] * own), value * math.exp(most[1] * own)
 
 
+def _least(errors: Sequence[Sequence[float]], level: float = _LEVEL) -> float:
+    """Lower end of the interval of `interval` for any number of trials: normal errors, those of a trial as one.
+
+    A trial's mean square is then at most as scattered as chi-squared of one degree of freedom.
+    """
+    squares = sum(float(np.mean(np.square(some))) for some in errors)
+    return SIZE * math.sqrt(squares / float(chdtri(len(errors), 0.5 * (1.0 - level))))
+
+
 def _logarithm(squares: Array, counts: Array) -> tuple[Array, Array]:
     """Logarithm of the root mean square over trials (the last axis), and its standard deviation, linearised."""
     total, k = np.maximum(squares.sum(axis=-1), 1e-300), squares.shape[-1]
@@ -192,8 +201,10 @@ def verdict(limit: Limit, errors: Mapping[str, tuple[float, ...]], noise: float 
     value, low, high = interval(tuple(errors.values()))
     count = len(errors)
     if count < FEWEST:
-        seen = f"shown by {count} trial{'s' * (count != 1)} only; {FEWEST} are needed"
-        return Found(limit, errors, value, low, high, OPEN, seen)
+        few, least = f"shown by {count} trial{'s' * (count != 1)} only", _least(tuple(errors.values()))
+        if least > math.hypot(limit.size, SIZE * noise):
+            return Found(limit, errors, value, least, high, NOT_FIT, f"{few}, but no more are needed to refute it")
+        return Found(limit, errors, value, low, high, OPEN, f"{few}; {FEWEST} are needed")
     if high <= limit.size:
         return Found(limit, errors, value, low, high, FIT, "")
     if low > math.hypot(limit.size, SIZE * noise):

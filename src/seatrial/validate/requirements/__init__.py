@@ -137,6 +137,11 @@ def judged(good: str, findings: Iterable[Finding], *plots: Plot) -> Judgement:
     return Judgement("fail" if wrong else "pass", "; ".join(wrong[:_SAID]) + more if wrong else good, found, plots)
 
 
+def not_applicable(what: str, why: str) -> Finding:
+    """A quantity that the ship does not have, shown with the reason and held against nothing."""
+    return Finding(f"{what}: not applicable, {why}", math.nan)
+
+
 def worst(
     what: str, points: Iterable[tuple[str, float]], bound: Bound, wrong: str, unit: str = "-"
 ) -> Finding:  # fmt: skip

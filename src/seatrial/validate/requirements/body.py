@@ -14,7 +14,7 @@ from ...core.parameters import Scalar, spec
 from ...data import Array
 from ...environment import Environment
 from ...forces import Flow, Force, ForceModule
-from . import Finding, worst
+from . import Finding, not_applicable, worst
 from . import thresholds as limit
 from .probe import Probe
 
@@ -133,6 +133,8 @@ def coriolis(p: Probe) -> Iterator[Finding]:
 def energy(p: Probe) -> Iterator[Finding]:
     """No kinetic energy comes from nowhere: engines stopped, over speeds, drift angles and yaw rates."""
     M, L = masses(p), p.ship.L_pp
+    if M is not None and not p.stops:
+        yield not_applicable("gain of kinetic energy, engines stopped", "the model has no engine to stop")
     if M is None or not p.stops:
         return
     rows = [

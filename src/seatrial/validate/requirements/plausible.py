@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...models import unit
-from . import Finding, Judgement, Plot, body, judged
+from . import Finding, Judgement, Plot, body, judged, not_applicable
 from . import thresholds as limit
 from .control import losses, thrusters
 from .hull import motion
@@ -56,6 +56,9 @@ def _under_orders(p: Probe) -> tuple[list[Finding], Plot]:
 
 def _left_alone(p: Probe) -> Iterator[Finding]:
     """Greatest share of the motion that is left 20 L/U after everything stopped, of 24 starts."""
+    if not p.stops:
+        yield not_applicable("motion left 20 L/U after the engines stop", "the model has no engine to stop")
+        return
     rng = np.random.default_rng(1)
     lowest = -0.5 if p.allows("u", -0.5 * p.U) else 0.5
     states = [p.state(f * p.U, g * 0.2 * p.U, h * 0.2 * p.U / p.ship.L_pp)

@@ -16,7 +16,7 @@ from ...engine.rollout import simulator
 from ...environment import CALM, CHANNELS, Environment, Uniform, Weather
 from ...environment.weather import Gust
 from ...manoeuvres import Policy
-from ...models import STATES, Sampled
+from ...models import STATES, Sampled, unit
 from ...models.settled import settled
 from ...ships import Ship, ShipError
 from ...ships.steering import helm_limit
@@ -119,6 +119,13 @@ class Probe:
     def conventional(self) -> bool:
         """Whether it steers by rudders, whose force is made by a flow; not by thrusts that are ordered or turned."""
         return bool(self.steering) and all(name.partition("_")[0] == "delta" for name in self.steering)
+
+    @property
+    def moments(self) -> tuple[str, ...]:
+        """Steering controls that turn the ship by themselves and push it nowhere: ordered moments, unequal thrusts."""
+        pairs = zip(self.ship.model.controls, self.ship.model.differential, strict=True)
+        uneven = {name for name, share in pairs if share}
+        return tuple(name for name in self.steering if unit(name) == "N m" or name in uneven)
 
     @property
     def sways(self) -> bool:

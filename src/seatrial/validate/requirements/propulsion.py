@@ -11,6 +11,7 @@ import numpy as np
 
 from ...data import Array, unwrapped
 from ...environment import CALM
+from ...models import unit
 from ...models.common import Composed, Surroundings
 from . import Finding, Judgement, Plot, judged, worst
 from . import thresholds as limit
@@ -201,6 +202,9 @@ def reversing(p: Probe) -> Judgement:
         return Judgement("not applicable", "the ship has no propeller order n_P")
     if any(name.startswith("alpha") for name in p.steering):
         return Judgement("not applicable", "its thrusters turn about: they push astern without a reversed propeller")
+    if all(unit(name) == "N" for name in p.propulsion):
+        return Judgement("not applicable", f"its thrust is ordered in newtons ({', '.join(p.propulsion)}): it has no "
+                         "propeller that swings the stern")  # fmt: skip
     if not p.reverses:
         return Judgement("fail", "the ship's file says that the model is not valid at reversed revolutions: "
                          "its propeller has no side force astern")  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...data import Array, Trial, unwrapped
 from ...models import unit
-from . import Finding, Judgement, Plot, judged, worst
+from . import Finding, Judgement, Plot, judged, not_applicable, worst
 from . import thresholds as limit
 from .probe import Probe
 
@@ -67,6 +67,9 @@ def _curvature(run: Trial) -> float:
 def _side_force(p: Probe) -> Iterator[Finding]:
     """The rudder is at the stern: what turns the bow in pushes midship out."""
     if not p.sways:
+        return
+    if p.moments:
+        yield not_applicable("side force of the rudder", f"it has no rudder, {', '.join(p.moments)} turn it alone")
         return
     points: list[tuple[str, float]] = []
     for f in p.ahead:
