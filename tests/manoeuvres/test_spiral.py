@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from simple_ships import FOLD, RESIDUAL, SETTINGS, UNSTABLE, L, U, measured, norrbin
 
-from seatrial.manoeuvres import Settings
+from seatrial.cli.simulation import index_document
+from seatrial.forces import HARD_OVER
+from seatrial.manoeuvres import Settings, by_demand, decimals
 from seatrial.manoeuvres.pull_out import PullOut
 from seatrial.manoeuvres.reverse_spiral import ReverseSpiral
 from seatrial.manoeuvres.spiral import Spiral
@@ -156,3 +158,42 @@ def test_a_campaign_of_spirals_is_one_kernel():
     for lane, (gain, side) in enumerate(zip(K.tolist(), (1.0, -1.0, 1.0), strict=True)):
         alone = simulate(norrbin(K=gain), replace(policy, side=side), speed=U, duration=4000.0, dt=0.5)
         assert together.values[lane, :, 5] == pytest.approx(alone["r"], abs=1e-12)
+
+
+def test_the_width_of_a_loop_is_known_to_the_step_at_its_jumps():
+    """Turns with folds at +-7.3 deg, told in steps of 5 deg beyond 5: the width is 14.6 within 5, printed so."""
+    fold, steps = 7.3, np.array([20, 15, 10, 5, 4, 3, 2, 1, 0, -1, -2, -3, -4, -5, -10, -15, -20.0])
+    upper = np.where(steps > -fold, 0.3 + 0.005 * steps, -0.3 + 0.005 * steps)
+    lower = np.where(steps[::-1] < fold, -0.3 + 0.005 * steps[::-1], 0.3 + 0.005 * steps[::-1])
+    policy = Spiral.ordered(SETTINGS)
+
+    class Told(Spiral):
+        def curve(self, trial):
+            return np.radians(np.append(steps, steps[::-1][1:])), np.append(upper, lower[1:])
+
+    found = Told(**vars(policy)).indices(None, L)
+    width = found["loop_width"]
+    assert found["resolution"].value == pytest.approx(5 * DEGREE)
+    assert abs(width.value - 2 * fold * DEGREE) <= width.resolution == pytest.approx(5 * DEGREE)
+    assert found["neutral_rudder"].resolution == width.resolution
+    assert [decimals(x) for x in (5.0, 1.0, 0.99999999999, 0.25, 0.1, 30.0)] == [1, 1, 1, 2, 2, 0]
+    asked = index_document(width)
+    assert asked["resolution"] == pytest.approx(5.0)
+    assert by_demand({"loop_width": width})["loop_width"].resolution == pytest.approx(500 * DEGREE / HARD_OVER)
+
+
+@pytest.mark.long
+def test_direct_spiral_reverse_spiral_and_a_slow_ramp_agree_within_the_resolution():
+    ship = load("kvlcc2")
+    speed, n_P = approach(ship)
+    settings = Settings(n_P, speed, ship.L_pp, float(ship.actuators.rudder.high))
+    policy, run = spiral_of(replace(ship, validity={}), settings)
+    direct = policy.indices(run, ship.L_pp)["loop_width"]
+    back = ReverseSpiral.ordered(settings)
+    clock = ship.L_pp / speed
+    reverse = back.indices(
+        simulate(replace(ship, validity={}), back, speed=speed, duration=960 * clock, dt=0.01 * clock), ship.L_pp
+    )["loop_width"]
+    assert abs(direct.value - reverse.value) < direct.resolution
+    assert abs(direct.value - 0.40 * DEGREE) < direct.resolution
+    assert reverse.value == pytest.approx(0.40 * DEGREE, abs=0.02 * DEGREE)

@@ -111,20 +111,30 @@ def _replay(folder: str, run: str, manoeuvre: str | None, out: Path | None, json
 
 
 def index_document(index: Index) -> dict[str, object]:
-    """An index with its unit; angles in degrees, lengths also in ship lengths."""
-    if index.unit in ("rad", "rad/s"):
-        return {"value": index.value / DEGREE, "unit": index.unit.replace("rad", "deg")}
-    out: dict[str, object] = {"value": index.value, "unit": index.unit}
+    """An index with its unit; angles in degrees, lengths also in ship lengths; its resolution where it has one."""
+    per = DEGREE if index.unit in ("rad", "rad/s") else 1.0
+    out: dict[str, object] = {"value": index.value / per, "unit": index.unit}
+    if per != 1.0:
+        out["unit"] = index.unit.replace("rad", "deg")
+    if index.resolution:
+        out["resolution"] = index.resolution / per
     return out if index.over_L is None else {**out, "over_L": index.over_L}
 
 
 def show_indices(title: str, indices: Mapping[str, Mapping[str, Any]]) -> None:
     """The indices of a manoeuvre as a table."""
     rows = [
-        (name.replace("_", " "), figure(i["value"], 5), i["unit"], figure(i.get("over_L")))
+        (name.replace("_", " "), _resolved(i), i["unit"], figure(i.get("over_L")))
         for name, i in indices.items()
     ]
     show_table((title, "value", "unit", "in L_pp"), rows, right=(1, 3))
+
+
+def _resolved(index: Mapping[str, Any]) -> str:
+    from ..manoeuvres import decimals
+
+    finest = index.get("resolution")
+    return f"{index['value']:.{decimals(finest)}f}" if finest else figure(index["value"], 5)
 
 
 def steer(

@@ -12,7 +12,7 @@ from .. import data
 from ..core.errors import RequestError
 from ..core.parameters import unknown, values
 from ..environment import Uniform
-from ..manoeuvres import Index, Manoeuvre, Policy
+from ..manoeuvres import Index, Manoeuvre, Policy, decimals
 from ..ships import Ship as AnyShip
 from ..simulate.run import simulate as run_policy
 from ..workflow.request import DEGREE, Around, Note, Surroundings, ship_of, silent, surroundings
@@ -54,7 +54,9 @@ class Indices(Tabular, Mapping[str, Index]):
 
         def row(name: str, index: Index) -> tuple[Cell, ...]:
             angle = index.unit.startswith("rad")
-            value = index.value / DEGREE if angle else index.value
+            per = DEGREE if angle else 1.0
+            finest, value = index.resolution / per, index.value / per
+            value = round(value, decimals(finest)) if finest else value
             return name, value, index.unit.replace("rad", "deg"), index.over_L
 
         rows = tuple(row(name, index) for name, index in self.found.items())

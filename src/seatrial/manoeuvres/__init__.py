@@ -23,7 +23,7 @@ from ..data import Array, Trial
 from ..forces import HARD_OVER
 from ..models import STEERING
 
-__all__ = ["Given", "Index", "Manoeuvre", "Policy", "Scheduled", "Settings"]
+__all__ = ["Given", "Index", "Manoeuvre", "Policy", "Scheduled", "Settings", "decimals"]
 
 # Slower than this [m/s] a ship gives no sensible L/U.
 _SLOWEST = 1e-3
@@ -35,12 +35,19 @@ class Index:
 
     Attributes:
         helm: power of the rudder angle in it: 1 of an angle of the rudder, -1 of what it gives per radian.
+        resolution: how finely the run determines it, in its unit; 0 where no step of the manoeuvre limits it.
     """
 
     value: float
     unit: str
     over_L: float | None = None
     helm: int = 0
+    resolution: float = 0.0
+
+
+def decimals(resolution: float) -> int:
+    """Decimals that are worth printing of a figure known this finely: a tenth of it."""
+    return max(0, 1 - math.floor(math.log10(resolution) + 1e-9))
 
 
 def by_demand(indices: Mapping[str, Index]) -> dict[str, Index]:
@@ -48,9 +55,10 @@ def by_demand(indices: Mapping[str, Index]) -> dict[str, Index]:
     out: dict[str, Index] = {}
     for name, index in indices.items():
         if index.helm:
-            value = index.value * (100.0 / HARD_OVER) ** index.helm
+            share = (100.0 / HARD_OVER) ** index.helm
             unit = {("rad", 1): "%", ("s", 1): "% s/rad", ("-", -1): "rad/%"}.get((index.unit, index.helm), index.unit)
-            out[name.replace("rudder", "steer")] = replace(index, value=value, unit=unit)
+            demand = replace(index, value=share * index.value, unit=unit, resolution=share * index.resolution)
+            out[name.replace("rudder", "steer")] = demand
         else:
             out[name] = index
     return out

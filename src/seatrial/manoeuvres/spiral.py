@@ -102,8 +102,10 @@ class Spiral(Manoeuvre):
 
         The loop is as wide as the two angles at which the ship changes its side of turning, going
         down and coming up, lie apart; zero (to the creep of the steady turns) where they are one.
-        Its height is the difference between the yaw rates at rudder midships.  A figure whose part
-        of the curve the run does not hold is left out.
+        A ship that jumps does so anywhere between two angles: `resolution` is the greater of the two
+        increments, which is that of `step` where the loop reaches beyond `near`.  The height is the
+        difference between the yaw rates at rudder midships.  A figure whose part of the curve the
+        run does not hold is left out.
         """
         delta, r = self.curve(trial)
         if delta.size < 3:
@@ -116,14 +118,20 @@ class Spiral(Manoeuvre):
         midships = [_crossing(delta[part], r[part]) for part in (down, up)]
         if None not in crossings:
             a, b = (float(x) for x in crossings if x is not None)
-            width = self.side * (b - a)
-            out |= {"loop_width": Index(max(width, 0.0), "rad", helm=1),
-                    "neutral_rudder": Index(0.5 * (a + b), "rad", helm=1),
-                    "resolution": Index(float(self.fine), "rad", helm=1)}  # fmt: skip
+            width, apart = self.side * (b - a), max(_increment(r[part], delta[part]) for part in (down, up))
+            out |= {"loop_width": Index(max(width, 0.0), "rad", helm=1, resolution=apart),
+                    "neutral_rudder": Index(0.5 * (a + b), "rad", helm=1, resolution=apart),
+                    "resolution": Index(apart, "rad", helm=1)}  # fmt: skip
         if None not in midships:
             a, b = (float(x) for x in midships if x is not None)
             out["loop_height"] = Index(self.side * (a - b), _RATE)
         return out
+
+
+def _increment(through: Array, values: Array) -> float:
+    """How far apart the values are between which `through` first changes its sign."""
+    i = int(np.argmax(np.signbit(through[1:]) != np.signbit(through[:-1])))
+    return abs(float(values[i + 1] - values[i]))
 
 
 def _crossing(through: Array, values: Array) -> float | None:
