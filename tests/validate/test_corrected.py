@@ -15,7 +15,7 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import STATES
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
-from seatrial.validate.corrected import corrected, instruments, of_trial, words
+from seatrial.validate.corrected import corrected, of_trial, shared_by_all, summed, words
 
 SHIP = load("kvlcc2")
 DEG = math.radians(1.0)
@@ -87,7 +87,6 @@ def test_a_trial_without_errors_or_without_the_channel_stays_as_it_is(right: Tri
 def test_currents_and_biases_stay_with_their_trial_and_errors_of_instruments_with_the_instruments(right: Trial) -> None:
     found = {EVERY: {"offset.delta": 1.5 * DEG, "current.north": 0.3},
              "a": {"current_x": 0.1, "current_y": -0.2, "bias_u": 0.05}}  # fmt: skip
-    assert instruments(found) == {"offset.delta": 1.5 * DEG}  # a current is no instrument
     mine = of_trial("a", found, ("a",))
     all_of_it = {"offset.delta": 1.5 * DEG, "current.north": 0.4, "current.east": -0.2, "bias.u": 0.05}
     assert mine == pytest.approx(all_of_it)
@@ -98,3 +97,11 @@ def test_currents_and_biases_stay_with_their_trial_and_errors_of_instruments_wit
     told = words(mine, SHIP.model, right)
     assert "an offset of delta of 1.5 deg" in told
     assert "a current of 0.447 m/s towards 333 deg" in told
+
+
+def test_what_all_trials_share_holds_for_those_kept_back_the_current_included() -> None:
+    found = {EVERY: {"offset.delta": 1.5 * DEG, "current.north": 0.3}, "a": {"current_x": 0.1}}
+    assert of_trial("kept", found, ("a", "kept")) == shared_by_all(found) == found[EVERY]
+    assert of_trial("elsewhere", found, ("a", "kept")) == {}
+    own = {"current.north": 0.1, "bias.u": 0.05}
+    assert summed(shared_by_all(found), own) == pytest.approx({**found[EVERY], "current.north": 0.4, "bias.u": 0.05})

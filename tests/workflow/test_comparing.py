@@ -55,12 +55,17 @@ def test_the_estimated_current_acts_on_the_trials_it_was_estimated_on(fitted: Pa
     assert errors["x"]["rmse"] < 1.0  # 0.2 m/s over 60 s are 12 m
 
 
-def shared(fitted: Path, to: Path, **errors: float) -> str:
-    """The fit with errors of instruments that it might have estimated on trial a, and only there."""
+def shared(fitted: Path, to: Path, *kept: str, **errors: float) -> str:
+    """The fit with what it might have estimated on trial a as common to all trials, and only there.
+
+    Args:
+        kept: other trials of its study.
+    """
     shutil.copytree(fitted / "run", to)
     held = json.loads((to / "fit.json").read_text())
     model = (to / "model.toml").read_text()
     (to / "model.toml").write_text(re.sub(r'trained_on = \[[^\]]*\]', 'trained_on = ["a"]', model))
+    held["grounds"]["trials"] = [one for one in held["grounds"]["trials"] if one["name"] in ("a", *kept)]
     write_summary(to, {**held, "nuisances": {"*": {k.replace("_", "."): v for k, v in errors.items()}}})
     return str(to / "model.toml")
 
@@ -73,7 +78,7 @@ def test_errors_of_instruments_are_taken_out_of_other_trials_only_where_asked(
     assert main(["validate", fit, str(fitted / "logs"), "--json"]) == 0
     told = capsys.readouterr()
     assert "note: a: corrected by a bias of the heading of 5.73 deg" in told.err
-    assert "note: b: not corrected by what the fit found on its own trials" in told.err
+    assert "note: b: not of this study, so not corrected by what its fit found" in told.err
     assert f"--instruments {fit} does it" in told.err
     both = judged(fitted, fit, capsys, "--instruments", fit)["trials"]
     apart = json.loads(told.out)["trials"]
@@ -82,6 +87,25 @@ def test_errors_of_instruments_are_taken_out_of_other_trials_only_where_asked(
     assert ours != pytest.approx(plain, rel=1e-2)  # it sails another way from the corrected heading
     assert main(["validate", fit, str(fitted / "logs"), "--instruments", "kvlcc2"]) == 2
     assert "no fit beside it has estimated an error of an instrument" in capsys.readouterr().err
+
+
+def test_a_current_of_all_trials_acts_on_those_that_the_study_keeps_back(fitted: Path, tmp_path: Path, capsys) -> None:
+    """As the same current does that is given; on a trial of another study only where asked."""
+    north, east = 0.2 * math.cos(0.5), 0.2 * math.sin(0.5)
+    there = {"current_north": north, "current_east": east}
+    kept, apart = shared(fitted, tmp_path / "kept", "b", **there), shared(fitted, tmp_path / "apart", **there)
+    log = str(fitted / "logs" / "b.csv")
+
+    def error(*words: str) -> float:
+        capsys.readouterr()
+        assert main(["validate", *words, log, "--json"]) == 0
+        return json.loads(capsys.readouterr().out)["trials"]["b"]["fitted"]["metrics"]["x"]["rmse"]
+
+    given = error(apart, "--current", f"0.2,{math.degrees(0.5):.9f}")
+    assert error(kept) == pytest.approx(given, rel=1e-6)
+    assert error(apart, "--instruments", apart) == pytest.approx(given, rel=1e-6)
+    assert error(apart) != pytest.approx(given, rel=1e-2)
+    assert error(kept, "--current", "0,0") == pytest.approx(error(apart), rel=1e-6)
 
 
 def test_a_current_that_is_given_acts_in_place_of_any_other(fitted: Path, tmp_path: Path, capsys) -> None:

@@ -214,7 +214,7 @@ def test_a_fit_that_does_not_explain_the_data_says_so_first(study: Path, tmp_pat
     assert not any(line.startswith("not explained") for line in freed.leads)
     assert "--free-suspects" in json.loads((tmp_path / "freed" / "report.json").read_text())["provenance"]["command"]
     changes = json.loads((tmp_path / "freed" / "report.json").read_text())["changes"]
-    assert "not corrected by what the fit found on the training trials (an offset of delta" in changes[0]
+    assert "compared as corrected by an offset of delta" in changes[0]
 
     assert main(["identify", str(at / "study.toml"), "-o", str(tmp_path / "freed")]) == 2, "settings differ"
     capsys.readouterr()

@@ -208,17 +208,17 @@ def _assumed(evidence: Evidence) -> Iterator[str]:
 def _parameters(evidence: Evidence) -> Iterator[str]:
     if evidence.fit is None:
         return
-    verdicts = evidence.fit.verdicts
+    verdicts = [v for v in evidence.fit.verdicts if v.subject in evidence.fit.vector.paths]
     conditional = sum(v.status == "conditional" for v in verdicts)
     if conditional:
         yield (
-            f"{conditional} of {len(verdicts)} parameters or combinations would be identified if the model were right, "
+            f"{conditional} of {len(verdicts)} parameters would be identified if the model were right, "
             "which the residuals contradict."
         )
     unknown = [v.subject for v in verdicts if v.status not in ("identified", "conditional")]
     if unknown:
         yield (
-            f"{len(unknown)} of {len(verdicts)} parameters or combinations are not, or only weakly, "
+            f"{len(unknown)} of {len(verdicts)} parameters are not, or only weakly, "
             "identified by these data (see the fit): the model may predict well, but those numbers are not "
             "physics."
         )

@@ -167,6 +167,13 @@ def fitted_nuisances(model: str | Path) -> dict[str, dict[str, float]]:
     }  # fmt: skip
 
 
+def studied(model: str | Path) -> tuple[str, ...]:
+    """Names of all trials of the study that a model was fitted in, kept back or not; empty where no fit is beside."""
+    told = _beside(model).get("grounds", {})
+    trials = told.get("trials", ()) if isinstance(told, dict) else ()
+    return tuple(str(one.get("name")) for one in trials if isinstance(one, dict))
+
+
 def _number(value: object, where: str, positive: bool = False) -> float:
     """A number of a file of a fit, which people may have edited."""
     what = f"{where} is {str(value)[:40]}; it must be a {'positive' if positive else 'finite'} number"

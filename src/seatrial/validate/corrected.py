@@ -29,24 +29,29 @@ _APART = ("delay", "current")
 _CURRENTS = {"current.north": CURRENT[0].rpartition(".")[2], "current.east": CURRENT[1].rpartition(".")[2]}
 
 
-def instruments(found: Mapping[str, Errors]) -> dict[str, float]:
-    """Errors of instruments that all trials of a fit share; a current that they share is none.
+def shared_by_all(found: Mapping[str, Errors]) -> dict[str, float]:
+    """Everything that all trials of a fit share: errors of instruments, and a current.
 
     Args:
         found: by trial and name, as in `Fit.nuisances`.
     """
-    return {name: size for name, size in found.get(EVERY, {}).items() if name not in _CURRENTS}
+    return dict(found.get(EVERY, {}))
 
 
-def of_trial(name: str, found: Mapping[str, Errors], trained_on: Collection[str]) -> dict[str, float]:
+def summed(one: Errors, other: Errors) -> dict[str, float]:
+    """Errors of both; those of one name add up."""
+    return {name: one.get(name, 0.0) + other.get(name, 0.0) for name in (*one, *other)}
+
+
+def of_trial(name: str, found: Mapping[str, Errors], studied: Collection[str]) -> dict[str, float]:
     """Everything that a fit estimated for a trial of this name: shared errors, its current and its biases.
 
-    Of a trial that the fit was not trained on, nothing that is shared.
+    What is shared holds for the trials of the study, those that it keeps back included.
 
     Args:
         found: by trial and name, as in `Fit.nuisances`.
     """
-    out = dict(found.get(EVERY, {})) if name in trained_on else {}
+    out = dict(found.get(EVERY, {})) if name in studied else {}
     for key, size in found.get(name, {}).items():
         named = next((one for one, own in _CURRENTS.items() if own == key), key.replace("bias_", "bias.", 1))
         out[named] = out.get(named, 0.0) + size

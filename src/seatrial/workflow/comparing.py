@@ -201,34 +201,36 @@ def _corrected(
     ship: Ship, model: str, trials: Sequence[Trial], around: Around
 ) -> tuple[list[Trial], list[str]]:  # fmt: skip
     """The trials without the errors that a fit estimated, and a line on each that was corrected or was not."""
-    from ..study.store import fitted_nuisances
-    from ..validate.corrected import corrected, instruments, of_trial, words
+    from ..study.store import fitted_nuisances, studied
+    from ..validate.corrected import corrected, of_trial, shared_by_all, summed, words
 
     found = fitted_nuisances(model)
-    shared, fit = instruments(found), model
-    if around.instruments is not None:
-        shared, fit = instruments(fitted_nuisances(around.instruments)), around.instruments
-        if not shared:
-            raise RequestError(f"--instruments: {fit}: no fit beside it has estimated an error of an instrument "
-                               "([nuisance.common], --free-suspects); name the model.toml of one that has")  # fmt: skip
-    names = {*provenance(ship).get("trained_on", ()), *found}
+    fit = model if around.instruments is None else around.instruments
+    every = shared_by_all(found if fit == model else fitted_nuisances(fit))
+    if around.instruments is not None and not every:
+        raise RequestError(f"--instruments: {fit}: no fit beside it has estimated an error of an instrument or a "
+                           "current of all trials ([nuisance.common], --free-suspects); name the model.toml of one "
+                           "that has")  # fmt: skip
+    anew = around.current is not None or around.fit_first is not None
+    shared = {name: size for name, size in every.items() if not (anew and name.startswith("current."))}
+    names = {*provenance(ship).get("trained_on", ()), *found, *studied(model)}
     own = found if around.fit_first is None else {}
     out: list[Trial] = []
     lines: list[str] = []
     for trial in trials:
-        mine = {name: size for name, size in of_trial(trial.name, own, names).items()
-                if name not in instruments(found) and not (around.current and name.startswith("current."))}  # fmt: skip
+        mine = {name: size for name, size in of_trial(trial.name, own, ()).items()
+                if not (around.current and name.startswith("current."))}  # fmt: skip
         if any(mine.values()):
             lines.append(f"{trial.name}: {words(mine, ship.model, trial)}, taken as the fit estimated")
         errors = shared if trial.name in names or around.instruments else {}
-        out.append(corrected(trial, {**mine, **errors}, ship.model))
+        out.append(corrected(trial, summed(errors, mine), ship.model))
     right = [trial.name for trial in trials if trial.name in names or around.instruments]
     others = [trial.name for trial in trials if trial.name not in right]
     if right and shared:
         lines.append(f"{_named(right)}: corrected by {words(shared, ship.model, trials[0])}, as the fit of {fit} "
                      "estimated")  # fmt: skip
     if others and shared:
-        lines.append(f"{_named(others)}: not corrected by what the fit found on its own trials "
+        lines.append(f"{_named(others)}: not of this study, so not corrected by what its fit found "
                      f"({words(shared, ship.model, trials[0])}); --instruments {fit} does it")  # fmt: skip
     return out, lines
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial, singledispatch
 from pathlib import Path
@@ -18,7 +18,7 @@ from ..report.report import Report
 from ..ships.files import load
 from ..study.store import MODEL
 from ..study.study import Study
-from ..validate.corrected import corrected, instruments, of_trial, words
+from ..validate.corrected import corrected, of_trial, shared_by_all, words
 from ..validate.foresight import foreseen
 from . import Document, Shown, Sink, Table, figure
 from .comparing import compared, scales
@@ -82,11 +82,11 @@ def _compare(
     """The fit compared with the trials kept back (those of training, where none was), and its posterior."""
     problem, trials, out = study.problem, judged_on(study), page.parent
     ahead, missing = foreseen(study, fit.ship)
-    names, model = {trial.name for trial in problem.trials}, problem.ship.model
+    names, model = {trial.name for trial in (*problem.trials, *trials)}, problem.ship.model
     right = [corrected(trial, of_trial(trial.name, fit.nuisances, names), model) for trial in trials]
     fitted = load(out / MODEL)
     comparisons, failed = compared(fitted, right, study.restart, scales(trials, study.sigma), problem.ship)
-    changes = _changes(fit, trials, names, out)
+    changes = _changes(fit, trials)
     for line in (*(f"error: {line}" for line in failed), *(f"note: {line}" for line in changes)):
         sink.note(line)
     Report(
@@ -100,16 +100,12 @@ def _compare(
     ).write(page)  # fmt: skip
 
 
-def _changes(fit: Fit, trials: Sequence[Trial], trained_on: Collection[str], out: Path) -> tuple[str, ...]:
-    """What the errors of instruments that the fit estimated do to the trials of its report."""
-    shared = instruments(fit.nuisances)
-    if not shared:
-        return ()
-    what = words(shared, fit.ship.model, trials[0])
-    if any(trial.name in trained_on for trial in trials):
-        return (f"the training trials are compared as corrected by {what}",)
-    remedy = f"seatrial validate {out / MODEL} TRIAL... --instruments {out / MODEL} does it"
-    return (f"the trials kept back are not corrected by what the fit found on the training trials ({what}); {remedy}",)
+def _changes(fit: Fit, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """What the errors of instruments and the current that the fit found in all trials do to those of its report."""
+    shared = shared_by_all(fit.nuisances)
+    what = words(shared, fit.ship.model, trials[0]) if shared else ""
+    return (f"trials are compared as corrected by {what}, as the fit estimated for all trials of the study",) if what \
+        else ()
 
 
 def _tuned(

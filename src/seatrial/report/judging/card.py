@@ -272,9 +272,10 @@ def _by_evidence(card: Card) -> Iterator[str]:
         held = [(row.windows, row.inside) for row in every]
     if narrow := [share for windows, shares in held for share in shares.values() if share < _least(windows)]:
         yield f"with its bands as a margin: where 95 % are claimed, {_percent(min(narrow))} held"
-    weak = [v for v in card.fit.verdicts if v.status not in ("identified", "conditional")]
+    own = [v for v in card.fit.verdicts if v.subject in card.fit.vector.paths]
+    weak = [v for v in own if v.status not in ("identified", "conditional")]
     if weak:
-        yield f"to read its numbers as physics: {len(weak)} of {len(card.fit.verdicts)} are not, or weakly, identified"
+        yield (f"to read its numbers as physics: {len(weak)} of {len(own)} parameters are not, or weakly, identified")
     elif _explained(card) is False:
         yield "to read its numbers as physics: the residuals contradict the model"
 
