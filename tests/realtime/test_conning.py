@@ -186,6 +186,32 @@ def test_full_on_the_telegraph_is_that_of_the_page_and_ends_where_the_engine_doe
     assert free.take(huge, "a", 0.0) == {"n_P": ranges(free.ship, 10.0)["n_P"].high}
 
 
+@pytest.mark.parametrize(("number", "obeyed"), [(None, True), (0, True), (1, True), (2, False), (3, False)])
+def test_a_single_shaft_is_number_0_or_1(number, obeyed):
+    con = conning()
+    order = said("PRC", rpmdemand=60.0, rpmdemandstatus="R", engineshaftnum=number)
+    assert con.take(order, "a", 0.0) == ({"n_P": pytest.approx(1.0)} if obeyed else {})
+    assert con.counts["taken" if obeyed else "unfit"] == 1
+
+
+def test_why_orders_are_refused_and_what_a_ship_lacks():
+    con = conning()
+    assert con.refusal("a", 0.0) == ""
+    con.take(heading(40.0), "a", 0.0)
+    assert con.refusal("a", 5.0) == ""
+    assert con.refusal("b", 5.0) == "a has command"
+    assert con.refusal("b", 10.1) == ""  # a has been silent for longer than 10 s
+    con.listen(False)
+    assert "not handed over" in con.refusal("a", 5.0)
+    assert con.commander == ""
+    con.listen(True)
+    assert con.refusal("b", 5.0) == ""
+    assert not any(con.missing(kind) for kind in ("HTC", "ROR", "PRC"))
+    otter = conning("otter")
+    assert [bool(otter.missing(kind)) for kind in ("HTC", "ROR", "PRC")] == [True, True, False]
+    assert conning(steers=False).missing("HTC")
+
+
 def test_a_ship_whose_model_keeps_its_speed_has_no_shaft():
     con = conning("zeefakkel")
     assert shafts(con.ship) == ()

@@ -246,25 +246,28 @@ def test_nmea_2000_is_read_by_another_decoder(stage):
 
 @pytest.mark.slow
 def test_each_group_goes_out_at_its_rate(stage):
-    """Ten seconds of a ship that ticks 20 times a second: the number of frames is the rate of the group times ten."""
+    """Half a minute of a ship that ticks 20 times a second: the frames of a group are its rate times the time."""
     can = pytest.importorskip("can")
     stage, _ = on_wire(scene(name="kvlcc2", rate=20.0))
     stage.loop.run(1.0)
     listening = can.Bus(interface="virtual", channel="test rates")
-    bus, heard = Bus(stage, "virtual:test rates"), {}
+    bus, heard, sequence = Bus(stage, "virtual:test rates"), {}, []
     try:
-        stage.loop.run(10.0)
+        stage.loop.run(30.0)
         while (frame := listening.recv(0.05)) is not None:
             pgn = frame.arbitration_id >> 8 & 0x1FFFF
             heard[pgn] = heard.get(pgn, 0) + 1
+            sequence += [frame.data[0]] if pgn == 127250 else []
             assert (frame.arbitration_id & 0xFF, frame.is_extended_id) == (35, True)
     finally:
         bus.close()
         listening.shutdown()
     twice = {130306, 130578}  # apparent and true; two frames
     for pgn, (rate, _) in GROUPS.items():
-        assert heard[pgn] == pytest.approx(10.0 * rate * (2 if pgn in twice else 1), abs=2)
+        assert heard[pgn] == pytest.approx(30.0 * rate * (2 if pgn in twice else 1), abs=2)
     assert bus.sent == sum(heard.values())
+    assert sequence[: len(sequence) - 1] == [(sequence[0] + k) % 253 for k in range(len(sequence) - 1)]
+    assert max(sequence) == 252  # 253 to 255 mean something else
 
 
 def test_a_bus_that_cannot_be_opened_is_refused(stage):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scenes import DEG, FERRY, Criteria, Fault, Limits, scene
 
+from seatrial.core.errors import RefusalError
 from seatrial.manoeuvres.track import legs
 from seatrial.realtime.range.contacts import Contact, contact, touching
 from seatrial.realtime.range.faults import INSTRUMENTS
@@ -274,6 +275,7 @@ def test_an_instrument_is_lost_five_seconds_after_its_last_reading(kind, text):
     stage.loop.run(2.0)
     (alarm,) = stage.alarms.standing()
     assert (alarm.cause.text, alarm.cause.priority, alarm.state) == (text, "W", "V")
+    assert (alarm.cause.identifier, alarm.cause.instance) == ({"gyro": 10011, "gnss": 10012}[kind], 1)
     assert alarm.changed == pytest.approx(15.5, abs=0.51)
     stage.loop.run(8.0)
     assert alarm.state == "U"
@@ -284,7 +286,8 @@ def test_off_track_is_beyond_the_limit_on_either_side(across, raised):
     stage = Stage(scene(rate=5.0, limits=Limits(cross_track=50.0)))
     stage.alarms._across = lambda: across
     stage.loop.run(2.0)
-    assert [one.cause.text for one in stage.alarms.standing()] == ["OFF TRACK"] * raised
+    found = [(one.cause.text, one.cause.identifier) for one in stage.alarms.standing()]
+    assert found == [("OFF TRACK", 10031)] * raised
 
 
 @pytest.mark.parametrize(("under", "raised"), [(3.1, False), (2.9, True)])
@@ -303,7 +306,8 @@ def test_a_rudder_apart_from_its_order_by_more_than_its_limit_for_five_seconds(a
     stage.loop.run(4.5)
     assert not stage.alarms.standing()
     stage.loop.run(3.0)
-    assert [one.cause.text for one in stage.alarms.standing()] == ["RUDDER RESPONSE"] * raised
+    found = [(one.cause.text, one.cause.identifier) for one in stage.alarms.standing()]
+    assert found == [("RUDDER RESPONSE", 10021)] * raised
 
 
 @pytest.mark.slow
@@ -353,6 +357,28 @@ def test_each_value_of_an_instrument_is_wrong_by_what_was_said(of, name, kind):
     stage.loop.run(3.0)
     assert not stage.faults.since
     assert vessel.altered([truth]) == [truth]
+
+
+def test_a_frozen_instrument_repeats_what_it_said_last_and_no_other_does():
+    stage = Stage(scene(rate=5.0, faults=(Fault("frozen", "gyro"), Fault("silent", "rate_gyro"))))
+    said = [Reading("gyro", float(k), {"psi": 0.1 * k}) for k in range(5)]
+    other = Reading("gnss", 2.0, {"x": 9.0})
+    assert stage.faults._alter([said[0], said[1]]) == [said[0], said[1]]
+    stage.faults.set(stage.loop, 0, True)
+    found = stage.faults._alter([said[2], other, said[3]])
+    assert [(one.kind, one.t, dict(one.values)) for one in found] == [
+        ("gyro", 2.0, {"psi": pytest.approx(0.1)}),
+        ("gnss", 2.0, {"x": 9.0}),
+        ("gyro", 3.0, {"psi": pytest.approx(0.1)}),
+    ]
+    stage.faults.set(stage.loop, 0, False)
+    stage.faults.set(stage.loop, 1, True)
+    assert stage.faults._alter([said[4], Reading("rate_gyro", 4.0, {"r": 1.0})]) == [said[4]]
+    stage.faults.set(stage.loop, 0, True)  # again: it freezes at what was said since
+    (again,) = stage.faults._alter([said[0]])
+    assert again.values == said[4].values
+    with pytest.raises(RefusalError, match="no such fault"):
+        stage.faults.set(stage.loop, 2, True)
 
 
 @pytest.mark.parametrize(("at", "lasts"), [(0.0, None), (3.0, 2.0), (3.1, 0.05)])
