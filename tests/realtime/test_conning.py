@@ -168,6 +168,12 @@ def test_shafts_by_number_odd_to_starboard_even_to_port():
     assert con.take(said("PRC", rpmdemand=60.0, rpmdemandstatus="R", engineshaftnum=7), "a", 0.0) == {}
 
 
+def test_the_telegraph_is_the_same_astern_and_grows_from_stop_to_full():
+    assert [TELEGRAPH[f"0{k}"] for k in range(6)] == [0.0, 0.3, 0.45, 0.65, 0.85, 1.0]
+    assert all(TELEGRAPH[f"1{k}"] == -TELEGRAPH[f"0{k}"] for k in range(1, 6))
+    assert len(TELEGRAPH) == 11
+
+
 @pytest.mark.parametrize("position", TELEGRAPH)
 def test_telegraph(position):
     con = conning()
