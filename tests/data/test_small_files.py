@@ -31,6 +31,8 @@ from seatrial.core.files import TomlError, toml_of
 from seatrial.core.unpacking import most, unpacked
 from seatrial.data import DataError
 from seatrial.data.documents import read_json
+from seatrial.data.formats.csv import read_all, read_mapping
+from seatrial.data.guess import guess
 from seatrial.data.inside import hold_parquet, hold_workbook
 from seatrial.data.mapping.recordings import _component, _named
 from seatrial.data.robot.files import opened
@@ -162,6 +164,20 @@ def test_the_rectangle_of_a_sheet_is_counted(tmp_path: Path) -> None:
             hold_workbook(sheet(path, f'{first}<row r="9"><c r="{last}"><v>1</v></c></row>'))
     with pytest.raises(DataError, match="place"):
         hold_workbook(sheet(path, first + '<row r="2"><c r="&#65;1"><v>1</v></c></row>'))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['t,h\n0,1\n"' + "1" * 200_000 + '",2\n', '"t","h' + "h" * 200_000 + '"\n0,1\n1,2\n',
+     "t,h\n0,1\n1," + "2" * 200_000 + "\n", 't,h\n0,"' + '"' * 200_000 + "\n"],
+)  # fmt: skip
+def test_a_cell_longer_than_any_reader_takes_is_one_line(tmp_path: Path, text: str) -> None:
+    path, mapping = tmp_path / "a.csv", tmp_path / "m.toml"
+    path.write_text(text)
+    mapping.write_text(MAPPING)
+    for read in (guess, lambda one: read_all(one, read_mapping(mapping))):
+        with pytest.raises(DataError, match=r"^[^\n]+$"):
+            read(path)
 
 
 # -- names and patterns

@@ -5,6 +5,7 @@ The readers share it: the bytes of a log become a table of floats only here.
 
 from __future__ import annotations
 
+import csv
 import difflib
 import math
 from collections.abc import Container, Generator, Iterable, Sequence
@@ -52,6 +53,14 @@ def existing(path: str | Path) -> Path:
     near = difflib.get_close_matches(here.name, names, n=4, cutoff=0.5)
     held = f"near: {', '.join(near)}" if near else f"the folder holds: {', '.join(names[:8]) or 'nothing'}"
     raise DataError(f"{here}: no such file; {held}")
+
+
+def quoted_cells(line: str, delimiter: str) -> list[str]:
+    """Cells of a line of which some may be within quotes; with one of over 131 072 characters it is one cell."""
+    try:
+        return next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:
+        return [line]
 
 
 def lines_of(path: str | Path, encoding: str = "utf-8-sig") -> list[str]:

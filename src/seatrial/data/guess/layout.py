@@ -6,14 +6,13 @@ Each choice is made by what makes most cells values: a wrong delimiter or decima
 from __future__ import annotations
 
 import codecs
-import csv
 import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
 from .. import DataError
-from ..table import existing
+from ..table import existing, quoted_cells
 from .naming import unit_of
 
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
@@ -129,7 +128,7 @@ def split_line(line: str, delimiter: str) -> list[str]:
     """Cells of a line, quotes taken off."""
     if delimiter == "whitespace":
         return line.split()
-    return [cell.strip().strip('"').strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    return [cell.strip().strip('"').strip() for cell in quoted_cells(line, delimiter)]
 
 
 def read_text(path: Path) -> Table:

@@ -6,7 +6,6 @@ Rows are counted and their cells are checked before any is read, since a reader 
 from __future__ import annotations
 
 import codecs
-import csv
 import io
 from collections.abc import Callable, Sequence
 from collections.abc import Mapping as Named
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import DataError
-from ..table import bytes_of
+from ..table import bytes_of, quoted_cells
 
 if TYPE_CHECKING:
     import polars as pl
@@ -194,7 +193,7 @@ def _counted(
             blank.append(k)
             continue
         if count != width and b'"' in line:
-            count, quoted = len(next(csv.reader([line.decode()], delimiter=separator))), True
+            count, quoted = len(quoted_cells(line.decode(), separator)), True
         if count != width:
             about = f"has {count} cells, {names} has {width}; complete or remove the line"
             raise DataError(f"{path}: line {first + k} {about}")
@@ -203,7 +202,7 @@ def _counted(
 
 def _cells(line: str, separator: str) -> list[str]:
     quoted = '"' in line
-    cells = next(csv.reader([line], delimiter=separator), []) if quoted else line.split(separator)
+    cells = quoted_cells(line, separator) if quoted else line.split(separator)
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
