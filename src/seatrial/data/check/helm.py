@@ -29,7 +29,7 @@ _DAMPED = 0.18
 _CERTAIN = 5.0
 # ... and by so many moves of the rudder.
 _FEWEST = 3
-# Rows that an indicator repeats at most where its noise makes it flicker.
+# Rows below which nine in ten repeats of an indicator are where its noise makes it flicker.
 _FLICKER = 15
 
 
@@ -130,7 +130,9 @@ def stuck_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
             continue
         order = np.argsort(lengths)
         longest, next_one = int(lengths[order[-1]]), int(lengths[order[-2]])
-        if longest > max(30, 4 * next_one) and next_one < _FLICKER and noise > 0:
+        # The longest of a thousand flickers is a matter of chance; that most are short is not.
+        usual = float(np.quantile(lengths, 0.9))
+        if longest > max(30, 4 * next_one) and usual < _FLICKER and noise > 0:
             k = int(starts[order[-1]])
             since, until = float(trial.t[k]), float(trial.t[k + longest])
             steps.append(Step(do="cut", where=((since, until),), trials=(trial.name,)))
