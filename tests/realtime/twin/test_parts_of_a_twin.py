@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -21,8 +22,11 @@ from seatrial.data import Trial
 from seatrial.environment import CHANNELS as AROUND
 from seatrial.realtime.twin import follow, live
 from seatrial.realtime.twin.acting import Acting, Override
+from seatrial.realtime.twin.ahead import Forecast, Score
 from seatrial.realtime.twin.alarms import WRONG, Alarm, Judge, alarm_of
+from seatrial.realtime.twin.card import page, parameters
 from seatrial.realtime.twin.live import Live
+from seatrial.realtime.twin.page.screen import _points
 from seatrial.realtime.twin.saved import load_state, save_state
 from seatrial.realtime.twin.settings import usual
 from seatrial.realtime.twin.sources import channels_of, moving, noise_of, rows_of
@@ -369,3 +373,39 @@ def test_a_saved_twin_is_the_same_twin(twin, tmp_path: Path) -> None:
     (alarm,) = other.alarms
     assert (alarm.held, alarm.rate, alarm.over, alarm.score) == (0.5, 0.25, 9.0, 3.0)
     assert NOISE.shape == (5,)
+
+
+@pytest.mark.slow
+def test_a_card_shows_what_changed_by_how_much_and_the_hours_of_the_log() -> None:
+    """Resistance a fifth up is +20 %; hours count from the beginning of the log; forecasts by horizon."""
+    one = Live(SHIP, usual(SHIP, ALL, free=("hull.R_0",), antenna=None))
+    one.feed(7200.0, dict.fromkeys(ALL, 0.0) | {"u_w": 7.0, "v_north": 7.0, "n_P": 1.5})
+    assert one.follower is not None
+    mean = one.follower.mean.copy()
+    mean[one.machine.names.index("hull.R_0")] *= 1.2
+    one.follower = replace(one.follower, mean=mean)
+    one.tally.hours = [Hour(7200.0, 330.0, 300)]
+    one.trust.scores[120.0] = Score(4, [400.0, 1600.0], 6)
+    (learnt,) = parameters(one)
+    assert learnt["value"] == pytest.approx(1.2 * learnt["before"])
+    document, text = page(one, "a.csv").document, page(one, "a.csv").html
+    assert "+20.0 %" in text
+    assert document["hours"][0]["nis"] == pytest.approx(1.1)
+    assert document["forecasts"]["120.0"] == {"count": 4, "rms": 10.0, "constant": 20.0, "held": 0.75}
+    hours = text[text.index("Consistency") :]
+    assert "<td>2</td>" in hours.replace(' class="number"', "")
+    names = {each["name"]: each for each in document["unseen"]}
+    assert names["antenna, forward of midship"]["sd"] == pytest.approx(0.3 * SHIP.L_pp)
+
+
+def test_bands_of_the_page_are_across_and_along_the_course() -> None:
+    """An ellipse of 30 m ahead and 4 m across a course of 40 deg, at a drift of 10 deg."""
+    psi, beta = math.radians(30.0), math.radians(10.0)
+    c, s = math.cos(psi + beta), math.sin(psi + beta)
+    turn = np.array([[c, -s], [s, c]])
+    cov = np.zeros((1, 3, 3))
+    cov[0, :2, :2], cov[0, 2, 2] = turn @ np.diag([900.0, 16.0]) @ turn.T, 1e-4
+    mean = np.array([[1.0, 2.0, psi, math.cos(beta), math.sin(beta), 0.0]])
+    ((t, x, y, across, along, heading, wide),) = _points(Forecast(np.array([5.0]), mean, cov))
+    assert (t, x, y, heading) == pytest.approx((0.0, 1.0, 2.0, psi), rel=1e-5)
+    assert (across, along, wide) == pytest.approx((1.6449 * 4.0, 1.6449 * 30.0, 1.6449 * 0.01), rel=1e-4)
