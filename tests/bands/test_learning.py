@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -232,6 +233,17 @@ def test_draws_have_the_moments_of_their_law() -> None:
     away = np.linalg.solve(root, (drawn - held.mean).T)
     assert np.abs(away.mean(axis=1)).max() < 4.0 / math.sqrt(20000)
     assert np.cov(away) == pytest.approx(np.eye(len(held.mean)), abs=0.05)
+
+
+def test_no_draw_is_beyond_the_bounds_of_the_study() -> None:
+    held = posterior()
+    sigma = np.sqrt(np.diag(held.covariance))
+    free = tuple(replace(f, low=m - s, high=m + 2.0 * s)
+                 for f, m, s in zip(held.free, held.mean.tolist(), sigma.tolist(), strict=True))  # fmt: skip
+    away = (draws_of(replace(held, free=free), 2000, 4) - held.mean) / sigma
+    assert away.min() > -1.0 - 1e-9
+    assert away.max() < 2.0 + 1e-9
+    assert (away < -1.0 + 1e-9).mean() == pytest.approx(0.5 * math.erfc(1.0 / math.sqrt(2.0)), abs=0.02)
 
 
 def test_the_usual_error_is_a_root_mean_square_by_trial() -> None:

@@ -1,6 +1,7 @@
 """`identify --sample`: draws beside the fit, done once, refused in one line, and drawn by a campaign."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from seatrial.study.drawn import read_draws
 from seatrial.study.stored import posterior
 from seatrial.workflow import RequestError
 from seatrial.workflow.campaigns.reading import campaign_of
+from seatrial.workflow.evidence.bands import simulate_with_bands
 from seatrial.workflow.identify import identify
 
 pytestmark = pytest.mark.slow
@@ -59,6 +61,39 @@ def test_the_run_folder_has_draws_summary_and_section(run):
     assert told["posterior"]["parameters"]["hull.Y_v"]["mean"] == pytest.approx(draws[:, 0].mean())
     assert "Posterior, sampled" in (out / "report.html").read_text()
     assert not list(out.glob("checkpoint*"))
+
+
+def _scaled(out: Path, to: Path, factor: float, **other: object) -> Path:
+    """The run with its draws so many times as far from their mean."""
+    shutil.copytree(out, to)
+    with np.load(out / "posterior.npz") as held:
+        arrays = {name: held[name] for name in held.files}
+    middle = arrays["draws"].mean(axis=(0, 1))
+    np.savez(to / "posterior.npz", **{**arrays, "draws": middle + factor * (arrays["draws"] - middle), **other})
+    return to / "model.toml"
+
+
+def test_bands_are_those_of_the_draws_and_as_wide_as_these(run, tmp_path):
+    _, out = run
+    wide = _scaled(out, tmp_path / "wide", 1.5)
+    made = {at: simulate_with_bands(str(at), "turning", 90.0, draws=400, extrapolate=True, rudder=35.0).sailed.bands
+            for at in (out / "model.toml", wide)}  # fmt: skip
+    one, other = (np.nanquantile(each.indices["advance"], [0.05, 0.95]) for each in made.values())
+    assert np.diff(other)[0] / np.diff(one)[0] == pytest.approx(1.5, rel=0.03)
+    drawn = [posterior(at).draws(300, 2) for at in made]
+    assert drawn[1].std(axis=0) == pytest.approx(1.5 * drawn[0].std(axis=0), rel=1e-9)
+    (wide.parent / "posterior.npz").unlink()
+    normal = posterior(wide)
+    assert normal.samples is None
+    assert normal.draws(4000, 2).std(axis=0) == pytest.approx(np.sqrt(np.diag(normal.covariance)), rel=0.05)
+
+
+def test_draws_of_another_fit_or_of_other_parameters_are_refused(run, tmp_path):
+    _, out = run
+    with pytest.raises(StudyError, match="keep the files of one run together"):
+        posterior(_scaled(out, tmp_path / "other", 1.0, fit=np.array("abc")))
+    with pytest.raises(StudyError, match="keep the files of one run together"):
+        posterior(_scaled(out, tmp_path / "paths", 1.0, paths=np.array(["hull.Y_v", "hull.Y_r"])))
 
 
 def test_draws_that_are_done_are_not_made_again(run):

@@ -147,9 +147,14 @@ class Normal(Protocol):
 
 
 def draws_of(one: Normal, count: int, seed: int) -> Array:
-    """Draws of the parameters, held within the physical range of each, shape (count, names)."""
+    """Draws of the parameters, held within its physical range and bounds each, shape (count, names).
+
+    The bounds are those of a fit that has declared them; fits of trials left out in turn have the same.
+    """
     weight, vectors = np.linalg.eigh(0.5 * (one.covariance + one.covariance.T))
     root = vectors * np.sqrt(np.clip(weight, 0.0, None))
     drawn = one.mean + np.random.default_rng(seed).standard_normal((count, len(one.mean))) @ root.T
-    known = specs(one.ship.model)
-    return np.clip(drawn, [known[name].low for name in one.names], [known[name].high for name in one.names])
+    known, free = specs(one.ship.model), getattr(one, "free", ())
+    ends = {each.path: (max(each.low, known[each.path].low), min(each.high, known[each.path].high)) for each in free}
+    low, high = zip(*(ends.get(name, (known[name].low, known[name].high)) for name in one.names), strict=True)
+    return np.clip(drawn, low, high)

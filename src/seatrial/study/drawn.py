@@ -76,6 +76,11 @@ def read_draws(path: str | Path) -> tuple[tuple[str, ...], Array]:
     return paths, draws
 
 
+def drawn_of(path: str | Path) -> str:
+    """Digest of the fit whose posterior the draws are of, of a file that `read_draws` has read."""
+    return str(unpacked(Path(path).read_bytes()).get("fit", ""))
+
+
 def save_power(found: Power, folder: str | Path) -> None:
     """Write what left-out trials say into the fit.json of their fit.
 

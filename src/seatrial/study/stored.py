@@ -22,7 +22,7 @@ from ..identify.posterior.left_out import Power
 from ..ships import Ship
 from ..ships.files import load
 from .arrays import ARRAYS, Held, read_arrays
-from .drawn import read_power
+from .drawn import DRAWS, drawn_of, read_draws, read_power
 from .store import COLUMNS, HISTORY, MODEL, SUMMARY, check_seal, read_summary
 
 _ABSENT = {"low": -math.inf, "high": math.inf, "prior": math.nan, "prior_sigma": math.inf}
@@ -141,6 +141,7 @@ class Posterior:
         grounds: trials of the fit and the ranges they cover (`grounds.grounds`); empty for a fit of before they were
             kept.
         power: how much less the likelihood is worth by trials left out in turn; None where none were.
+        samples: draws of its sampled posterior (`identify --sample`), shape (draws, free); None where it was not.
     """
 
     ship: Ship
@@ -150,6 +151,7 @@ class Posterior:
     digest: str
     grounds: Mapping[str, Any]
     power: Power | None = None
+    samples: Array | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -184,9 +186,11 @@ class Posterior:
         )
 
     def _normal(self, count: int, rng: np.random.Generator) -> Array:
-        """Draws whatever the bounds, shape (count, free)."""
+        """Draws whatever the bounds, shape (count, free): widened by left-out trials, else sampled, else normal."""
         if self.power is not None:
             return self.power.draws(self.free, self.mean, self.covariance, count, rng)
+        if self.samples is not None:
+            return self.samples[rng.integers(0, len(self.samples), count)]
         values, vectors = np.linalg.eigh(self.covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         return self.mean + rng.standard_normal((count, len(self.free))) @ root.T
@@ -223,7 +227,26 @@ def posterior(model: str | Path) -> Posterior:
         raise StudyError(f"{file}: its fit has no covariance ({SUMMARY}); {HOW} with an estimator that gives one, "
                          "such as shooting:Trajectory")  # fmt: skip
     return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.get("grounds") or {},
-                     read_power(summary, file.parent / SUMMARY))  # fmt: skip
+                     read_power(summary, file.parent / SUMMARY), _samples(file.parent, fit))  # fmt: skip
+
+
+def _samples(where: Path, fit: Fit) -> Array | None:
+    """Draws of the sampled posterior that lie beside a fit; None where there are none.
+
+    Raises:
+        StudyError: they cannot be read, or are of other parameters.
+    """
+    file = where / DRAWS
+    if not file.is_file():
+        return None
+    paths, draws = read_draws(file)
+    if drawn_of(file) != fit.digest:
+        raise StudyError(f"{file}: is of fit {drawn_of(file) or 'none'}, the {SUMMARY} beside it of fit {fit.digest}; "
+                         "keep the files of one run together, or delete the draws")  # fmt: skip
+    if set(paths) != set(fit.vector.paths):
+        raise StudyError(f"{file}: holds {len(paths)} parameters, the fit beside it {len(fit.free)} others; keep the "
+                         "files of one run together")  # fmt: skip
+    return draws[:, [paths.index(path) for path in fit.vector.paths]]
 
 
 def _open(value: float | None) -> float:

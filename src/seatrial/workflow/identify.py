@@ -44,7 +44,7 @@ def identify(
         out: folder of the run.  What is done in it, with the same data and settings, is not run again.
         quick, only: of a table of fits: its rehearsal, and the models to fit.
         sample: draws of the posterior of a study's fit that are wanted; None draws none.
-        left_out: leave each trial of a study out in turn, and widen the bands of its predictions by what that shows.
+        left_out: leave each trial of a study out in turn, and widen the bands of its manoeuvres by what that shows.
         free_suspects: as `suspects = "auto"` in [nuisance] of the study, or of the fits of a table that are asked for.
         dask: address of a Dask scheduler, or ``local:N``: the fits of a table, or the independent searches of a study
             (starts, ranges, trials left out, repetitions, profiles), are computed there, with the same numbers.

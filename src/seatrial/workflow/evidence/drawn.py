@@ -1,7 +1,7 @@
 """Draws of a manoeuvre of a fitted ship, and what their bands stand on.
 
 That is the calibration beside the model where there is one, else the posterior that trials left out in turn have
-widened, else the covariance of the fit alone.
+widened, else the samples of its posterior, else the covariance of the fit.
 """
 
 from __future__ import annotations
