@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from seatrial.data import Trial
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -98,3 +99,82 @@ def test_reference_kvlcc2(name):
         assert overshoot == pytest.approx(truth[f"overshoot{i}_deg"], abs=0.02)
         # the stored runs keep every fourth step: rows are 0.08 s apart
         assert found[f"{word}_reversal"].value == pytest.approx(truth[f"t_switch{i}_s"], abs=0.09)
+
+
+RATE, K, T = math.radians(5.0), 0.05, 20.0
+
+
+def by_events() -> list[float]:
+    """Overshoots of Nomoto's ship T r' + r = K delta behind a rudder of 5 deg/s, reversed exactly at 10 deg [rad]."""
+    state, delta, side, peaks = [0.0, 0.0], 0.0, 1.0, []
+    for _ in range(4):
+        way = side * TEN - delta
+
+        def rudder(t, way=way, delta=delta):
+            return delta + math.copysign(min(RATE * t, abs(way)), way)
+
+        def slope(t, z, rudder=rudder):
+            return [z[1], (K * rudder(t) - z[1]) / T]
+
+        def over(_, z, side=side):
+            return side * z[0] - TEN
+
+        over.terminal, over.direction = True, 1.0
+        found = solve_ivp(slope, (0.0, 400.0), state, events=over, rtol=1e-8, atol=1e-10, max_step=0.5)
+        peaks.append(float(np.max(-side * found.y[0])) - TEN)
+        state, delta, side = found.y[:, -1].tolist(), rudder(float(found.t[-1])), -side
+    return peaks[1:]
+
+
+def by_samples(dt: float, at_once: bool = False) -> Trial:
+    """The same reversed at the first sample at or beyond, each step in closed form or fine enough to be."""
+    policy, rows = Zigzag(10.0, TEN, TEN), []
+    psi = r = delta = 0.0
+    memory = policy.begin((0.0,) * 6)
+    fine = round(dt / 0.01)
+    for k in range(round(300.0 / dt)):
+        (_, order), memory = policy.command(k * dt, (0.0, 0.0, psi, 5.0, 0.0, r), memory)
+        delta = order if at_once else delta
+        rows.append((k * dt, psi, delta, order))
+        for _ in range(fine):
+            step = dt / fine
+            moved = float(np.clip(order - delta, -RATE * step, RATE * step))
+            acts, delta = delta + 0.5 * moved, delta + moved
+            decay = math.exp(-step / T)
+            psi, r = psi + K * acts * step + T * (r - K * acts) * (1 - decay), K * acts + (r - K * acts) * decay
+    t, psi, delta, order = np.array(rows).T
+    return Trial("zz", t, {"x": 5 * t, "y": 0 * t, "psi": psi, "delta": delta, "delta_cmd": order})
+
+
+@pytest.mark.slow
+def test_overshoots_hardly_depend_on_the_sample_at_which_the_rudder_is_reversed():
+    """Against integration with events; counted from the set heading they were high by the turn of half a sample."""
+    policy, exact = Zigzag(10.0, TEN, TEN), by_events()
+    for dt in (1.0, 0.5, 0.2, 0.1):
+        trial = by_samples(dt)
+        found = policy.indices(trial, 100.0)
+        heading = trial["psi"]
+        rows = policy._reversals(trial, heading)
+        for k, name in enumerate(("first", "second", "third")):
+            late = abs(heading[rows[k]]) - TEN
+            error = found[f"{name}_overshoot"].value - exact[k]
+            assert abs(error) < max(0.4 * late, 2e-5), (dt, name)
+
+
+def test_an_overshoot_counts_from_the_heading_at_the_reversal():
+    trial = by_samples(1.0)
+    policy, heading = Zigzag(10.0, TEN, TEN), trial["psi"]
+    row, end = policy._reversals(trial, heading)[:2]
+    first = policy.indices(trial, 100.0)["first_overshoot"].value
+    assert first == pytest.approx(float(heading[row:end].max() - heading[row]), abs=1e-12)
+    jumping = by_samples(1.0, at_once=True)
+    row, end = policy._reversals(jumping, jumping["psi"])[:2]
+    first = policy.indices(jumping, 100.0)["first_overshoot"].value
+    assert first == pytest.approx(float(jumping["psi"][row:end].max() - jumping["psi"][row]), abs=1e-12)
+
+
+def test_a_log_of_few_rows_does_not_tell_the_heading_at_the_reversal():
+    """Every fortieth row: the order is seen up to 4 s after it was given, and the set heading is nearer."""
+    trial, policy = by_samples(0.1), Zigzag(10.0, TEN, TEN)
+    few = policy.indices(trial.rows(slice(0, None, 40)), 100.0)["second_overshoot"].value
+    assert few == pytest.approx(policy.indices(trial, 100.0)["second_overshoot"].value, rel=0.05)

@@ -1,7 +1,9 @@
 """The zigzag delta/psi: the rudder is reversed whenever the heading has changed by psi.
 
-Overshoot is the heading beyond the set one after a reversal; times count from the first execute
-(ITTC 7.5-04-02-01, IMO MSC.137(76)).
+Overshoot is the heading beyond that at a reversal; times count from the first execute
+(ITTC 7.5-04-02-01, IMO MSC.137(76)).  A run that is steered by samples reverses up to one of them
+late: counted from the set heading its overshoots would be too large by what the ship turns in that
+time.
 """
 
 from __future__ import annotations
@@ -18,12 +20,14 @@ from ..core.symbolic import where
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .heel import either_way
-from .reading import after, at, in_lengths, path_length, reached, turned
+from .reading import after, at, helm_channel, in_lengths, path_length, reached, turned
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth")
 _NEEDED = 3
 # The heading must have come back by this fraction of psi before a peak counts as an overshoot.
 _BACK = 0.1
+# A rudder within this fraction of delta has not moved.
+_STILL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -59,7 +63,7 @@ class Zigzag(Manoeuvre):
         """Whether three overshoots are over, that is, the fourth execute has done its work."""
         run = after(trial, self.side * self.delta)
         heading = self.side * turned(run)
-        return len(self._overshoots(heading, self._reversals(run, heading))) >= _NEEDED
+        return len(self._overshoots(run, heading, self._reversals(run, heading))) >= _NEEDED
 
     def indices(self, trial: Trial, L_pp: float) -> Mapping[str, Index]:
         """Overshoots [rad], executes, initial turning and period [s], initial turning distance [m], heel [rad].
@@ -73,7 +77,7 @@ class Zigzag(Manoeuvre):
         run = after(trial, self.side * self.delta)
         heading = self.side * turned(run)
         reversals = self._reversals(run, heading)
-        peaks = self._overshoots(heading, reversals)
+        peaks = self._overshoots(run, heading, reversals)
         times = [float(run.t[i] - run.t[0]) for i in reversals]
         out = {f"{name}_overshoot": Index(peak, "rad") for name, peak in zip(_ORDINALS, peaks, strict=False)}
         out |= {f"{name}_reversal": Index(t, "s") for name, t in zip(_ORDINALS, times, strict=False)}
@@ -99,8 +103,8 @@ class Zigzag(Manoeuvre):
             return _alternations(self.side * run["delta_cmd"], 0.5 * self.delta, -1.0)
         return _alternations(heading, self.psi, 1.0)
 
-    def _overshoots(self, heading: Array, reversals: list[int]) -> list[float]:
-        """Heading beyond psi after each reversal, as far as the swing is over [rad]."""
+    def _overshoots(self, run: Trial, heading: Array, reversals: list[int]) -> list[float]:
+        """Heading beyond that at each reversal, as far as the swing is over [rad]."""
         peaks: list[float] = []
         side = 1.0
         for i, row in enumerate(reversals):
@@ -109,9 +113,20 @@ class Zigzag(Manoeuvre):
             peak = float(np.max(swing))
             if stop == heading.size and peak - swing[-1] < _BACK * self.psi:
                 break
-            peaks.append(peak - self.psi)
+            peaks.append(peak - (float(swing[0]) if self._executed(run, row, side) else self.psi))
             side = -side
         return peaks
+
+    def _executed(self, run: Trial, row: int, side: float) -> bool:
+        """Whether the order is given at its row, which a log of few rows shows later than it was.
+
+        The rudder then goes on to its old side up to that row, or jumps there from side to side.
+        """
+        if "delta_cmd" not in run or row == 0:
+            return False
+        before, now = (side * self.side * run[helm_channel(run)][row - 1 : row + 1]).tolist()
+        edge = _STILL * self.delta
+        return bool(now >= before - edge or (before >= self.delta - edge and now <= edge - self.delta))
 
 
 def _alternations(values: Array, level: float, side: float) -> list[int]:

@@ -25,7 +25,7 @@ _MOST = 4
 
 @dataclass(frozen=True)
 class ZigzagTally(Tally, Zigzag):
-    """A zigzag that notes four reversals and the peaks of the heading between them.
+    """A zigzag that notes four reversals, the heading at each and the peaks between them.
 
     Times and peaks are shifted by one place at a reversal, the last one first: a selection for each, and no test of
     which reversal it is.  The first reversal is where the heading comes up to psi for the first time; how it came there
@@ -34,7 +34,7 @@ class ZigzagTally(Tally, Zigzag):
 
     noted: ClassVar[tuple[str, ...]] = (
         "reversals", "time_a", "time_b", "time_c", "time_d", "peak", "peak_a", "peak_b", "peak_c", "swing",
-        "heading_before", "heading", "x", "y", "way_before", "way",
+        "begun", "begun_a", "begun_b", "begun_c", "heading_before", "heading", "x", "y", "way_before", "way",
     )  # fmt: skip
     memory: ClassVar[tuple[str, ...]] = (*Zigzag.memory, "failed", *noted)
     figures: ClassVar[Mapping[str, str]] = {
@@ -43,13 +43,14 @@ class ZigzagTally(Tally, Zigzag):
     }  # fmt: skip
 
     def first(self, state: Scalars) -> Scalars:
-        return (*([0.0] * 10), 0.0, 0.0, state[0], state[1], 0.0, 0.0)
+        return (*([0.0] * 14), 0.0, 0.0, state[0], state[1], 0.0, 0.0)
 
     def note(
         self, t: Scalar, state: Scalars, turned: tuple[Scalars, Scalars], noted: Scalars, valid: Scalar
     ) -> Scalars:
         (side, psi_0), (after, _) = turned
-        count, a, b, c, d, peak, peak_a, peak_b, peak_c, last, heading_0, heading, x, y, way_0, way = noted
+        count, a, b, c, d, peak, peak_a, peak_b, peak_c, last, *noted_on = noted
+        begun, begun_a, begun_b, begun_c, heading_0, heading, x, y, way_0, way = noted_on
         beyond = state[2] - psi_0
         flip = both(both(valid, count < _MOST), side * after < 0)
         opening = both(valid, count < 0.5)
@@ -60,6 +61,8 @@ class ZigzagTally(Tally, Zigzag):
             where(flip, t, a), where(flip, a, b), where(flip, b, c), where(flip, c, d),
             where(flip, swing, larger(peak, swing)),
             where(flip, peak, peak_a), where(flip, peak_a, peak_b), where(flip, peak_b, peak_c), swing,
+            where(flip, swing, begun),
+            where(flip, begun, begun_a), where(flip, begun_a, begun_b), where(flip, begun_b, begun_c),
             where(opening, heading, heading_0), where(opening, self.side * beyond, heading), state[0], state[1],
             where(opening, way, way_0), where(opening, way + root(dx * dx + dy * dy), way),
         )  # fmt: skip
@@ -70,7 +73,7 @@ class ZigzagTally(Tally, Zigzag):
         for k, name in enumerate(_ORDINALS, 1):
             peak, ended = _placed(noted, "peak", count - k), count > k
             whole = ended | ((count == k) & (peak - noted["swing"] >= _BACK * psi))
-            out[f"{name}_overshoot"] = np.where(whole, peak - psi, np.nan)
+            out[f"{name}_overshoot"] = np.where(whole, peak - _placed(noted, "begun", count - k), np.nan)
             out[f"{name}_reversal"] = np.where(count >= k, _placed(noted, "time", count - k + 1), np.nan)
         out["period"] = out["second_reversal"]
         # as the manoeuvre reads it: linear between the samples about the moment at which the heading comes up to psi
