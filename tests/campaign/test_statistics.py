@@ -22,10 +22,11 @@ from seatrial.campaign.designs import points, uniform
 from seatrial.campaign.inputs import Input
 from seatrial.campaign.rare.levels import cube_of
 from seatrial.campaign.rare.subset import SHARE, Level, estimate, first_level, next_level
+from seatrial.campaign.revolutions import balanced
 from seatrial.campaign.running import Shard
 from seatrial.campaign.tracks import counts
 from seatrial.data import Array
-from seatrial.environment import CHANNELS, Uniform
+from seatrial.environment import CALM, CHANNELS, Uniform
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 
@@ -391,3 +392,18 @@ def test_points_of_the_normal_space_are_points_of_the_cube() -> None:
     assert cube_of(z)[0] == pytest.approx(ndtr(z[0]))
     assert (cube_of(z) > 0.0).all()
     assert (cube_of(z) < 1.0).all()
+
+
+@pytest.mark.slow
+def test_balanced_revolutions_leave_no_force_along_the_ship() -> None:
+    """By the equations in plain Python, for ships of their own resistance and speed."""
+    factors, speeds = np.array([0.8, 1.0, 1.3]), np.array([0.9, 1.1, 1.3])
+    R_0 = float(SHIP.model.hull.R_0)
+    n_P = balanced(SHIP, {"ship.hull.R_0": factors * R_0}, speeds)
+    for factor, speed, turns in zip(factors, speeds, n_P, strict=True):
+        model = SHIP.having({"hull.R_0": factor * R_0}).model
+        ahead = 0.0, 0.0, 0.0, speed, 0.0, 0.0
+        held, more = (model.derivative(ahead, (n, 0.0), CALM)[3] for n in (turns, 1.1 * turns))
+        assert abs(held) < 1e-9
+        assert more > 1e-4
+    assert (np.diff(n_P) > 0.0).all()
