@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +17,11 @@ from seatrial.data import Trial
 from seatrial.data.check.outliers import outlier_faults
 from seatrial.data.check.relations import CAUSES, left_over
 from seatrial.data.check.sensors import wind_faults
+from seatrial.data.check.track import surge_faults, track_faults
 from seatrial.data.geodesy import Datum
-from seatrial.data.prepare import nearest_rows, resample, shifted
+from seatrial.data.guess.helm import read_revolutions
+from seatrial.data.guess.roles import Signal
+from seatrial.data.prepare import integral, nearest_rows, resample, shifted
 from seatrial.data.prepare.steps import Step, mended
 from seatrial.environment.chart import Bank, Chart, Quay
 from seatrial.environment.fenders import CURVES, Fender
@@ -120,6 +124,44 @@ def test_an_air_that_hardly_moves_comes_from_no_side() -> None:
         u, v = (trial[one] + 0.1 * rng.standard_normal(len(trial)) for one in ("u", "v_m"))
         felt = {"U_A": np.hypot(u, v), "gamma_A": np.arctan2(v, u)}
         assert not list(wind_faults(trial.having(**air, **felt)))
+
+
+def test_the_speed_over_ground_is_no_surge_and_a_log_that_reads_too_much_is_none() -> None:
+    """U, taken for u, exceeds it by the drift alone; a log that is 1 % high exceeds it on a straight course as well."""
+    trial = sailed()
+    drifting = trial["v_m"] + 60.0 * trial["r"]
+    psi = trial["psi"]
+    rates = trial["u"] * np.cos(psi) - drifting * np.sin(psi), trial["u"] * np.sin(psi) + drifting * np.cos(psi)
+    x, y = (integral(trial.t, one) for one in rates)
+    for u, keys in ((trial["u"], []), (1.01 * trial["u"], []), (np.hypot(trial["u"], drifting), ["speed_as_surge"])):
+        log = trial.having(x=x, y=y, u=u, v_m=np.zeros(len(trial)))
+        assert [one.key for one in surge_faults([log])] == keys
+
+
+def test_a_course_that_swings_about_the_track_is_a_heading() -> None:
+    """Where the ship drifts to and fro, the course over ground is along the track and the heading beside it."""
+    trial = sailed()
+    course = trial["psi"] + np.arctan2(trial["v_m"], trial["u"])
+    heading = course + 0.3 * np.sin(0.05 * trial.t)
+    for psi, gamma_G, keys in ((heading, course, []), (course, heading, ["course_as_heading"])):
+        log = trial.having(psi=psi, gamma_G=gamma_G)
+        assert [one.key for one in track_faults(log)] == keys
+    # standing still for a while, its fixes go anywhere
+    sailing = np.where(trial.t < 100.0, trial.t, np.maximum(trial.t - 80.0, 100.0))
+    rng = np.random.default_rng(0)
+    rests = {name: np.interp(sailing, trial.t, trial[name]) + 0.02 * rng.standard_normal(len(trial)) for name in "xy"}
+    turned = {name: np.interp(sailing, trial.t, one) for name, one in (("psi", course), ("gamma_G", heading))}
+    assert [one.key for one in track_faults(trial.having(**rests, **turned))] == ["course_as_heading"]
+
+
+@pytest.mark.parametrize(("shown", "unit"), [(2.0, "1/s"), (120.0, "rpm")])
+def test_a_propeller_advances_a_fortieth_of_a_length_in_a_turn(shown: float, unit: str) -> None:
+    """A ship of 100 m at 5 m/s turns by half a radian a length: at 2 turns a second it goes 2.5 m in each."""
+    values = np.full(100, shown)
+    column = SimpleNamespace(unit="", said="'REV'", where="header", letters={})
+    keys, answer = read_revolutions(Signal("n_P", column, values), np.full(100, 5.0), np.full(100, 0.025), 3.0)  # pyright: ignore
+    assert keys["unit"] == f'"{unit}"'
+    assert not answer.doubts
 
 
 def step(do: str, *channels: str, amount: tuple[float, ...] = (), **more: object) -> Trial:

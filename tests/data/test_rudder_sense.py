@@ -44,11 +44,10 @@ def test_the_sense_is_as_often_either_way_where_there_is_none() -> None:
 def test_a_rudder_that_creeps_while_the_turn_settles_tells_nothing(drift: float) -> None:
     """The rate falls as speed is lost; a creep of a third of a degree goes with it or against it by chance."""
     t = np.arange(0.0, 200.0, 0.5)
-    fades = np.exp(-t / 40.0)
     rng = np.random.default_rng(0)
-    r = 0.04 * (1.0 + 0.5 * fades) + 2e-4 * rng.standard_normal(t.size)
-    for creep in (fades, t / t[-1]):
-        assert rudder_sense(t, r, 0.35 + drift * creep + 2e-4 * rng.standard_normal(t.size))[1] < SURE
+    r = 0.04 * (1.0 + 0.6 * np.exp(-t / 60.0) - np.exp(-t / 15.0)) + 5e-5 * rng.standard_normal(t.size)
+    for creep in (np.exp(-t / 60.0), np.exp(-t / 30.0), t / t[-1]):
+        assert rudder_sense(t, r, 0.35 + drift * creep + 5e-5 * rng.standard_normal(t.size))[1] < SURE
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
