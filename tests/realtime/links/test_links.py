@@ -389,6 +389,7 @@ ORDER = encode(Sentence("AG", "ROR", {"stbdrudderorder": 10.0, "stbdrudderstatus
                                       "portrudderstatus": "V", "operatinglocind": None}))  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_line_that_is_unplugged_says_so_counts_and_comes_back(plug):
     line = SerialLine(f"serial://{plug.path}")
     stage = Stage(scene(name="kvlcc2"), line=Line(line, rates={"HDT": 1.0}))

@@ -8,6 +8,7 @@ import os
 import re
 import socket
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from served import Served, heard
 from websockets.exceptions import InvalidStatus
 
 from seatrial.realtime.links.rosbridge import Rosbridge
-from seatrial.realtime.links.signalk import SignalK, identity, values
+from seatrial.realtime.links.signalk import SignalK, _shaft, identity, values
 
 PILOT = "/signalk/v2/api/vessels/self/autopilots/seatrial"
 DEG = math.pi / 180.0
@@ -167,6 +168,7 @@ def test_other_ships_are_below_vessels_by_their_own_names():
         assert http.get("/signalk/v1/api/vessels/urn:mrn:imo:mmsi:200000009").status_code == 404
 
 
+@pytest.mark.slow
 def test_the_true_wind_is_that_over_the_water_and_the_other_that_over_the_ground():
     """Wind of 12 m/s from 250 deg, current of 1.5 m/s towards 40 deg: the wind over the water is their difference."""
     wind, current, towards, origin = 12.0, 1.5, 40.0 * DEG, 250.0 * DEG
@@ -199,6 +201,20 @@ def test_shafts_have_names_of_sides_and_astern_is_told():
     assert not [path for path in said if re.search(r"propulsion\.[^.]*[^A-Za-z0-9.]", path)]
 
 
+def test_shafts_are_counted_from_amidships_to_each_side():
+    names = ["main", "starboard", "port", "starboard2", "port2", "starboard3", "port3"]
+    assert [_shaft(number) for number in range(7)] == names
+
+
+@pytest.mark.slow
+def test_the_time_of_a_value_is_that_of_the_scenario():
+    stage = sailing(seconds=90.0)
+    stamp = full(stage)["vessels"]["urn:mrn:imo:mmsi:211000001"]["navigation"]["headingTrue"]["timestamp"]
+    moment = datetime.fromisoformat(stamp.replace("Z", "+00:00")).timestamp()
+    assert moment == pytest.approx(stage.scenario.epoch + 90.0, abs=0.002)
+
+
+@pytest.mark.slow
 def test_alarms_are_notifications_that_end():
     stage = sailing(FERRY, faults=(Fault("silent", "gyro", at=1.0, lasts=12.0),), seconds=9.0)
     path = "notifications.navigation.headingTrue"

@@ -173,7 +173,7 @@ def test_hulls_touch_when_their_bows_meet(other, when):
 
 
 def straight(alpha: float, length: float, **criteria: float) -> tuple[Stage, Judge]:
-    stage = Stage(scene(piloted=False, rate=5.0))
+    stage = Stage(scene(piloted=False, rate=2.0))
     route = legs([(0.0, 0.0), (length * math.cos(alpha), length * math.sin(alpha))])
     return stage, Judge(stage.loop, "own", route, 100.0, Criteria(**criteria))
 
@@ -186,7 +186,7 @@ def test_errors_of_a_straight_run_beside_its_leg_are_those_of_a_triangle():
     stage.loop.run(T - 39.0)
     most = 8.0 * T * math.sin(alpha)
     assert judge.cross_track == pytest.approx(most, rel=1e-6)
-    assert judge.cross_track_rms == pytest.approx(most / math.sqrt(3.0), rel=2e-3)  # a ramp
+    assert judge.cross_track_rms == pytest.approx(most / math.sqrt(3.0), rel=5e-3)  # a ramp
     assert judge.heading_error == pytest.approx(alpha, abs=1e-9)
     assert judge.arrived is None
 
@@ -197,35 +197,36 @@ def test_the_last_waypoint_is_abeam_when_the_way_along_the_leg_is_its_length(alp
     stage, judge = straight(alpha, 900.0)
     stage.loop.run(200.0)
     when = 900.0 / (8.0 * math.cos(alpha))
-    assert judge.arrived == pytest.approx(when, abs=0.21)
-    assert judge.cross_track == pytest.approx(8.0 * when * math.sin(0.4), abs=0.8)  # nothing counts after it
+    assert judge.arrived == pytest.approx(when, abs=0.51)
+    assert judge.cross_track == pytest.approx(8.0 * when * math.sin(0.4), abs=2.0)  # nothing counts after it
 
 
-@pytest.mark.parametrize(("name", "limit", "met"), [
-    ("cross_track", 240.0, True), ("cross_track", 230.0, False), ("heading_error", 0.31, True),
-    ("heading_error", 0.29, False), ("time", 99.0, False), ("time", 101.5, False), ("passing_distance", 1990.0, True),
-    ("passing_distance", 2100.0, False),
-])  # fmt: skip
-def test_each_criterion_is_met_on_its_side_of_the_limit(name, limit, met):
-    stage = Stage(
-        scene(Other("other", ordinary("o", 100.0, 8.0), Sailing(0.0, -2000.0, 0.0, 8.0)), piloted=False, rate=5.0)
-    )
-    judge = Judge(stage.loop, "own", legs([(0.0, 0.0), (5000.0 * math.cos(0.3), 5000.0 * math.sin(0.3))]), 100.0,
-                  Criteria(**{name: limit}, settle=10.0))  # fmt: skip
-    stage.loop.run(100.0)  # 8 * 100 * sin .3 = 236.4 m
-    (judged,) = judge.judged(stage.contacts)
-    assert (judged.name, judged.limit, judged.met) == (name, limit, met)
-    assert judged.unit == {"cross_track": "m", "heading_error": "rad", "time": "s", "passing_distance": "m"}[name]
+def test_each_criterion_is_met_on_its_side_of_the_limit():
+    """100 s at 8 m/s, .3 rad beside the leg: 8 * 100 * sin .3 = 236.4 m across; the other ship stays 2000 m abeam."""
+    other = Other("other", ordinary("o", 100.0, 8.0), Sailing(0.0, -2000.0, 0.0, 8.0))
+    stage = Stage(scene(other, piloted=False, rate=2.0))
+    cases = [
+        ("cross_track", 240.0, "m", True), ("cross_track", 230.0, "m", False), ("heading_error", 0.31, "rad", True),
+        ("heading_error", 0.29, "rad", False), ("time", 99.0, "s", False), ("time", 101.5, "s", False),
+        ("passing_distance", 1990.0, "m", True), ("passing_distance", 2100.0, "m", False),
+    ]  # fmt: skip
+    route = legs([(0.0, 0.0), (5000.0 * math.cos(0.3), 5000.0 * math.sin(0.3))])
+    judges = [
+        Judge(stage.loop, "own", route, 100.0, Criteria(**{name: limit}, settle=10.0)) for name, limit, _, _ in cases
+    ]
+    stage.loop.run(100.0)
+    for judge, wanted in zip(judges, cases, strict=True):
+        (judged,) = judge.judged(stage.contacts)
+        assert (judged.name, judged.limit, judged.unit, judged.met) == wanted
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("limit", "met"), [(112.0, False), (113.0, True)])
+@pytest.mark.parametrize(("limit", "met"), [(111.9, False), (113.1, True)])
 def test_the_time_is_that_of_arrival(limit, met):
     stage, judge = straight(0.0, 900.0, time=limit)  # 112.5 s
     stage.loop.run(150.0)
     (judged,) = judge.judged(stage.contacts)
     assert judged.met is met
-    assert judged.value == pytest.approx(112.5, abs=0.21)
+    assert judged.value == pytest.approx(112.5, abs=0.51)
 
 
 def test_water_under_the_keel_is_the_least_of_the_run():
