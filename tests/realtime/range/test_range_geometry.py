@@ -322,6 +322,17 @@ def test_a_rudder_that_creeps_is_stuck_and_one_that_moves_is_not():
         assert bool(stage.alarms.standing()) is raised
 
 
+def test_a_rudder_that_jams_on_its_way_is_stuck_five_seconds_later():
+    stage = Stage(scene(rate=5.0, piloted=False, faults=(Fault("jammed", "delta", 8.0),)))
+    stage.loop.run(2.0)
+    stage.loop.order("own", "delta", 30.0 * DEG)
+    stage.loop.run(10.0)
+    assert 5.0 * DEG < stage.loop.vessels["own"].plant["delta"] < 25.0 * DEG  # it had moved for six seconds
+    assert not stage.alarms.standing()
+    stage.loop.run(4.0)
+    assert [one.cause.text for one in stage.alarms.standing()] == ["RUDDER RESPONSE"]
+
+
 def test_the_soonest_danger_comes_first():
     late, soon = meeting(0.0, 6000.0), Other("soon", ordinary("s", 90.0, 5.0), Sailing(1500.0, 0.0, math.pi, 5.0))
     stage = Stage(scene(late, soon, rate=2.0))
