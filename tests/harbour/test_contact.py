@@ -422,3 +422,20 @@ def test_a_ship_has_its_usual_outline() -> None:
     half = np.array(outline(200.0, 30.0))
     assert (half.min(axis=0).tolist(), half.max(axis=0).tolist()) == ([-100.0, 0.0], [100.0, 15.0])
     assert 2.0 * np.trapezoid(half[:, 1], half[:, 0]) == pytest.approx(0.9012 * 200.0 * 30.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(("along", "way"), [(0.4, -1.0), (69.7, 1.0)])
+def test_a_corner_near_the_end_of_a_wall_is_pushed_out_past_that_end(along: float, way: float) -> None:
+    """The force is along the face, away from its middle, whatever the heading; the moment is that of the corner."""
+    face = FACES[0]
+    ahead, port = np.array([face.along_x, face.along_y]), np.array([face.along_y, -face.along_x])
+    corner = np.array([face.north, face.east]) + along * ahead + 2.0 * port
+    a, b = SHIP[1]
+    for psi in (0.2, 2.5):
+        c, s = math.cos(psi), math.sin(psi)
+        pose = (*(corner - (a * c - b * s, a * s + b * c)), psi)
+        touches = [touch for touch in Contact(SHIP, CURVES["linear"], 0, 1, 3e5).touches(pose, face) if touch.R > 0.0]
+        (touch,) = [touch for touch in touches if (touch.a, touch.b) == (a, b)]
+        north, east = touch.n_a * c - touch.n_b * s, touch.n_a * s + touch.n_b * c
+        assert (north, east) == pytest.approx(tuple(way * ahead), abs=1e-9)
+        assert touch.force[2] == pytest.approx(touch.R * (a * touch.n_b - b * touch.n_a))
