@@ -13,6 +13,7 @@ import pytest
 
 import seatrial as st
 from seatrial.campaign import Campaign, CampaignError, Case, Criterion, Tracks
+from seatrial.campaign.analysis import analyse
 from seatrial.campaign.chunk import check, compute
 from seatrial.campaign.columns import index_units, meanings, typed, units_of
 from seatrial.campaign.folder import open_folder, part_name
@@ -198,3 +199,34 @@ def test_a_file_with_an_impossible_input_is_refused_in_one_line(
     assert told in said
     assert said.count("a.toml") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_the_analysis_counts_what_is_there(folder: Path) -> None:
+    table, found = scan(open_folder(folder)).collect(), analyse(open_folder(folder))
+    (judged,), (lost,) = found.judged, found.lost
+    met, second = table["narrow_met"], table["second_overshoot"]
+    assert judged.missing == met.null_count() > 0
+    assert (judged.violated.hits, judged.violated.runs) == ((~met).sum(), met.count())
+    assert judged.worst[0].run == second.arg_max()
+    assert judged.worst[0].value == second.max()
+    assert (lost.failed.hits, lost.failed.runs) == (table["failed"].count(), 60)
+    assert lost.incomplete.hits == (~table["complete"]).sum()
+    assert lost.first_failed[0].value == table["failed"].min()
+    (figure,) = (one for one in found.figures if one.index == "second_overshoot")
+    assert (figure.spread.count, figure.spread.missing) == (second.count(), second.null_count())
+    assert [one.value for one in figure.largest] == second.drop_nulls().sort(descending=True)[:5].to_list()
+    assert [one.value for one in figure.smallest] == second.drop_nulls().sort()[:5].to_list()
+
+
+@pytest.mark.slow
+def test_of_saltelli_blocks_only_the_independent_runs_are_counted(tmp_path: Path) -> None:
+    inputs = {"u": Input("uniform", (0.8, 1.3)), "rudder.rate": Input("uniform", (0.03, 0.3))}
+    plan = Campaign("blocks", (replace(CASE, ship=SHIP),), 32, inputs, design="saltelli")
+    with threads(1) as pool:
+        run(plan, tmp_path / "run", pool=pool)
+    table, found = scan(open_folder(tmp_path / "run")).collect(), analyse(open_folder(tmp_path / "run"))
+    alone = table.filter(pl.col("run") % 4 % 3 == 0)["first_overshoot"]
+    (figure,) = (one for one in found.figures if one.index == "first_overshoot")
+    assert figure.spread.count == 16
+    assert figure.spread.mean == pytest.approx(alone.mean())
+    assert found.lost[0].failed.runs == 16
