@@ -326,7 +326,7 @@ def test_a_rudder_that_jams_on_its_way_is_stuck_five_seconds_later():
     stage = Stage(scene(rate=5.0, piloted=False, faults=(Fault("jammed", "delta", 8.0),)))
     stage.loop.run(2.0)
     stage.loop.order("own", "delta", 30.0 * DEG)
-    stage.loop.run(10.0)
+    stage.loop.run(8.0)
     assert 5.0 * DEG < stage.loop.vessels["own"].plant["delta"] < 25.0 * DEG  # it had moved for six seconds
     assert not stage.alarms.standing()
     stage.loop.run(4.0)
