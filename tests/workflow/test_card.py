@@ -193,6 +193,17 @@ def left_out(run: Path, factor: float = 9.0, **more: object) -> Path:
 
 
 @pytest.mark.slow
+def test_a_card_counts_parameters_and_no_pairs_of_them(run: Path) -> None:
+    file = run.with_name("fit.json")
+    held = json.loads(file.read_text())
+    said = [{"subject": "hull.Y_v", "status": "weak", "text": "hardly"},
+            {"subject": "hull.Y_v and a current", "status": "weak", "text": "together"}]  # fmt: skip
+    write_summary(file.parent, {**held, "verdicts": said})
+    (line,) = [one for one in card(str(run)).document["must_not"] if "as physics" in one]
+    assert "1 of 1 parameters" in line
+
+
+@pytest.mark.slow
 def test_left_out_trials_widen_bands_and_give_them_beyond_the_trials(run: Path) -> None:
     """The trials go to starboard: to port the fit's own covariance is refused, the widened one is not."""
     settings = {"draws": 300, "side": "port", "rudder": 35.0}

@@ -76,9 +76,10 @@ def _scaled(out: Path, to: Path, factor: float, **other: object) -> Path:
 def test_bands_are_those_of_the_draws_and_as_wide_as_these(run, tmp_path):
     _, out = run
     wide = _scaled(out, tmp_path / "wide", 1.5)
-    made = {at: simulate_with_bands(str(at), "turning", 90.0, draws=400, extrapolate=True, rudder=35.0).sailed.bands
+    made = {at: simulate_with_bands(str(at), "turning", 90.0, draws=400, extrapolate=True, rudder=35.0).sailed
             for at in (out / "model.toml", wide)}  # fmt: skip
-    one, other = (np.nanquantile(each.indices["advance"], [0.05, 0.95]) for each in made.values())
+    one, other = (np.nanquantile(each.bands.indices["advance"], [0.05, 0.95]) for each in made.values())
+    assert all("drawn from the 400 samples of the posterior beside the model" in each.caveats for each in made.values())
     assert np.diff(other)[0] / np.diff(one)[0] == pytest.approx(1.5, rel=0.03)
     drawn = [posterior(at).draws(300, 2) for at in made]
     assert drawn[1].std(axis=0) == pytest.approx(1.5 * drawn[0].std(axis=0), rel=1e-9)

@@ -163,13 +163,20 @@ class Drawing:
             made = bands(ship, policy, self.held.names, drawn, speed=speed, duration=run.duration, dt=dt,
                          weather=weather, held=balanced)  # fmt: skip
             basis = PARAMETERS_ONLY if self.held.power is None else LEFT_OUT
-            lines = () if self.held.power is None else self.held.power.words
+            lines = (self._law,) if self.held.power is None else self.held.power.words
         else:
             drawn, kind = draws_of(self.held, self.count, SEED), kind_of(run)
             made, scale, sure = _calibrated(self, found, policy, run, speed, dt, weather, kind)
             basis = CALIBRATED.on(len(set(found.left.groups)))
             lines = _unsure(found, self.level, kind, run.duration, scale, sure, made)
         return Sailed(made, drawn, basis, out_of, (basis.words, *lines, *self._caveats(run, out_of, basis, made)))
+
+    @property
+    def _law(self) -> str:
+        """What draws are taken from where no left-out trial has widened them."""
+        held = self.held.samples
+        return "drawn from the covariance of the fit, within its bounds" if held is None else (
+            f"drawn from the {len(held)} samples of the posterior beside the model")
 
     def _caveats(self, run: Trial, out_of: tuple[Beyond, ...], basis: Basis, made: Bands) -> list[str]:
         lines: list[str] = []
