@@ -67,6 +67,22 @@ def test_covariance_is_the_inverse_where_everything_is_determined() -> None:
     assert information.inverse(A) == pytest.approx(exact, rel=1e-9)
 
 
+def test_with_scores_of_another_scatter_it_is_the_sandwich() -> None:
+    """White (1980): of the least-squares estimate under readings of unequal noise, by propagation of that noise."""
+    rng = np.random.default_rng(5)
+    J, noise = rng.normal(size=(30, 3)), rng.uniform(0.5, 3.0, 30)
+    estimator = np.linalg.pinv(J) * noise
+    found = information.covariance(J.T @ J, np.ones(3), (J.T * noise**2) @ J)
+    assert found == pytest.approx(estimator @ estimator.T, rel=1e-9)
+
+
+def test_what_the_data_know_worse_than_the_interval_is_as_wide_as_the_interval() -> None:
+    free = (Free("a", 1.0, 0.5, 1.5),)
+    for alone in (0.1, 50.0, 5000.0):  # what the data say
+        covariance, _ = posterior(Normal(0.0, np.array([[alone**-2.0]]), np.zeros(1)), free, np.ones(1), 1.0)
+        assert covariance[0, 0] == pytest.approx(1.0 / (alone**-2.0 + 0.5**-2.0), rel=1e-9)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_flat_directions_are_those_of_the_svd_and_as_wide_as_the_reach(seed: int) -> None:
     """Of columns that lie in a plane, the null space has the spread of a Gaussian of that reach held to it."""
