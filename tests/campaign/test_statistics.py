@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,9 +19,10 @@ from seatrial.campaign.analysis.proportion import Proportion, runs_to_exclude
 from seatrial.campaign.analysis.sensitivity import given_data, saltelli
 from seatrial.campaign.analysis.spread import SHARES, histogram, spread
 from seatrial.campaign.bands import Bands
-from seatrial.campaign.chunk import compute, drawn, ready
+from seatrial.campaign.chunk import compute, drawn, ready, sailed_at
 from seatrial.campaign.designs import points, uniform
 from seatrial.campaign.inputs import Input
+from seatrial.campaign.rare import rare, replay
 from seatrial.campaign.rare.levels import cube_of
 from seatrial.campaign.rare.subset import SHARE, Level, estimate, first_level, next_level
 from seatrial.campaign.revolutions import balanced
@@ -407,3 +410,21 @@ def test_balanced_revolutions_leave_no_force_along_the_ship() -> None:
         assert abs(held) < 1e-9
         assert more > 1e-4
     assert (np.diff(n_P) > 0.0).all()
+
+
+@pytest.mark.slow
+def test_a_search_numbers_its_runs_over_the_cases_and_counts_what_it_sailed(tmp_path: Path) -> None:
+    """A tenth of each further level are the points that it begins with, which are not sailed again."""
+    inputs = {"u": Input("normal", (1.18, 0.05))}
+    plain = Campaign("c", (CASE, replace(CASE, name="again")), 4, inputs)
+    limit = float(sailed_at(plain, 0, np.array([[0.04]]))["initial_turning_time"][0])  # slower ships take longer
+    plan = replace(plain, criteria={"late": Criterion("initial_turning_time", -math.inf, limit)})
+    for number, found in enumerate(rare(plan, "late", tmp_path / "search", runs=100)):
+        assert found.runs == 100 + 90 * (len(found.levels) - 1) > 100
+        assert found.estimate.probability == pytest.approx(0.04, rel=0.8)
+        assert found.run is not None
+        assert found.run // 100 == number
+        _, policy, trial = replay(plan, tmp_path / "search", found.run)
+        again = policy.indices(trial, SHIP.L_pp)["initial_turning_time"].value
+        assert again == pytest.approx(found.nearest["initial_turning_time"])
+        assert again > limit
