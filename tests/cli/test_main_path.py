@@ -37,6 +37,7 @@ def whole(page: Path) -> str:
     return html
 
 
+@pytest.mark.slow
 def test_the_demo_finds_the_ship_and_writes_its_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "demo"
     found = said(capsys, "demo", "-o", str(out))

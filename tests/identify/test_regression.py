@@ -58,6 +58,7 @@ def test_hull_derivatives_come_back_without_a_search(trials: tuple[Trial, ...]) 
     assert fit.status == "solved: linear least squares"
 
 
+@pytest.mark.slow
 def test_linear_derivatives_come_back_from_noise_within_three_sigma(trials: tuple[Trial, ...]) -> None:
     paths = ("hull.Y_v", "hull.Y_r", "hull.N_v", "hull.N_r", "hull.R_0")
     free = tuple(Free(p, 0.0) for p in paths)
@@ -70,6 +71,7 @@ def test_linear_derivatives_come_back_from_noise_within_three_sigma(trials: tupl
     assert np.sqrt(np.mean(np.square(seen))) < 1.5
 
 
+@pytest.mark.slow
 def test_bounds_and_priors_count(trials: tuple[Trial, ...]) -> None:
     bound = Regression().fit(Problem(SHIP, trials, (Free("hull.N_r", -0.04, -0.045, 0.0), Free("hull.Y_v", 0.0))))
     assert bound.at_bound == ("hull.N_r",)

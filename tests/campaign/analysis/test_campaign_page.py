@@ -56,6 +56,7 @@ def reported(folder: Path, *more: str) -> dict[str, Any]:
     return json.loads(page.with_suffix(".json").read_text())
 
 
+@pytest.mark.slow
 def test_the_numbers_are_those_of_the_table(saltelli: Folder) -> None:
     folder, table = saltelli
     said = reported(folder)
