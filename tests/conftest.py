@@ -7,6 +7,7 @@ import os
 from dataclasses import replace
 from functools import cache, wraps
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer
@@ -41,10 +42,15 @@ def pytest_configure() -> None:
     gc.disable()
     # The command line is built once, not for each of some 700 commands that tests run in this process.
     typer.main.get_command = cache(typer.main.get_command)
-    # Ships of the library are values that never change: each is read once, not some ten times.
+    # Ships of the library are values that never change: the file of each is read once, not some ten times.
     whole, names = files.load, {*files.library(), *files.variants()}
     once = cache(whole)
-    files.load = wraps(whole)(lambda name, **given: once(name) if name in names and not given else whole(name, **given))
+
+    @wraps(whole)
+    def load(name: str | Path, **given: Any) -> Any:
+        return replace(once(name)) if name in names and not given else whole(name, **given)
+
+    files.load = load
     # Nobody cuts the power: that files are synced, and what follows where they cannot be, tests see by their own.
     os.fsync = lambda fd: None
 
