@@ -12,7 +12,7 @@ import tomllib
 from typing import Literal
 
 __all__ = [
-    "BusyError", "CampaignError", "ChartError", "ClusterError",
+    "AccessError", "BusyError", "CampaignError", "ChartError", "ClusterError",
     "CommandError", "CompilerError", "DataError", "DeviceError",
     "FitError", "LoopError", "NmeaError", "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError",
     "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
@@ -43,6 +43,10 @@ class TomlError(RequestError, tomllib.TOMLDecodeError):
 
     def __init__(self, text: str) -> None:
         ValueError.__init__(self, text)
+
+
+class AccessError(RequestError):
+    """A request to a page or a link without the key that it asks for."""
 
 
 class BusyError(RequestError):

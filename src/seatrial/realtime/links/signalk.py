@@ -17,10 +17,10 @@ from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from typing import Any
 
-from fastapi import Depends, FastAPI, HTTPException, Request, WebSocket
+from fastapi import Depends, FastAPI, Request, WebSocket
 from starlette.responses import JSONResponse, Response
 
-from ...core.errors import RefusalError
+from ...core.errors import AccessError, RefusalError
 from ...core.version import __version__
 from ..pages import admitted, body, close, hear, same_origin
 from ..range.alarms import CPA, GNSS, GYRO, KEEL, PILOT, RUDDER, TRACK, Alarm
@@ -168,7 +168,7 @@ class SignalK:
         """Add the routes to the server of the page."""
         app.get("/signalk")(self.endpoints)
         key = [Depends(self._known)]
-        app.exception_handler(_Refused)(_refused)
+        app.exception_handler(AccessError)(_refused)
         app.get(f"{_API}/{{path:path}}", dependencies=key)(self.full)
         app.get(_V2, dependencies=key)(self.pilots)
         app.get(f"{_V2}/{{name}}/{{what:path}}", dependencies=key)(self.pilot)
@@ -289,7 +289,7 @@ class SignalK:
     async def _known(self, request: Request) -> None:
         """Of every route that reads or orders: whoever asks must have the key."""
         if not self._allowed(request):
-            raise _Refused(401, "a key is needed")
+            raise AccessError("a key is needed")
 
     def _told(self) -> dict[str, Any]:
         orders = self._orders
@@ -327,12 +327,8 @@ class SignalK:
         return on_wire.latest["psi"]
 
 
-class _Refused(HTTPException):
-    """A request without the key."""
-
-
 def _refused(_: Request, error: Exception) -> Response:
-    return _error(401, error.detail if isinstance(error, _Refused) else "")
+    return _error(401, str(error))
 
 
 class _Wanted:
