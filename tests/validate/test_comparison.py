@@ -97,9 +97,7 @@ def test_evaluator_on_measured_data_against_a_plain_loop():
     path = DATA / "turning" / "turn_14-Oct-2020_14_29_49.csv"
     table = np.genfromtxt(path, delimiter=",", names=True, deletechars="", replace_space=" ")
     trial = Trial("turning", table["t [s]"], {k: table[v] for k, v in NAMES.items()})
-    found = compare(
-        trial, constant_velocity(trial, 100.0), label="cv", restart=100.0, sigma=ESSO_OSAKA_SIGMA
-    )
+    found = compare(trial, constant_velocity(trial, 100.0), label="cv", restart=100.0, sigma=ESSO_OSAKA_SIGMA)
     truth = np.column_stack([np.unwrap(table[v]) if k == "psi" else table[v] for k, v in NAMES.items()])
     scale = np.array(list(ESSO_OSAKA_SIGMA.values()))
     total = 0.0
