@@ -123,6 +123,7 @@ first_overshoot = { at_most = 12.0, unit = "deg" }
 """
 
 
+@pytest.mark.slow
 def test_the_commands_take_a_url(tmp_path: Path, store: Any, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "campaign.toml").write_text(FILE)
     assert main(["campaign", str(tmp_path / "campaign.toml"), "-o", URL]) == 0

@@ -52,6 +52,7 @@ def test_every_family_as_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert max(map(len, out.splitlines())) <= WIDTH
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("purpose", [p.key for p in PURPOSES])
 def test_a_recommendation(purpose: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -62,6 +63,7 @@ def test_a_recommendation(purpose: str, capsys: pytest.CaptureFixture[str]) -> N
     assert "{" not in out
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_a_recommendation_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["models", "--for", "berthing", "--json"]) == 0

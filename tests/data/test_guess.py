@@ -52,6 +52,7 @@ def doubts(text: str, table: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.long) for n in SHAPES])
+@pytest.mark.slow
 def test_a_log_of_any_shape_comes_in_as_it_was(name: str, tmp_path: Path) -> None:
     """No edit: 24 of 24 (22 are asked for), within the last digits that the log has."""
     folder = tmp_path / name
@@ -78,6 +79,7 @@ def basin(log: Sailed) -> Sheet:
     return sheet.put("n", 60 * log["n_P"], 2)
 
 
+@pytest.mark.slow
 def test_a_straight_run_cannot_show_the_side_of_the_rudder(tmp_path: Path) -> None:
     """The sign is asked for, the import refuses the file in one line, and runs with the answer."""
     log = log_of(tmp_path, basin(straight()))
@@ -159,6 +161,7 @@ def test_sources_that_contradict_each_other_decide_nothing(tmp_path: Path) -> No
     assert "[channels.u]" in found.text
 
 
+@pytest.mark.slow
 def test_wind_to_and_apparent_wind_to_port(tmp_path: Path) -> None:
     """An apparent wind where it goes to, positive to port: the true wind would turn with the ship otherwise."""
     log = sailed(**COASTER, duration=400.0)

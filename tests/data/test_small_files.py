@@ -91,6 +91,7 @@ def npz(shape: tuple[int, ...], body: bytes = b"", **more: bytes) -> bytes:
     return held.getvalue()
 
 
+@pytest.mark.slow
 def test_arrays_hold_what_their_bytes_hold() -> None:
     held = io.BytesIO()
     np.savez(held, a=np.arange(12.0).reshape(3, 4), b=np.array("text"))

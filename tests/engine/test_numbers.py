@@ -120,6 +120,7 @@ def test_a_lane_does_not_know_its_neighbours_nor_the_threads(l7: Any) -> None:
             assert np.array_equal(d, derivatives[lanes])
 
 
+@pytest.mark.slow
 def test_every_kth_step_is_stored(l7: Any) -> None:
     z, s = l7.ahead(2), l7.series(2, 31)
     run = simulator(l7.system).run

@@ -33,6 +33,7 @@ def test_sound_logs_of_any_ship_get_no_warning(ship: str) -> None:
 
 @pytest.mark.parametrize(("ship", "name"), [("twin", "rudder_sign_starboard"), ("twin", "rudder_zero_starboard"),
                                             ("tug", "azimuths_astern"), ("tug", "thruster_rpm")])  # fmt: skip
+@pytest.mark.slow
 def test_the_one_of_several_that_is_wrong_is_named(ship: str, name: str) -> None:
     [fault] = [one for one in faults(ship) if one.name == name]
     told = keys(check_folder(trials(fault.plant(clean(ship, rate=2.0)))))

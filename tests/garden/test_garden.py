@@ -110,6 +110,7 @@ def test_nothing_is_silently_wrong() -> None:
     assert len(wrong) <= 0.02 * len(outcomes), shown
 
 
+@pytest.mark.slow
 def test_a_current_is_motion_in_still_water_and_a_drift() -> None:
     still, moved = clean(seed=1), plants.drift(0.5, 1.0)(clean(seed=1))
     [a, b] = (folder.logs[0] for folder in (still, moved))

@@ -33,6 +33,7 @@ def test_what_the_commands_write_mends_the_log(name: str) -> None:
     assert one.cured, line(one)
 
 
+@pytest.mark.slow
 def test_a_compass_and_speeds_made_with_it_are_turned_together() -> None:
     """Speeds of a receiver were resolved by a wrong heading: the track agrees, and straight legs drift to one side."""
 

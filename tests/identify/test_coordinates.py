@@ -55,6 +55,7 @@ def ridge(values: Array) -> Array:
 
 
 @pytest.mark.parametrize("turned", [True, False])
+@pytest.mark.slow
 def test_a_bent_ridge_is_walked_in_its_coordinates(turned: bool) -> None:
     centre, low, high = np.array([[2.7, 0.3, 0.4]]), np.array([0.5, -0.5, -0.5]), np.array([6.0, 0.9, 2.0])
     sigma = np.array([[0.8, 0.2, 0.4]])

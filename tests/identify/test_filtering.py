@@ -212,6 +212,7 @@ def test_lever_arm_and_delay_are_taken_out(fine, true, kind):
 
 
 @KINDS
+@pytest.mark.slow
 def test_gaps_and_uneven_rows_are_bridged(noisy, true, kind):
     rng = np.random.default_rng(0)
     kept = np.sort(rng.choice(len(true), 450, replace=False))
@@ -295,6 +296,7 @@ def test_a_log_reads_the_water_at_its_own_place():
     assert Log(0.01, y=3.0, water=False).read(state, around)[0] == pytest.approx(1.7)
 
 
+@pytest.mark.slow
 def test_a_log_tells_current_from_speed(true):
     """Ground from the antenna, water from the log: the current shows without the model's help."""
     rng = np.random.default_rng(4)
@@ -349,6 +351,7 @@ def test_what_cannot_be_is_refused(make, error, says):
         make()
 
 
+@pytest.mark.slow
 def test_a_trial_that_cannot_be_filtered_is_refused(noisy):
     kalman = Kalman(SENSORS, WALK).prepared(TUG)
     with pytest.raises(DataError, match="no channel 'r'"):
@@ -383,6 +386,7 @@ def test_any_family_with_rates_can_be_filtered(name):
         assert np.sqrt(np.mean((got[channel] - true[channel]) ** 2)) < 0.005 * ship.speed
 
 
+@pytest.mark.slow
 def test_the_example_of_the_docs_runs():
     page = (Path(__file__).parents[2] / "docs" / "filtering.md").read_text(encoding="utf-8")
     names: dict[str, object] = {}

@@ -38,6 +38,7 @@ def kalman(**more):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_right_model_foresees_what_comes(trial):
     found = kalman().run(TUG, trial)
     far = forecasts(found, 10.0, every=5.0, begin=20.0)

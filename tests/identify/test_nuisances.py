@@ -114,6 +114,7 @@ def test_all_parameters_come_back_from_hidden_currents_and_biases():
     (Nuisance(bias={"u": 0.0}), "engine", "nuisance.bias.u: is 0; it must be above zero"),
     (Nuisance(current=0.1), "ipopt", "takes no \\[nuisance\\]"),
 ])  # fmt: skip
+@pytest.mark.slow
 def test_nuisances_that_cannot_be_are_told(nuisance, back_end, words):
     with pytest.raises(StudyError, match=words):
         Shooting(back_end=back_end).fit(replace(problem(), nuisance=nuisance))

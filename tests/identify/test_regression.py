@@ -48,6 +48,7 @@ def noisy(trials: tuple[Trial, ...], size: float, seed: int = 0) -> tuple[Trial,
     return tuple(t.having(**{n: t[n] + s * rng.standard_normal(len(t)) for n, s in scale.items()}) for t in trials)
 
 
+@pytest.mark.slow
 def test_hull_derivatives_come_back_without_a_search(trials: tuple[Trial, ...]) -> None:
     free = tuple(Free(p, 0.0) for p in HULL)
     fit = Regression().fit(Problem(SHIP, trials, free))

@@ -89,6 +89,7 @@ def test_a_step_whose_squares_overflow_costs_infinity_without_a_warning(trials):
         assert objective.standardised(p) == math.inf
 
 
+@pytest.mark.slow
 def test_a_known_current_and_a_sensor_bias_are_found_as_nuisances(trials):
     drift = 0.03
     shifted = tuple(t.having(x=t["x"] + drift * t.t, u=t["u"] + 0.02) for t in trials)
@@ -104,6 +105,7 @@ def test_a_known_current_and_a_sensor_bias_are_found_as_nuisances(trials):
         assert value == pytest.approx(read(SHIP.model, path), rel=0.02), path
 
 
+@pytest.mark.slow
 def test_gaps_are_skipped_not_filled(trials):
     x = trials[0]["x"].copy()
     x[100:200] = np.nan
@@ -155,6 +157,7 @@ def test_a_killed_run_ends_with_the_same_numbers(trials, tmp_path):
         Trajectory(window=20.0).fit(problem, checkpoint=checkpoint)
 
 
+@pytest.mark.slow
 def test_validation_is_watched_and_never_fitted(trials):
     alone = Trajectory(window=30.0, every=5).fit(problem_of(trials[:1]))
     later = trials[1].rows(slice(20, None))  # both begin with the same straight run

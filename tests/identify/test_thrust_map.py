@@ -170,6 +170,7 @@ def test_bad_tables(n: list[float], T: list[float], words: str) -> None:
     pytest.param([2.0, 4.0, 5.5, 7.0, 8.5, 10.0], 1, 0.3, marks=pytest.mark.long),
     pytest.param([0.0, 2.0, 4.0, 6.0, 8.0, 10.0], 3, 0.3, marks=pytest.mark.long),
 ])  # fmt: skip
+@pytest.mark.slow
 def test_a_small_table_knows_how_little_it_knows(levels: list[float], repeats: int, sigma: float) -> None:
     """No set of terms goes through all points; beyond three sigma lies one map in twenty at most."""
     n, at, far = np.repeat(levels, repeats), 5.0 ** np.arange(6), 0

@@ -204,6 +204,7 @@ def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("moment", [2, 7, 11])
+@pytest.mark.slow
 def test_goes_on_within_an_epoch(moment: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from seatrial.identify.networks.data import Source
 

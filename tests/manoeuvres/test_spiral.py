@@ -135,6 +135,7 @@ def test_runs_that_are_too_short_are_not_complete():
         assert "residual_difference" not in policy.indices(run, L)
 
 
+@pytest.mark.slow
 def test_measured_runs_without_orders_and_with_noise():
     policy, run = spiral_of(UNSTABLE)
     noise = {"delta": 0.1 * DEGREE, "r": 1e-4}

@@ -161,6 +161,7 @@ def test_overshoots_hardly_depend_on_the_sample_at_which_the_rudder_is_reversed(
             assert abs(error) < max(0.4 * late, 2e-5), (dt, name)
 
 
+@pytest.mark.slow
 def test_an_overshoot_counts_from_the_heading_at_the_reversal():
     trial = by_samples(1.0)
     policy, heading = Zigzag(10.0, TEN, TEN), trial["psi"]

@@ -210,6 +210,7 @@ def test_lanes_do_not_know_of_each_other() -> None:
         assert many["r"][:k] == pytest.approx(alone["r"], abs=1e-13)
 
 
+@pytest.mark.slow
 def test_a_campaign_in_a_closed_loop() -> None:
     """What the policy remembers is handed through lane by lane, beside what the network remembers."""
     ship = sailing(network())

@@ -331,6 +331,7 @@ def test_wind_heels_a_ship_with_the_height_of_its_force() -> None:
     assert rates[7] < 0.0
 
 
+@pytest.mark.slow
 def test_a_rudder_pulse_rolls_the_container_ship_inwards_then_outwards() -> None:
     """10 deg from 50 to 75 s at 7.3 m/s, 70 rpm: 0.346 deg at 58.1 s, then -3.751 deg at 79.9 s."""
     steps = iter(range(10_000))

@@ -43,6 +43,7 @@ def test_a_log_of_what_never_changes_is_settled() -> None:
     assert unseen(HYBRID.model, series, 0.1) == pytest.approx(settled(HYBRID.model, series))
 
 
+@pytest.mark.slow
 def test_a_probe_and_a_point_are_settled() -> None:
     state = begun(HYBRID.model, MOTION, CONTROL, AROUND)
     expected = HYBRID.model.derivative(state, CONTROL, AROUND)[3]

@@ -165,6 +165,7 @@ def test_energy_never_exceeds_what_it_began_with() -> None:
         assert energy[-1] < 0.9 * energy[0]
 
 
+@pytest.mark.slow
 def test_all_modes_fade() -> None:
     """No eigenvalue to the right; those at zero are place and heading, and what drifts on without damping."""
     A, _, _ = linear()
@@ -201,6 +202,7 @@ def test_without_memory_it_is_the_ship_that_rolls() -> None:
     assert one[:8] == pytest.approx(other, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_file_keeps_it(tmp_path: Path) -> None:
     save(ship(), tmp_path / "a.toml")
     back: Any = load(tmp_path / "a.toml")

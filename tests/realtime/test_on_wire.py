@@ -150,6 +150,7 @@ def test_beyond_the_limits_is_clipped_and_told(ship):
     assert "clipped" in {event.kind for event in loop.events}
 
 
+@pytest.mark.slow
 def test_its_sentences_import_as_the_trial_of_the_run(ship, tmp_path):
     log = io.BytesIO()
     speech = Speech(Fittings(Datum(35.0, 139.0), epoch=1.8e9), dict.fromkeys(("HDT", "ROT", "RMC", "VBW", "RSA"), 10.0))
@@ -263,6 +264,7 @@ def test_its_steering_control_goes_by_its_gyro(ship):
     assert on.conning.counts["unfit"] == 1
 
 
+@pytest.mark.slow
 def test_who_steers_is_saved_restored_and_reset_with_the_ship(ship):
     loop, plant, wire, on = at_sea(ship, sensors=usual(ship))
 

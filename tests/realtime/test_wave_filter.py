@@ -26,6 +26,7 @@ def through(psi: np.ndarray, omega_0: float = 0.8) -> np.ndarray:
     return np.array([one.step(float(value), 0.0, DT)[0] for value in psi])
 
 
+@pytest.mark.slow
 def test_a_wave_at_its_frequency_is_taken_out() -> None:
     """One notch leaves zeta, a tenth, of it; the two beside it take some more."""
     for omega in (0.8, 0.6, 1.1):

@@ -8,6 +8,7 @@ from seatrial.report.figures import canvas, svg
 
 
 @pytest.mark.parametrize("name", [r"$\frac{1}{$", "$a_b$", "100 $", r"\$ and $x$"])
+@pytest.mark.slow
 def test_a_title_is_no_formula(name: str) -> None:
     figure, (ax,) = canvas(1)
     ax.plot([0.0, 1.0], [1.0, 100.0], label=name)

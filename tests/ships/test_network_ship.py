@@ -26,6 +26,7 @@ def test_it_is_a_feed_forward_network_that_was_trained_on_random_manoeuvres_alon
     (Turning(10.0, math.radians(35.0)), "tactical_diameter", 0.15),
     (Zigzag(10.0, math.radians(20.0), math.radians(20.0)), "initial_turning_distance", 0.08),
 ])  # fmt: skip
+@pytest.mark.slow
 def test_it_turns_as_its_caution_says(policy, index: str, within: float) -> None:
     found, wanted = (policy.indices(simulate(ship, policy, duration=120.0, dt=0.1), 3.0)[index].value
                      for ship in (NETWORK, TEACHER))  # fmt: skip

@@ -121,6 +121,7 @@ def test_a_network_that_is_yet_to_be_trained_is_a_ship(tmp_path: Path) -> None:
         simulate(back, Zigzag(n_P=10.0, delta=0.2, psi=0.2), duration=5.0)
 
 
+@pytest.mark.slow
 def test_through_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Simulate, show, resample, predict and validate; what cannot be done is said in a line."""
     model = str(save(ship_of(limits=LIMITS), tmp_path / "model.toml"))

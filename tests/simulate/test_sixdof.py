@@ -111,6 +111,7 @@ def test_a_calm_sea_is_calm_water() -> None:
     assert step_in(ship(), Sea(Ittc(1.0, 4.0), 0.3)) <= 0.25 * 4.0 / (2.0 * math.pi)
 
 
+@pytest.mark.slow
 def test_what_is_refused(tmp_path: Path) -> None:
     """One line each, nothing written."""
     sea = Sea(Ittc(1.0, 7.0), 0.3)

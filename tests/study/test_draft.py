@@ -56,6 +56,7 @@ def made(folder: Path, tmp_path: Path, ship: str = "kvlcc2_l7"):
     return draft(ship, load(ship), read_folder(folder), tmp_path / "study.toml")
 
 
+@pytest.mark.slow
 def test_some_of_each_kind_are_held_out_whole(folder: Path, tmp_path: Path) -> None:
     """No times are known here: one from the middle of the names of a side, so that the fit has those beyond."""
     found = made(folder, tmp_path)
@@ -107,6 +108,7 @@ def test_a_copy_is_never_on_both_sides(runs: dict[str, Trial], tmp_path: Path) -
     assert "zigzag_z" in found.text
 
 
+@pytest.mark.slow
 def test_it_is_a_study_as_written(folder: Path, tmp_path: Path) -> None:
     study = tmp_path / "study.toml"
     assert main(["study", "new", "kvlcc2_l7", str(folder), "-o", str(study)]) == 0

@@ -125,6 +125,7 @@ def one_set(folder: Path, lines: str) -> str:
     return f'{head}[data]\nroot = "logs"\ntrain = ["*"]\n{lines}\n{tail}'
 
 
+@pytest.mark.slow
 def test_a_study_reads_what_import_reads(folder: Path) -> None:
     """Each format by the one table: logs of robots, and a mapping of their topics, which counts here too."""
     pytest.importorskip("rosbags")

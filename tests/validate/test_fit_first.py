@@ -37,6 +37,7 @@ def far(predicted: Trial, measured: Trial, since: float) -> float:
     return float(np.sqrt(np.mean(np.hypot(*off)[rows] ** 2)))
 
 
+@pytest.mark.slow
 def test_what_is_planted_comes_back_and_the_rest_is_predicted() -> None:
     z = []
     for seed in range(4):
@@ -73,6 +74,7 @@ def test_errors_of_the_model_do_not_pass_for_a_strong_current() -> None:
         assert value == pytest.approx(log[name][row], abs=4.0 * NOISE[name])
 
 
+@pytest.mark.slow
 def test_a_fit_that_found_currents_in_its_trials_lets_one_be_found_by_a_model_that_is_not_perfect() -> None:
     """The current is that of the test above; so is the prior, what trials of such a fit differ by."""
     wrong = SHIP.having({"hull.N_r": 1.1 * float(SHIP.model.hull.N_r)})

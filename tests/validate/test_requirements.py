@@ -204,6 +204,7 @@ def test_a_servo_without_limits_fails() -> None:
     assert "rate" in found.reason
 
 
+@pytest.mark.slow
 def test_real_time_is_a_hundred_lengths_over_the_time_they_took() -> None:
     """Computed in one second by the clock, the factor is the time of a hundred ship lengths in seconds."""
     ship = load("kvlcc2_l7")
@@ -278,6 +279,7 @@ def test_no_side_force_of_a_rudder_is_asked_of_a_ship_without_one(name: str) -> 
     assert "swapped" not in found.reason
 
 
+@pytest.mark.slow
 def test_a_swapped_side_force_of_an_azimuth_or_a_rudder_is_still_found() -> None:
     """Ships whose steering pushes the stern keep the check: its figure is there, with its bound."""
     from seatrial.validate.requirements.steering import turning
@@ -287,6 +289,7 @@ def test_a_swapped_side_force_of_an_azimuth_or_a_rudder_is_still_found() -> None
         assert [one.bound is not None for one in found.findings if one.what.startswith("sway by the rudder")] == [True]
 
 
+@pytest.mark.slow
 def test_engines_are_not_stopped_on_a_ship_that_has_none() -> None:
     found = item(load("mariner"), "4")
     told = [one for one in found.findings if "engine" in one.what]

@@ -28,6 +28,7 @@ def trials() -> list[Trial]:
          (15, 15, 1), (20, 10, -1), (10, 5, 1)])]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_bands_of_a_right_model_hold(trials: list[Trial]) -> None:
     found = rows(trials, 0.001)
     assert [row.kind for row in found] == ["turning"] * 3 + ["zigzag"] * 3 + [ALL] * 3

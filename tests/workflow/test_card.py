@@ -96,6 +96,7 @@ def test_a_study_that_was_changed_judges_nothing(run: Path, tmp_path: Path) -> N
     assert "has changed since the fit" in card(str(run)).result.missing[0]
 
 
+@pytest.mark.slow
 def test_a_renamed_trial_of_the_fit_is_not_unseen(run: Path, tmp_path: Path) -> None:
     own = read_trials([tmp_path / "trials" / "turning_35_+1.csv"])[0]
     other = tmp_path / "other"
@@ -178,6 +179,7 @@ def test_bands_are_written_beside_the_run(run: Path, tmp_path: Path, capsys: pyt
     assert "These bands count only" in out.with_suffix(".bands.html").read_text()
 
 
+@pytest.mark.slow
 def test_what_is_extrapolated_says_so(run: Path) -> None:
     found = simulate_with_bands(str(run), "turning", 95.0, draws=300, side="port", rudder=35.0, extrapolate=True)
     assert {one.channel for one in found.sailed.beyond} >= {"delta"}

@@ -95,6 +95,7 @@ def test_without_positions_there_is_no_track(tmp_path: Path) -> None:
     assert "north x" not in page.read_text()
 
 
+@pytest.mark.slow
 def test_names_with_markup_are_shown_as_they_are(tmp_path: Path) -> None:
     t = np.arange(0.0, 60.0)
     write_trial(Trial("x", t, {"psi": 0.0 * t, "u": 1.0 + 0.0 * t, "delta": 0.0 * t}), tmp_path / "a <b>&[1] $x$.csv")

@@ -75,6 +75,7 @@ def test_the_numbers_are_those_of_the_table(saltelli: Folder) -> None:
     assert said["criteria"][0]["high"] == pytest.approx(math.radians(6.5))
 
 
+@pytest.mark.slow
 def test_a_run_of_the_page_is_replayed(saltelli: Folder, capsys: pytest.CaptureFixture[str]) -> None:
     folder, _ = saltelli
     said = reported(folder)
@@ -101,6 +102,7 @@ def test_missing_parts_are_named_and_cut_no_block(saltelli: Folder, tmp_path: Pa
     assert "30 of 160 runs are not computed yet" in (tmp_path / "page.html").read_text()
 
 
+@pytest.mark.slow
 def test_failed_and_incomplete_runs_are_counted_and_named(tmp_path: Path) -> None:
     """A current far beyond the validity of the ship ends some runs; short ones lack their later indices."""
     text = (

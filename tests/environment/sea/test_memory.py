@@ -151,6 +151,7 @@ def test_operators_are_those_of_capytaine(name: str, omega: int, beta: float, wa
     assert np.abs(rao.R[omega, at, 2:5]) == pytest.approx(wanted, rel=1e-3, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_operators_under_way_are_those_at_the_frequency_of_encounter() -> None:
     """In a head sea the peak of heave moves to lower frequencies; in a beam sea nothing changes with the speed."""
     pytest.importorskip("h5netcdf")

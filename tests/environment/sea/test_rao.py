@@ -72,6 +72,7 @@ def test_a_raft_follows_the_water(tmp_path: Path, first: str) -> None:
     assert pytest.approx(water, abs=1e-9) == rao.R
 
 
+@pytest.mark.slow
 def test_names_of_the_body_before_the_motions(tmp_path: Path) -> None:
     raft(names=[f"ship__{name}" for name in DOFS]).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")  # type: ignore[attr-defined]
     assert read_rao(tmp_path / "a.nc").R.shape == (OMEGA.size, 8, 6)

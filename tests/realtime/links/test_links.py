@@ -150,6 +150,7 @@ def test_while_the_mariner_steers_a_link_orders_nothing(stage):
 # --- rosbridge ---
 
 
+@pytest.mark.slow
 def test_rosbridge_publishes_in_the_frames_of_rep_103(stage):
     bridge, plant = Rosbridge(stage), stage.loop.vessels["own"].plant
     stage.loop.order("own", "delta", 0.3)

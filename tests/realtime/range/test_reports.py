@@ -27,6 +27,7 @@ def half(digits: int) -> float:
     return 0.5001 * 10.0**-digits
 
 
+@pytest.mark.slow
 def test_every_sentence_is_accepted_by_other_parsers_with_its_values():
     stage, wire = on_wire(scene(FERRY, variation=-6.4 * DEG, name="kvlcc2"))
     stage.loop.run(30.0)  # the last tick has TTM, and every sentence of a second

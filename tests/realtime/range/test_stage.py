@@ -96,6 +96,7 @@ def test_a_ship_without_a_rudder_cannot_follow_a_route():
 # --- faults ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_jammed_rudder_stays_whatever_is_ordered_and_obeys_when_it_is_free():
     stage, wire = on_wire(scene(faults=(Fault("jammed", "delta", 20.0, 20.0),)))
     plant, loop = stage.loop.vessels["own"].plant, stage.loop
@@ -203,6 +204,7 @@ def test_ships_touch_by_their_hulls_and_not_by_their_length():
     assert not touching(one, beside(90.0, 90.0, 0.25 * math.pi))
 
 
+@pytest.mark.slow
 def test_a_collision_course_is_told_and_judged():
     wanted = Criteria(passing_distance=500.0, cross_track=10.0, time=500.0, heading_error=5 * DEG)
     said = scene(FERRY, rate=2.0, criteria=wanted)
@@ -227,6 +229,7 @@ def test_a_heading_that_was_never_judged_is_not_met():
 # --- alarms --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_alarm_is_raised_acknowledged_and_ends():
     stage = Stage(scene(FERRY, rate=2.0, limits=Limits(cpa=500.0, tcpa=200.0)))
     alarms = stage.alarms
@@ -244,6 +247,7 @@ def test_an_alarm_is_raised_acknowledged_and_ends():
     assert alarm.revision == 3
 
 
+@pytest.mark.slow
 def test_an_alarm_that_ends_unseen_waits_to_be_acknowledged():
     stage = Stage(scene(FERRY, rate=2.0, limits=Limits(cpa=500.0, tcpa=200.0)))
     stage.loop.run(600.0)
@@ -263,6 +267,7 @@ def test_lost_instruments_a_stuck_rudder_and_a_silent_autopilot_raise_alarms():
         "HEADING LOST", "POSITION LOST", "RUDDER RESPONSE", "AUTOPILOT SILENT"}  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_rudder_that_moves_is_not_stuck():
     stage, wire = on_wire(scene(rate=2.0))
     for _ in range(2):

@@ -188,6 +188,7 @@ def test_gaps_late_rows_and_a_clock_set_back_end_nothing(ship) -> None:
 
 
 @pytest.mark.parametrize("wrong", [{"n_P": 2.0}, {"psi": 1.0, "x": 0.0, "y": 0.0}])
+@pytest.mark.slow
 def test_without_all_of_it_nothing_begins(ship, wrong: dict[str, float]) -> None:
     live = twin(Voyage(ship, 0.1))
     assert not live.feed(0.0, wrong)

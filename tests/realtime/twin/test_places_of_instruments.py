@@ -138,6 +138,7 @@ def test_what_is_told_twice_in_a_second_is_one_reading(tmp_path: Path) -> None:
         np.testing.assert_array_equal(twice[name], values)
 
 
+@pytest.mark.slow
 def test_what_is_told_twice_on_a_wire_is_one_reading() -> None:
     """Even where the second one falls into the next row; and the other one is heard where the first falls silent."""
     rows = Bridge(sailed()).rows(30.0)
