@@ -94,9 +94,10 @@ def unchanged(commit: str, part: str) -> bool:
     return git("diff", "--quiet", commit, "--", *READ, *where(part)).returncode == 0
 
 
-def here(part: str) -> str:
-    """The commit, with a + where files of the part differ from it."""
-    return git("rev-parse", "--short=12", "HEAD").stdout.strip() + "+" * (not unchanged("HEAD", part))
+def here(parts: Iterable[str]) -> str:
+    """The commit, with a + where files of one of the parts differ from it."""
+    clean = all(unchanged("HEAD", part) for part in parts)
+    return git("rev-parse", "--short=12", "HEAD").stdout.strip() + "+" * (not clean)
 
 
 def stands(entry: Entry | None, part: str, anyhow: bool = False) -> bool:
@@ -113,11 +114,11 @@ def collected(paths: Sequence[str]) -> list[str]:
     return [line for line in done.stdout.splitlines() if line.startswith("tests/") and "::" in line]
 
 
-def run(part: str, nodes: Sequence[str], workers: int) -> None:
-    """Run tests of one part and enter what became of them."""
+def run(nodes: Sequence[str], workers: int) -> None:
+    """Run tests and enter what became of them; all at once, so that no worker waits at the end of a part."""
     command = [sys.executable, "-m", "pytest", "-q", "-n", str(workers), "--dist", "loadfile", "-p", "parts"]
     modules = os.pathsep.join(filter(None, [str(Path(__file__).parent), os.environ.get("PYTHONPATH")]))
-    around = {**os.environ, "PYTHONPATH": modules, "SEATRIAL_LONG_COMMIT": here(part)}
+    around = {**os.environ, "PYTHONPATH": modules, "SEATRIAL_LONG_COMMIT": here(map(part_of, nodes))}
     subprocess.run([*command, *nodes], cwd=ROOT, env=around, check=False)
 
 
@@ -152,10 +153,9 @@ def main(arguments: Sequence[str]) -> int:
         raise SystemExit(f"no long tests in {', '.join(unknown)}; without a part, --list names them all")
     record = read()
     enter({}, [name for name in record if name not in nodes and (not asked.part or part_of(name) in parts)])
-    for part, own in parts.items():
-        left = [node for node in own if not stands(record.get(node), part, asked.any)]
-        if left and not asked.list:
-            run(part, left, asked.workers)
+    left = [node for node in nodes if not stands(record.get(node), part_of(node), asked.any)]
+    if left and not asked.list:
+        run(left, asked.workers)
     record = read()
     sys.stdout.write(table(parts, record) + "\n")
     return int(any(record.get(node, {}).get("outcome") not in ("passed", "skipped") for node in nodes))
