@@ -1,0 +1,293 @@
+"""What is drawn, against the numbers that it is drawn from: the place of each tick gives the scale of the drawing."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.campaign.analysis.sensitivity import Effect, Sensitivity
+from seatrial.campaign.analysis.spread import Histogram
+from seatrial.campaign.bands import Bands
+from seatrial.core.parameters import Free
+from seatrial.data import Trial
+from seatrial.report import figures, identifiability
+from seatrial.report.campaign import drawings
+from seatrial.report.campaign.shown import Unit
+from seatrial.report.drawing import Frame, _short, _ticks
+from seatrial.report.identifiability import band, correlations, restarts, tracks
+from seatrial.report.judging import bands as judged
+from seatrial.report.judging import coverage
+from seatrial.report.marginals import _marginal
+from seatrial.study.grounds import Beyond
+
+LABEL = re.compile(r'<text x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]*)</text>')
+RECT = re.compile(r'<rect x="([-\d.]+)" y="([-\d.]+)" width="([-\d.]+)" height="([-\d.]+)"')
+SKY = figures.SKY
+
+
+def lines(svg: str) -> list[np.ndarray]:
+    """Points of each line or outline of a drawing, shape (points, 2)."""
+    found = re.findall(r'points="([^"]*)"', svg)
+    return [np.array([[float(v) for v in pair.split(",")] for pair in one.split()]) for one in found]
+
+
+def axes(svg: str, left: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    """Values at places across and up, from the numbers at the ticks: those of the ordinate end left of the axis."""
+    numbers = []
+    for x, y, said in LABEL.findall(svg):
+        try:
+            numbers.append((float(x), float(y), float(said.replace("−", "-"))))
+        except ValueError:
+            continue
+    up = np.array([(y - 3.0, value) for x, y, value in numbers if x == left - 4])
+    across = np.array([(x, value) for x, y, value in numbers if x != left - 4])
+    fits = [np.polyfit(one[:, 0], one[:, 1], 1) for one in (across, up)]
+    return tuple(lambda v, fit=fit: np.polyval(fit, v) for fit in fits)  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 4.0), (-3.0, 17.0), (0.012, 0.019), (-250.0, 1800.0), (0.0, 1.0)])
+def test_ticks_are_round_within_the_range_and_told_apart(low: float, high: float) -> None:
+    found = _ticks(low, high)
+    steps = np.diff(found)
+    size = steps[0] / 10.0 ** math.floor(math.log10(steps[0]) + 1e-9)
+    assert min(abs(size - one) for one in (1.0, 2.0, 5.0)) < 1e-6
+    np.testing.assert_allclose(steps, steps[0])
+    assert low - 1e-9 <= found[0] < low + steps[0]
+    assert high + 1e-9 >= found[-1] > high - steps[0]
+    assert 2 <= len(found) <= 5
+    said = [_short(value, low, high) for value in found]
+    assert len(set(said)) == len(found)
+    np.testing.assert_allclose([float(one.replace("−", "-")) for one in said], found, atol=0.3 * steps[0])
+
+
+def test_a_line_stands_where_its_ticks_say() -> None:
+    frame = Frame(400, 300, (-2.0, 10.0), (1.0, 5.0), left=50, bottom=30)
+    svg = frame.svg([frame.line([0.0, 4.0, math.nan, 8.0], [2.0, 3.0, 1.0, 4.0], "#000")], "x", "y")
+    across, up = axes(svg, 50)
+    (found,) = lines(svg)
+    np.testing.assert_allclose(across(found[:, 0]), [0.0, 4.0, 8.0], atol=0.01)
+    np.testing.assert_allclose(up(found[:, 1]), [2.0, 3.0, 4.0], atol=0.01)
+    for x, y, inside in ((-2.0, 1.0, True), (10.1, 2.0, False), (0.0, 0.9, False), (9.9, 5.0, True), (-2.1, 3, False)):
+        assert frame.holds(x, y) == inside
+    ((left, top, width, height),) = RECT.findall(frame.span((1.0, 3.0), (2.0, 4.0), "#000"))
+    ends = across(float(left)), across(float(left) + float(width)), up(float(top) + float(height)), up(float(top))
+    assert ends == pytest.approx((1.0, 3.0, 2.0, 4.0), abs=0.02)
+    clipped = frame.points(np.array([99.0, math.nan, 1.0]), np.array([-9.0, 1.0, 2.0]), "#000", 0.0)
+    places = re.findall(r"M([-\d.]+) ([-\d.]+)h", clipped)
+    told = [(across(float(a)), up(float(b))) for a, b in places]
+    np.testing.assert_allclose(told, [(10.0, 1.0), (1.0, 2.0)], atol=0.02)
+
+
+def test_a_marginal_has_the_draws_as_bars_and_laplace_as_a_line() -> None:
+    """The areas of bars and bell are both one, in one scale; the bell is highest at the best value."""
+    rng = np.random.default_rng(3)
+    values = rng.normal(4.0, 0.5, 5000)
+    free = (Free("a", 0.0, 0.0, 1.0), Free("b", 4.0, -9.0, 99.0))
+    flat = np.column_stack([rng.random(5000), values])
+    found: Any = SimpleNamespace(flat=flat, best=np.array([0.5, 4.2]), laplace=np.diag([0.1, 0.36]), free=free)
+    svg = _marginal(found, 1)
+    low, high = (float(said.replace("−", "-")) for _, _, said in LABEL.findall(svg))
+    assert low == pytest.approx(min(values.min(), 4.2 - 1.8), rel=0.01)
+    assert high == pytest.approx(max(values.max(), 4.2 + 1.8), rel=0.01)
+    bars = np.array([[float(v) for v in one] for one in RECT.findall(svg)])
+    (bell,) = lines(svg)
+    bell[:, 1] = bell[:, 1].max() - bell[:, 1]
+    scale = (high - low) / np.ptp(bell[:, 0])
+    assert low + scale * (bell[np.argmax(bell[:, 1]), 0] - bell[0, 0]) == pytest.approx(4.2, abs=0.05)
+    area = float(np.sum(0.5 * (bell[1:, 1] + bell[:-1, 1]) * np.diff(bell[:, 0])))
+    assert float((bars[:, 2] * bars[:, 3]).sum()) == pytest.approx(area, rel=0.03)
+    middle = low + scale * (bars[:, 0] + 0.5 * bars[:, 2] - bell[0, 0])
+    weight = bars[:, 2] * bars[:, 3]
+    assert float((middle * weight).sum() / weight.sum()) == pytest.approx(values.mean(), abs=0.03)
+    cut = _marginal(found, 0)
+    assert [float(said) for _, _, said in LABEL.findall(cut)] == [0.0, 1.0], "cut at the bounds"
+
+
+def test_a_histogram_of_a_campaign_has_the_shares_of_its_bars() -> None:
+    drawn = Histogram(np.array([0.0, 0.1, 0.3]), np.array([[0.75, 0.25], [0.4, 0.6]]), (0.0, 0.0))
+    unit = Unit.of("rad")
+    svg = drawings.distribution(drawn, ("a", "b"), unit, "angle", (0.2, 0.5))
+    across, up = axes(svg, 46)
+    one, two, bound = lines(svg)
+    np.testing.assert_allclose(across(one[:, 0]), np.degrees([0, 0, 0.1, 0.1, 0.3, 0.3]), atol=0.06)
+    np.testing.assert_allclose(up(one[:, 1]), [0, 75, 75, 25, 25, 0], atol=0.4)
+    np.testing.assert_allclose(up(two[:, 1]), [0, 40, 40, 60, 60, 0], atol=0.4)
+    np.testing.assert_allclose(across(bound[:, 0]), np.degrees(0.2), atol=0.06)
+    single = drawings.distribution(Histogram(drawn.edges, drawn.shares[:1], (0.0,)), ("a",), unit, "angle", ())
+    bars = np.array([[float(v) for v in bar] for bar in RECT.findall(single)])
+    assert bars[0, 3] / bars[1, 3] == pytest.approx(3.0, rel=0.02)
+    assert bars[1, 2] / bars[0, 2] == pytest.approx(2.0, rel=0.02)
+    assert 'd="' in svg
+    assert "angle [°]" in svg
+
+
+def test_shares_of_the_inputs_are_bars_with_their_errors_the_largest_first() -> None:
+    effects = (Effect("small", 0.1, 0.02, 0.2, 0.03), Effect("large", 0.5, 0.04, 0.75, 0.05),
+               Effect("below", -0.05, math.nan, 0.0, math.nan))  # fmt: skip
+    svg = drawings.shares(Sensitivity("saltelli", 9, 0, effects))
+    zero, one = (float(x) for x, _, said in LABEL.findall(svg) if said in ("0", "1"))
+    names = [said for _, _, said in LABEL.findall(svg) if said in ("small", "large", "below")]
+    assert names == ["large", "small", "below"]
+    bars = [(float(x), float(w)) for x, _, w, _ in RECT.findall(svg)]
+    assert [w / (one - zero) for _, w in bars] == pytest.approx([0.5, 0.75, 0.1, 0.2, 0.0, 0.0], abs=1e-3)
+    assert {x for x, _ in bars} == {zero}
+    whiskers = re.findall(r'<line x1="([\d.]+)" x2="([\d.]+)" y1="([\d.]+)" y2="\3" stroke', svg)
+    spans = [((float(b) - float(a)) / (one - zero), ((float(a) + float(b)) / 2 - zero) / (one - zero))
+             for a, b, _ in whiskers]  # fmt: skip
+    np.testing.assert_allclose(spans, [(0.08, 0.5), (0.1, 0.75), (0.04, 0.1), (0.06, 0.2)], atol=2e-3)
+
+
+def test_bands_about_the_fit_and_tracks_at_equal_scale() -> None:
+    t = np.linspace(0.0, 10.0, 50)
+    low, high, seen = -0.5 * t, 0.8 * t, 0.3 * t
+    svg = band(t, (low, high), seen, "heading")
+    across, up = axes(svg, 52)
+    outline, zero, measured = lines(svg)
+    np.testing.assert_allclose(up(outline[:50, 1]), high, atol=0.1)
+    np.testing.assert_allclose(up(outline[50:, 1])[::-1], low, atol=0.1)
+    np.testing.assert_allclose(across(outline[:50, 0]), t, atol=0.05)
+    np.testing.assert_allclose(up(zero[:, 1]), 0.0, atol=0.1)
+    np.testing.assert_allclose(up(measured[:, 1]), seen, atol=0.1)
+    best = np.column_stack([30.0 * t, 4.0 * t])
+    members = best + np.array([[[5.0, 0.0]], [[-5.0, -20.0]]])
+    drawn = tracks(members, best, (best[:, 0], best[:, 1] + 2.0))
+    across, up = axes(drawn, 52)
+    first, second, fitted, seen_track = lines(drawn)
+    for points, wanted in (
+        (first, members[0]),
+        (second, members[1]),
+        (fitted, best),
+        (seen_track, best + np.array([0.0, 2.0])),
+    ):
+        np.testing.assert_allclose(up(points[:, 1]), wanted[:, 0], atol=1.5)
+        np.testing.assert_allclose(across(points[:, 0]), wanted[:, 1], atol=1.5)
+    # the scale of both axes is the same to the shape of the frame
+    assert abs(across(1.0) - across(0.0)) == pytest.approx(abs(up(1.0) - up(0.0)), rel=0.05)
+
+
+def test_ends_of_searches_stand_at_their_share_of_the_box() -> None:
+    svg = restarts(("a", "b"), np.array([[0.0, 0.25], [1.0, 0.5]]), (True, False))
+    circles = re.findall(r'<circle cx="([\d.]+)" cy="(\d+)" r="4" fill="([^"]+)"', svg)
+    left, right = (float(x) for x in re.search(r'<line x1="(\d+)" x2="(\d+)"', svg).groups())  # type: ignore[union-attr]
+    share = [(float(x) - left) / (right - left) for x, _, _ in circles]
+    assert share == pytest.approx([0.0, 1.0, 0.25, 0.5], abs=1e-3)
+    assert [look == "none" for _, _, look in circles] == [False, True, False, True]
+
+
+def test_correlations_are_written_where_strong() -> None:
+    matrix = np.array([[1.0, -0.9, 0.3], [-0.9, 1.0, 0.5], [0.3, 0.5, 1.0]])
+    svg = correlations(("a", "b", "c"), matrix)
+    assert re.findall(r"<title>([^<]*)</title>", svg) == ["b, a: -0.900", "c, a: +0.300", "c, b: +0.500"]
+    said = [words for _, _, words in LABEL.findall(svg) if words[:1] in "+−"]
+    assert said == ["−0.90", "+0.50"]
+    opacity = [float(x) for x in re.findall(r'opacity="([\d.]+)"', svg)]
+    assert opacity == pytest.approx([0.9**1.5, 0.3**1.5, 0.5**1.5], abs=0.006)
+    fills = re.findall(r'<rect [^>]*fill="([^"]+)"', svg)
+    assert fills[0] != fills[1] == fills[2]
+
+
+def test_what_is_off_the_track_is_across_the_course_of_the_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fit that goes north-east; members 2 m to either side, the log 1 m to starboard."""
+    t = np.linspace(0.0, 10.0, 21)
+    north = east = 3.0 * t
+    psi = 0.05 * t
+    best = np.column_stack([north, east, psi, t * 0, t * 0, t * 0])
+    side = np.linspace(-2.0, 2.0, 401)[:, None] / math.sqrt(2.0)
+    states = np.repeat(best[None], 401, axis=0)
+    states[:, :, 0] -= side
+    states[:, :, 1] += side
+    off = 1.0 / math.sqrt(2.0)
+    trial = Trial("log", t, {"x": north - off, "y": east + off, "psi": psi + 0.02 - 2 * math.pi})
+    told: list[Any] = []
+    monkeypatch.setattr(identifiability, "band", lambda *given: told.append(given) or "")
+    spread = (best[:, 2] - 0.1, best[:, 2] + 0.2)
+    one: Any = SimpleNamespace(t=t, best=best, states=states, trial=trial, band=lambda name: spread)
+    identifiability._off(one)
+    identifiability._heading(one)
+    (_, (low, high), seen, _), (_, (port, starboard), heading, _) = told
+    np.testing.assert_allclose(low, -1.9, atol=1e-9)
+    np.testing.assert_allclose(high, 1.9, atol=1e-9)
+    np.testing.assert_allclose(seen, 1.0, atol=1e-9)
+    np.testing.assert_allclose(port, math.degrees(-0.1))
+    np.testing.assert_allclose(starboard, math.degrees(0.2))
+    np.testing.assert_allclose(np.mod(heading, 360.0), math.degrees(0.02))
+
+
+@pytest.fixture
+def kept(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Figures of Matplotlib as they are handed on."""
+    found: list[Any] = []
+    monkeypatch.setattr(figures, "svg", lambda drawn, name: found.append(drawn) or "")
+    return found
+
+
+@pytest.mark.slow
+def test_pages_of_coverage_draw_shares_of_the_samples_and_novelty(kept: list[Any]) -> None:
+    train, trial = np.radians([0.0, 1.0, 2.0, 3.0, math.nan, 10.0]), np.radians([20.0, 0.0])
+    coverage.histogram("delta", train, trial)
+    (ax,) = kept[0].axes
+    stairs = {one.get_label(): one.get_data() for one in ax.patches}
+    edges = stairs["training"].edges
+    assert (edges[0], edges[-1]) == pytest.approx((0.0, 20.0))
+    assert stairs["training"].values.sum() == pytest.approx(100.0)
+    np.testing.assert_allclose(stairs["training"].values, np.histogram([0, 1, 2, 3, 10], edges)[0] * 20.0)
+    np.testing.assert_allclose(stairs["trials"].values, np.histogram([20, 0], edges)[0] * 50.0)
+    t = np.arange(1500.0)
+    found: Any = SimpleNamespace(name="x", t=t, novelty=0.001 * t, share=0.3)
+    coverage.novelty(found)
+    line = kept[1].axes[0].lines[0]
+    np.testing.assert_allclose(line.get_ydata(), 0.001 * line.get_xdata())
+    assert 300 <= len(line.get_xdata()) <= 600
+    assert line.get_xdata()[-1] > 1490
+    top = kept[1].axes[0].get_ylim()
+    assert top[0] == 0.0
+    assert top[1] > 1.499
+
+
+@pytest.mark.slow
+def test_bands_of_a_manoeuvre_are_the_quantiles_of_its_draws(kept: list[Any]) -> None:
+    t = np.arange(0.0, 30.0)
+    scale, still = np.linspace(0.0, 1.0, 201)[:, None], 0.0 * t
+    speeds = (1.0 + scale + still, 0.1 * scale + still, 0.02 * scale + still)
+    columns = [scale * t, 2.0 * t + scale, 0.01 * scale * t, *speeds]
+    found = Bands(t, np.stack(columns, axis=2), {}, np.full(201, np.nan))
+    middle = (0.5 * t, 2.0 * t, 0.005 * t, 1.5 + still, 0.05 + still, 0.01 + still)
+    run = Trial("run", t, dict(zip(("x", "y", "psi", "u", "v_m", "r"), middle, strict=True)))
+    judged._motion(found, 0.9, run)
+    degree = math.degrees(1.0)
+    for ax, name, factor, top in zip(kept[0].axes, ("psi", "u", "v_m", "r"), (degree, 1.0, 1.0, degree),
+                                     (0.01 * 29, 1.0, 0.1, 0.02), strict=True):  # fmt: skip
+        np.testing.assert_allclose(ax.lines[0].get_ydata(), factor * run[name])
+        corners = ax.collections[0].get_paths()[0].vertices
+        last = corners[np.isclose(corners[:, 0], 29.0), 1]
+        base = 1.0 if name == "u" else 0.0
+        assert last.min() == pytest.approx(factor * (base + 0.05 * top), rel=1e-6)
+        assert last.max() == pytest.approx(factor * (base + 0.95 * top), rel=1e-6)
+    judged._fan(found, 0.9, run)
+    (ax,) = kept[1].axes
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), found.tracks[0, :, 0])
+    np.testing.assert_allclose(ax.lines[59].get_ydata(), found.tracks[-1, :, 0])
+    np.testing.assert_allclose(ax.lines[59].get_xdata(), found.tracks[-1, :, 1])
+    np.testing.assert_allclose(ax.lines[60].get_xdata(), run["y"])
+
+
+@pytest.mark.parametrize(
+    ("name", "ends", "words"),
+    [
+        ("delta", (-math.radians(20.0), math.radians(20.0)), "rudder −20.0 to 20.0 °"),
+        ("u", (1.0, 1.0), "surge speed 1.00 m/s"),
+        ("depth", (math.inf, math.inf), "depth deep"), ("r", (0.0, math.radians(0.5)), "rate of turn 0 to 0.500 °/s"),
+        ("n_bow", (2.0, 4.0), "n_bow 2.00 to 4.00 1/s"), ("alpha_1", (0.0, math.pi), "alpha_1 0 to 180 °"),
+    ],
+)  # fmt: skip
+def test_ranges_are_told_in_the_units_of_people(name: str, ends: tuple[float, float], words: str) -> None:
+    assert judged.span(name, ends) == words
+    told = judged.reach(Beyond(name, ends, ends))
+    assert told.startswith(words.split(" to ")[0].rstrip("°").rstrip())
+    assert "(trials: " in told
