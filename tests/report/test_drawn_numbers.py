@@ -17,7 +17,7 @@ from seatrial.campaign.bands import Bands
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.report import figures, identifiability
-from seatrial.report.campaign import drawings
+from seatrial.report.campaign import drawings, rare
 from seatrial.report.campaign.shown import Unit
 from seatrial.report.drawing import Frame, _short, _ticks
 from seatrial.report.identifiability import band, correlations, restarts, tracks
@@ -169,6 +169,38 @@ def test_bands_about_the_fit_and_tracks_at_equal_scale() -> None:
         np.testing.assert_allclose(across(points[:, 0]), wanted[:, 1], atol=1.5)
     # the scale of both axes is the same to the shape of the frame
     assert abs(across(1.0) - across(0.0)) == pytest.approx(abs(up(1.0) - up(0.0)), rel=0.05)
+
+
+@pytest.mark.parametrize("way", [(300.0, 10.0), (10.0, 300.0), (0.1, 0.2)])
+def test_whole_tracks_are_within_their_frame(way: tuple[float, float]) -> None:
+    best = np.outer(np.linspace(0.0, 1.0, 30), way)
+    (one, fitted) = lines(tracks(best[None] - 1.0, best, None))
+    for points in (one, fitted):
+        assert points[:, 0].min() >= 52.0
+        assert points[:, 0].max() <= 420.0
+        assert points[:, 1].min() >= 8.0
+        assert points[:, 1].max() <= 400.0 - 36.0
+
+
+def test_the_curve_of_rare_events_falls_level_by_level_and_ends_within_its_frame() -> None:
+    """Two levels, the second within the nearest hundredth of the first."""
+    wide = np.linspace(1.0, 10.0, 100)
+    near = np.linspace(0.02, 1.0, 50)
+    levels = (SimpleNamespace(margins=wide, next_bound=1.0, share=0.01, bound=math.inf, accepted=1.0),
+              SimpleNamespace(margins=near, next_bound=0.0, share=0.01, bound=1.0, accepted=0.4))  # fmt: skip
+    one: Any = SimpleNamespace(levels=levels, case="a")
+    svg = rare._curve(one, Unit("m", 1.0))
+    across, up = axes(svg, 46)
+    (drawn,) = lines(svg)
+    margin, log = across(drawn[:, 0]), up(drawn[:, 1])
+    wanted = [math.log10((np.sum(wide <= m + 0.02) / 100) if m > 1.05 else 0.01 * np.sum(near <= m + 0.02) / 50)
+              for m in margin]  # fmt: skip
+    inner = (margin > 0.2) & (np.abs(margin - 1.0) > 0.2)
+    np.testing.assert_allclose(log[inner], np.array(wanted)[inner], atol=0.12)
+    assert log.min() == pytest.approx(math.log10(0.01 / 50), abs=0.05)
+    axis = re.search(r"V(\d+)H", svg)
+    assert axis is not None
+    assert drawn[:, 1].max() <= float(axis[1]) + 0.1
 
 
 def test_ends_of_searches_stand_at_their_share_of_the_box() -> None:
