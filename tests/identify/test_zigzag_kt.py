@@ -11,7 +11,7 @@ import pytest
 
 from seatrial.actuators import Actuator, Actuators
 from seatrial.data import DataError, Trial
-from seatrial.identify.regression.zigzag_kt import KT, classical, fitted
+from seatrial.identify.regression.zigzag_kt import KT, _peaks, classical, fitted
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load, save
@@ -107,3 +107,12 @@ def test_records_that_cannot_be_analysed_are_refused() -> None:
         fitted(replace(run, channels={k: v for k, v in run.channels.items() if k not in ("u", "v_m")}), L)
     with pytest.raises(DataError, match="excited"):
         fitted(run.having(delta=np.zeros(len(run))), L)
+
+
+def test_four_peaks_are_enough_for_the_analysis_by_hand_and_three_are_not() -> None:
+    run = RUNS[CASES[1]]
+    at = [when for when, _ in _peaks(run.t, run["psi"])]
+    found = classical(run.rows(run.t < 0.5 * (at[3] + at[4])), L)
+    assert pytest.approx(CASES[1][:2], rel=0.01) == [found.K, found.T]
+    with pytest.raises(DataError, match="3 heading peaks"):
+        classical(run.rows(run.t < 0.5 * (at[2] + at[3])), L)

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.bands.held import GROUPS, Held
+from seatrial.bands.prediction import Fan
 from seatrial.campaign.analysis.sensitivity import Effect, Sensitivity
 from seatrial.campaign.analysis.spread import Histogram
 from seatrial.campaign.bands import Bands
@@ -22,7 +24,7 @@ from seatrial.report.campaign.shown import Unit
 from seatrial.report.drawing import Frame, _short, _ticks
 from seatrial.report.identifiability import band, correlations, restarts, tracks
 from seatrial.report.judging import bands as judged
-from seatrial.report.judging import coverage
+from seatrial.report.judging import coverage, fans
 from seatrial.report.marginals import _marginal
 from seatrial.study.grounds import Beyond
 
@@ -323,3 +325,41 @@ def test_ranges_are_told_in_the_units_of_people(name: str, ends: tuple[float, fl
     told = judged.reach(Beyond(name, ends, ends))
     assert told.startswith(words.split(" to ")[0].rstrip("°").rstrip())
     assert "(trials: " in told
+
+
+@pytest.mark.slow
+def test_a_fan_is_drawn_about_the_prediction_with_a_gap_at_each_restart(kept: list[Any]) -> None:
+    t = np.arange(0.0, 40.0)
+    names = ("x", "y", "psi", "u", "v_m", "r")
+    predicted = Trial("run", t, {name: (k + 1.0) * 0.1 + 0.01 * t for k, name in enumerate(names)})
+    half = np.tile(0.05 * np.arange(1.0, 7.0), (40, 1))
+    made = Fan(predicted, np.mod(t, 20.0), half, 0.95, "turning", ())
+    measured = predicted.having(psi=predicted["psi"] + 0.02 - 2.0 * math.pi, u=predicted["u"] + 0.03)
+    fans.fan(made, measured)
+    degree = math.degrees(1.0)
+    off = {"psi": 0.02, "u": 0.03}
+    for ax, name in zip(kept[0].axes, ("x", "y", "psi", "u", "v_m", "r"), strict=True):
+        factor, k = (degree if name in ("psi", "r") else 1.0), names.index(name)
+        middle, seen = ax.lines[0].get_ydata(), ax.lines[1].get_ydata()
+        assert np.flatnonzero(np.isnan(middle)).tolist() == [0, 20]
+        np.testing.assert_allclose(middle[1:20], factor * predicted[name][1:20])
+        np.testing.assert_allclose(seen, factor * (predicted[name] + off.get(name, 0.0)))
+        heights = np.concatenate([path.vertices for path in ax.collections[0].get_paths()])
+        last = heights[np.isclose(heights[:, 0], 39.0), 1]
+        assert np.ptp(last) == pytest.approx(2.0 * factor * half[0, k])
+        assert 0.5 * (last.min() + last.max()) == pytest.approx(factor * predicted[name][39])
+    assert [ax.get_xlabel() for ax in kept[0].axes][-1] == "time t [s]"
+
+
+def test_widths_of_bands_are_told_in_degrees_and_shares_in_percent() -> None:
+    groups = {name: 0.5 + 0.1 * k for k, name in enumerate(GROUPS)}
+    width = dict(zip(("x", "y", "psi", "u", "v_m", "r"), (11.0, 12.0, math.radians(3.0), 0.4, 0.5, math.radians(0.6)),
+                     strict=True))  # fmt: skip
+    row = Held("turning", 60.0, 12, 3, groups, width, width)
+    cells = re.findall(r"<td[^>]*>([^<]*)</td>", fans.held_table([row]))
+    assert cells[0] == "turning"
+    assert [float(cell) for cell in cells[1:3]] == [60.0, 12.0]
+    shares = [float(cell.rstrip(" %")) for cell in cells[3 : 3 + len(groups)]]
+    assert shares == pytest.approx([100.0 * share for share in groups.values()])
+    assert [float(cell) for cell in cells[3 + len(groups) :]] == pytest.approx([11.0, 12.0, 3.0, 0.4, 0.5, 0.6])
+    assert fans.words([row], 0.9).startswith("bands of 90 % held at least in 50 % at 60 s")

@@ -79,7 +79,7 @@ class _Log:
             out.append(y)
         return np.array(out)[np.searchsorted(moments, t)] + offset
 
-    def errors(self, servo: Azimuth | Actuator, offset: float, ahead: float = 0.0) -> Array:
+    def errors(self, servo: Azimuth | Actuator, offset: float, ahead: float) -> Array:
         """Angle of the model less the one measured, the shorter way round [rad]."""
         return wrapped(self.angles(servo, offset, ahead) - self.actual)[self.kept]
 
