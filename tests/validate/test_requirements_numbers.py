@@ -11,11 +11,24 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuator, Actuators
+from seatrial.core.parameters import values
 from seatrial.core.symbolic import cos, magnitude, sin
 from seatrial.data import Trial
 from seatrial.models import Model, kinematics
 from seatrial.ships import Ship
-from seatrial.validate.requirements import Finding, body, control, hull, plausible, propulsion, steering, weather
+from seatrial.ships.files import load
+from seatrial.validate.requirements import (
+    Finding,
+    Judgement,
+    body,
+    control,
+    hull,
+    plausible,
+    propulsion,
+    steering,
+    weather,
+)
+from seatrial.validate.requirements.draws import _together
 from seatrial.validate.requirements.probe import Probe
 
 U, L, N_P = 2.0, 50.0, 1.5
@@ -398,3 +411,78 @@ def test_gusts_are_apart_by_what_they_differ() -> None:
     calls = iter(range(9))
     unseeded = replace(RUDDER, gusts=lambda base, seed: Blown(next(calls)))
     assert not next(iter(weather._gusts(unseeded))).holds
+
+
+@pytest.mark.slow
+def test_a_varied_hull_has_the_root_of_a_ship_with_that_number() -> None:
+    ship = load("kvlcc2_l7")
+    p = Probe.of(ship)
+    numbers = values(ship.model)
+    usual = hull.growth(p, p.U)
+
+    def root(path: str, factor: float) -> float:
+        return hull.growth(replace(p, ship=ship.moved({path: factor * numbers[path]})), p.U)
+
+    for path in ("hull.N_r", "hull.Y_v"):
+        assert hull._varied(p, path, 1.5) == pytest.approx(root(path, 1.5))
+    effects = {path: size for size, path in hull._effects(p, usual)}
+    assert set(effects) == {path for path, value in numbers.items() if value and path.startswith("hull.")}
+    assert effects["hull.N_v"] == pytest.approx(abs(root("hull.N_v", 1.5) - usual))
+    said, flipped = hull._flip(p, -1.0, ["hull.N_v"], 0.1)
+    path, _, factor = said.partition(" times ")
+    assert path == "hull.N_v"
+    assert flipped is not None
+    assert hull.growth(flipped, p.U) == pytest.approx(root(path, float(factor)))
+    assert hull.growth(flipped, p.U) * p.unit_time > 0.1
+
+
+def test_wind_and_waves_have_bounds_of_their_own() -> None:
+    """Drift forces of waves are next to nothing from astern; those of the wind never are."""
+    bounds = {kind: next(iter(weather._from_all_sides(kind, *blown()))).bound for kind in ("wind", "waves")}
+    assert bounds == {"wind": weather.limit.LEEWARD, "waves": weather.limit.WAVE_LEEWARD}
+
+
+def test_a_bound_holds_at_its_ends_and_not_beyond_nor_without_a_number() -> None:
+    bound = control.limit.Bound(0.5, 2.0, "why")
+    assert [bound.holds(x) for x in (0.5, 2.0, 1.0, 0.49, 2.01, math.nan)] == [True, True, True, False, False, False]
+    assert str(bound) == "0.5 to 2"
+    assert str(control.limit.least(3.0, "")) == "at least 3"
+    assert str(control.limit.most(3.0, "")) == "at most 3"
+    assert control.limit.least(3.0, "").holds(math.inf)
+    assert not control.limit.most(3.0, "").holds(3.1)
+
+
+def test_findings_of_draws_meet_those_of_the_fitted_ship_by_their_words_and_order() -> None:
+    """A worst point lies elsewhere in each draw; the second of two findings of the same words stays the second."""
+    fitted = Judgement("pass", "good", (Finding("a (at 1)", 1.0), Finding("a (at 2)", 2.0), Finding("b", 3.0)))
+    draws = [Judgement("pass" if k else "fail", "bad" if not k else "good",
+                       (Finding(f"a (at {k})", 1.0 + k), Finding("a", 20.0 + k),
+                        Finding("b", math.nan if k < 2 else 3.0)))
+             for k in range(11)]  # fmt: skip
+    found = _together(fitted, draws, 0.8)
+    assert found.drawn is not None
+    assert found.drawn.bands["a (at 1)"] == pytest.approx((2.0, 10.0))
+    assert found.drawn.bands["a (at 2)"] == pytest.approx((21.0, 29.0))
+    assert found.drawn.bands["b"] == pytest.approx((3.0, 3.0))
+    assert found.drawn.met == pytest.approx(10.0 / 11.0)
+    assert found.verdict == "pass"
+    assert _together(fitted, draws, 0.95).verdict == "undecided"
+    assert "bad" in found.reason
+    few = _together(fitted, draws, 0.9).drawn
+    assert few is not None
+    assert math.isnan(few.bands["b"][0]), "nine of eleven draws give it: less than the level"
+
+
+@pytest.mark.slow
+def test_the_push_of_masses_is_a_surge_a_sway_and_a_yaw() -> None:
+    """Of a composed ship the matrix is that of its own body: m + m_x, m + m_y, and the yaw inertia about midship."""
+    ship = load("esso_osaka_3m")
+    model: Any = ship.model
+    M = body.masses(Probe.of(ship))
+    assert M is not None
+    m = float(model.body.m)
+    assert M[0, 0] / m > 1.0
+    assert M[1, 1] > M[0, 0]
+    assert M[0, 1] == pytest.approx(0.0, abs=1e-9 * m)
+    assert M[1, 2] == pytest.approx(M[2, 1], rel=1e-6, abs=1e-9 * m)
+    assert 0.2 < math.sqrt(M[2, 2] / m) / ship.L_pp < 0.45
