@@ -47,3 +47,17 @@ def test_every_log_in_which_it_stuck_is_cut_there() -> None:
 
 def test_no_flicker_is_a_stuck_rudder() -> None:
     assert [*stuck_faults([flickering(seed) for seed in range(200)])] == []
+
+
+def test_three_digits_hide_the_noise_beyond_ten_degrees() -> None:
+    """9.94 deg flickers, and 10.7 deg does not: the log of a model basin, as written to three digits."""
+    t = np.arange(3000) * 0.02
+    told = np.where(t < 30.0, 9.94, -10.72) + 0.004 * np.random.default_rng(2).standard_normal(t.size)
+    told[:40], told[1500:1530] = np.linspace(-9.0, 9.94, 40), np.linspace(9.94, -10.72, 30)
+    told[-10:] = np.linspace(-10.72, 0.0, 10)
+    rounded = np.array([float(f"{value:.3g}") for value in told])
+    assert longest(Trial("basin", t, {"delta": rounded * DEG})) > 1000
+    assert [*stuck_faults([Trial("basin", t, {"delta": rounded * DEG})])] == []
+    frozen = np.round(told, 2)
+    frozen[1600:2900] = frozen[1600]
+    assert len([*stuck_faults([Trial("stuck", t, {"delta": frozen * DEG})])]) == 1

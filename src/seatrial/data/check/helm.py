@@ -31,6 +31,8 @@ _CERTAIN = 5.0
 _FEWEST = 3
 # Rows below which nine in ten repeats of an indicator are where its noise makes it flicker.
 _FLICKER = 15
+# From so many times its noise on, the step of an indicator hides the noise at most values.
+_COARSE = 5.0
 
 
 def helm_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
@@ -132,8 +134,8 @@ def stuck_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
         longest, next_one = int(lengths[order[-1]]), int(lengths[order[-2]])
         # The longest of a thousand flickers is a matter of chance; that most are short is not.
         usual = float(np.quantile(lengths, 0.9))
-        if longest > max(30, 4 * next_one) and usual < _FLICKER and noise > 0:
-            k = int(starts[order[-1]])
+        k = int(starts[order[-1]])
+        if longest > max(30, 4 * next_one) and usual < _FLICKER and noise > 0 and _step_at(delta, k) < _COARSE * noise:
             since, until = float(trial.t[k]), float(trial.t[k + longest])
             steps.append(Step(do="cut", where=((since, until),), trials=(trial.name,)))
             evidence = evidence or (f"{trial.name}: the same value {delta[k]:.4g} rad for {until - since:.3g} s from "
@@ -141,6 +143,17 @@ def stuck_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     if steps:
         yield Fault("warning", "delta", "frozen rudder indicator", evidence, Remedy(steps=tuple(steps)), "quality",
                     "frozen")  # fmt: skip
+
+
+def _step_at(delta: Array, k: int) -> float:
+    """Smallest step between values as large as that of row `k`, to a power of ten in degrees [rad].
+
+    A log of so many significant digits has coarser steps from 10 deg on.
+    """
+    shown = np.abs(delta) / _DEG
+    decade = math.floor(math.log10(max(float(shown[k]), 1e-3)))
+    steps = np.diff(np.unique(np.round(delta[(shown >= 10.0**decade) & (shown < 10.0 ** (decade + 1))] / _DEG, 6)))
+    return float(steps.min()) * _DEG if steps.size else 0.0
 
 
 # -- lag

@@ -101,7 +101,9 @@ def judged(
 def judged_by(fit: Fit, problem: Problem, diagnosis: Diagnosis, covariance: Array) -> Fit:
     """The fit with its diagnosis and this covariance; nothing is "identified" where the model lacks something."""
     shrinkage = removed(problem.vector, fit.values, covariance)
-    found = verdicts(fit.free, fit.values, covariance, shrinkage, fit.at_bound)
+    # A bound that the data press on makes the model wrong, whose wider sigma would then hide that they do.
+    pressed = [one.subject for one in fit.verdicts if one.status == "at bound"]
+    found = verdicts(fit.free, fit.values, covariance, shrinkage, fit.at_bound, pressed)
     return replace(
         fit, sigma=np.sqrt(np.diag(covariance)), covariance=covariance, shrinkage=shrinkage,
         verdicts=capped(found, diagnosis), diagnosis=diagnosis,
@@ -144,12 +146,18 @@ def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
 
 
 def verdicts(
-    free: Sequence[Free], values: Array, covariance: Array, shrinkage: Array, at_bound: Sequence[str]
-) -> tuple[Verdict, ...]:
-    """One verdict per parameter, then one per pair that only shows up as a combination."""
+    free: Sequence[Free], values: Array, covariance: Array, shrinkage: Array, at_bound: Sequence[str],
+    pressed: Sequence[str] = (),
+) -> tuple[Verdict, ...]:  # fmt: skip
+    """One verdict per parameter, then one per pair that only shows up as a combination.
+
+    Args:
+        at_bound: paths of the parameters on a bound.
+        pressed: those of them of which it is known that the data want them beyond.
+    """
     sigma = np.sqrt(np.diag(covariance))
     single = tuple(
-        _single(f, float(v), float(s), float(share), f.path in at_bound)
+        _single(f, float(v), float(s), float(share), f.path in at_bound, f.path in pressed)
         for f, v, s, share in zip(free, values, sigma, shrinkage, strict=True)
     )
     pairs = _pairs(free, covariance, sigma)
@@ -158,9 +166,9 @@ def verdicts(
     return single + pairs + _groups([free[k].path for k in loose], covariance[np.ix_(loose, loose)])
 
 
-def _single(f: Free, value: float, sigma: float, share: float, bound: bool) -> Verdict:
+def _single(f: Free, value: float, sigma: float, share: float, bound: bool, pressed: bool) -> Verdict:
     told = f"{value:.4g} +- {sigma:.2g}"
-    if bound and share >= UNKNOWN:
+    if bound and (pressed or share >= UNKNOWN):
         return Verdict(
             f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it beyond, "
             "so either the interval is too narrow or the model lacks something",
