@@ -67,7 +67,7 @@ def test_wrong_waves(wrong: Wrong) -> None:
         ("esso_190k_tanker", ("7",), ("1", "2", "9", "10")),  # no damping of a turn on the spot, N_ur and N_vr alone
         ("modified_abkowitz_kvlcc2_l7", ("7",), ("1", "9", "10")),  # from 0.3 m/s on
         ("otter", ("1", "7", "9"), ("2", "10", "12")),  # Y_v = 0, and no greatest rate of the propellers
-        ("cybership2", ("3", "6", "7", "8", "9"), ("4", "7", "8", "9", "10", "11", "12")),  # forces as ordered
+        ("cybership2", ("3", "6", "7", "8", "9"), ("4", "7", "8", "10", "11", "12")),  # forces as ordered, no propeller
     ],
 )
 def test_ships_of_the_library_pass_and_fail_for_reasons_of_their_files(
