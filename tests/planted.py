@@ -5,10 +5,10 @@ bound, a comparison turned, two arguments exchanged, a minimum for a maximum, an
 The change is made in a copy of the package; the tests that reach the line run there, the quickest first, until one
 fails.  Which tests reach which line is measured once (`--map`), by the unit and slow tiers under coverage.
 
-    python benchmarks/planted.py --map                # once; some minutes
-    python benchmarks/planted.py --seed 1             # all rooms; results/planted.json
-    python benchmarks/planted.py --seed 1 --room bands --lines 30
-    python benchmarks/planted.py --seed 1 --list      # only shows the lines
+    python tests/planted.py --map                # once; some minutes
+    python tests/planted.py --seed 1             # all rooms; results/planted.json
+    python tests/planted.py --seed 1 --room bands --lines 30
+    python tests/planted.py --seed 1 --list      # only shows the lines
 
 A drawn line that changes nothing (an equivalent, or the look of a picture) is listed in planted.toml with the reason.
 """
@@ -34,7 +34,7 @@ from typing import Any
 
 REPOSITORY = Path(__file__).parents[1]
 PACKAGE = REPOSITORY / "src" / "seatrial"
-RESULTS = Path(__file__).parent / "results" / "planted.json"
+RESULTS = REPOSITORY / "benchmarks" / "results" / "planted.json"
 LINES_A_PLANT, LEAST = 800, 4
 DENSE = ("bands", "realtime/twin", "realtime/range", "identify/diagnosis", "harbour", "campaign", "data/guess")
 """Rooms in rooms that are drawn from twice as densely: those built last."""
@@ -392,6 +392,8 @@ def main() -> None:
             print(room, plant.line, plant.kind, plant.name)
         print(len(wanted), "lines")
         return
+    if not (asked.folder / "map").is_file():
+        reading.error(f"{asked.folder}: no map of the tests; make it with --map")
     rows = judge(wanted, reach(asked.folder), asked.budget, asked.workers)
     table = summary(rows)
     print(json.dumps(table, indent=1))
