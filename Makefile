@@ -15,18 +15,18 @@ demo: .venv/core.stamp
 test test-slow test-long test-all notebooks: export PYTHONDONTWRITEBYTECODE =
 
 test: .venv/test.stamp
-	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "not slow and not long"
+	$(BIN)/python -m pytest -q -n auto --dist loadfile --max-worker-restart=0 -m "not slow and not long"
 
 # What takes more than a tenth of a second each, most of it fits and compilations.
 test-slow: .venv/test.stamp
-	$(BIN)/python -m pytest -q -n auto --dist loadfile -m "slow and not long"
+	$(BIN)/python -m pytest -q -n auto --dist loadfile --max-worker-restart=0 -m "slow and not long"
 
 # The rest, in parts that go on where they stopped: make test-long PART=garden; the record is benchmarks/results/long.json.
 test-long: .venv/test.stamp
 	$(BIN)/python tests/long/parts.py $(PART)
 
 test-all: .venv/test.stamp
-	$(BIN)/python -m pytest -q -n auto --dist loadfile
+	$(BIN)/python -m pytest -q -n auto --dist loadfile --max-worker-restart=0
 
 # Executed as a reader would; in the long tier by their cost.
 notebooks: .venv/test.stamp

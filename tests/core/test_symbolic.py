@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import casadi as ca
@@ -30,6 +32,7 @@ from seatrial.core.symbolic import (
     tanh,
     where,
 )  # fmt: skip
+from seatrial.engine.trace import over_rows
 
 
 def where_above(a: Any, b: Any) -> Any:
@@ -100,3 +103,23 @@ def test_what_is_held_and_what_overflows() -> None:
     assert exp(800.0) == math.inf
     assert exp(700.0) == math.exp(700.0)
     assert (is_symbol(ca.SX.sym("x")), is_symbol(1.0)) == (True, False)
+
+
+def test_one_thread_at_a_time_makes_expressions() -> None:
+    """Expressions share nodes, and CasADi lets other threads run meanwhile: tracing waits for tracing, and itself."""
+    inside, most = threading.Semaphore(0), list[bool]()
+
+    def lonely(row: tuple[Any, ...]) -> tuple[Any, ...]:
+        most.append(inside.acquire(blocking=False))  # another one is within
+        inside.release()
+        twice = over_rows(lambda x: (2.0 * x[0],), np.ones((1, 1)))[0, 0]
+        threading.Event().wait(0.02)
+        inside.acquire()
+        if most[-1]:
+            inside.release()
+        return (twice * row[0],)
+
+    with ThreadPoolExecutor(3) as pool:
+        found = list(pool.map(lambda k: over_rows(lonely, np.full((2, 1), float(k))), range(3)))
+    assert not any(most)
+    assert [one[:, 0].tolist() for one in found] == [[0.0, 0.0], [2.0, 2.0], [4.0, 4.0]]

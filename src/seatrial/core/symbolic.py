@@ -8,12 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from functools import wraps
+from threading import RLock
+from typing import ParamSpec, Protocol, TypeVar
 
 import casadi as ca
 from casadi import SX
 
 from .parameters import Scalar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+_SYMBOLS = RLock()
 
 TINY = 1e-12
 """Squared velocity [m^2/s^2] below which a speed is rounded to its smooth value at rest."""
@@ -41,6 +47,21 @@ class Function(Protocol):
     def instruction_output(self, k: int, /) -> Sequence[int]: ...
 
     def instruction_constant(self, k: int, /) -> float: ...
+
+
+def alone(function: Callable[P, R]) -> Callable[P, R]:
+    """`function`, which makes and drops CasADi expressions, in one thread at a time.
+
+    Expressions share nodes and a table of constants, and CasADi lets other threads of Python run while it works
+    on them: two threads that trace at once may bring the process down.
+    """
+
+    @wraps(function)
+    def one(*args: P.args, **kwargs: P.kwargs) -> R:
+        with _SYMBOLS:
+            return function(*args, **kwargs)
+
+    return one
 
 
 def is_symbol(x: Scalar) -> bool:

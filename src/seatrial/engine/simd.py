@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.symbolic import alone
 from . import Array, System, trace
 from .cache import library
 from .csource import LANES, rollout_source, sensitivity_source
@@ -95,6 +96,7 @@ def _places(system: System, lanewise: tuple[str, ...]) -> dict[int, int]:
 
 # A system is traced and printed once, however often it is compiled: that takes longer than a short run.
 @lru_cache(maxsize=_TRACED)
+@alone
 def _rollout_source(system: System, lanewise: tuple[str, ...]) -> str:
     return rollout_source(
         system, trace.right_hand_side(system), trace.preparation(system), _places(system, lanewise),
@@ -103,6 +105,7 @@ def _rollout_source(system: System, lanewise: tuple[str, ...]) -> str:
 
 
 @lru_cache(maxsize=_TRACED)
+@alone
 def _sensitivity_source(system: System, free: tuple[str, ...], lanewise: tuple[str, ...]) -> str:
     return sensitivity_source(system, trace.jacobian(system, free), _places(system, lanewise))
 

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ..core.parameters import ParameterError
-from ..core.symbolic import Function
+from ..core.symbolic import Function, alone
 from . import Array, Scalars, System
 
 
@@ -49,12 +49,14 @@ def _rates(system: System) -> tuple[list[Any], Any]:
     return vectors, _column(system.derivative(*scalars))
 
 
+@alone
 def right_hand_side(system: System) -> Function:
     """CasADi function (z, a, p) -> rates, shape (states,)."""
     inputs, rates = _rates(system)
     return ca.Function("rhs", inputs, [ca.cse(rates)])
 
 
+@alone
 def preparation(system: System) -> Function | None:
     """CasADi function (t, dt, z, m, s, p) -> (acting, memory, logged), or None."""
     if system.before is None:
@@ -65,6 +67,7 @@ def preparation(system: System) -> Function | None:
     return ca.Function("before", [t, dt, *vectors], [ca.cse(ca.vertcat(*map(_column, stepped)))])
 
 
+@alone
 def kicks(system: System) -> tuple[Function, Function, Function] | None:
     """CasADi functions of `System.kicks`, or None: touch, first and last, with the inputs in the order given there."""
     own = system.kicks
@@ -82,6 +85,7 @@ def kicks(system: System) -> tuple[Function, Function, Function] | None:
             ca.Function("last", [h, z, kept, a, touched, p], [ca.cse(last)]))  # fmt: skip
 
 
+@alone
 def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:
     """Exact Jacobians of the rates with respect to the state and the parameters in `free`."""
     inputs, rates = _rates(system)
@@ -95,12 +99,14 @@ def jacobian(system: System, free: tuple[str, ...]) -> Jacobian:
     return Jacobian(function, tuple(pattern), tuple(rows), free)
 
 
+@alone
 def function_of(f: Callable[[Scalars], Scalars], inputs: int) -> Function:
     """`f`, written over scalars, as a CasADi function of one vector."""
     x = ca.SX.sym("x", max(inputs, 1))
     return ca.Function("f", [x], [_column(f(tuple(x[i] for i in range(inputs))))])
 
 
+@alone
 def over_rows(f: Callable[[Scalars], Scalars], rows: Array) -> Array:
     """`f`, written over scalars, of every row; shape (rows, outputs)."""
     # through buffers, some rows at a time: the larger the map, the longer CasADi takes to make it

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.parameters import ParameterError, unknown
+from ..core.symbolic import alone
 from ..data import Array
 from ..environment import CALM, CHANNELS, Environment
 from . import Model, Sampled
@@ -198,6 +199,7 @@ class Linear:
         return _control().ss(*arguments, states=self.states, inputs=self.controls, outputs=self.states)
 
 
+@alone
 def linearise(model: Model, at: Trim, states: Sequence[str] | None = None, side: float | None = None) -> Linear:
     """Jacobians of a model at a trim point, by automatic differentiation.
 

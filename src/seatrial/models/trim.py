@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, unknown
+from ..core.symbolic import alone
 from ..data import Array
 from ..environment import CALM, Environment
 from . import STATES, STEERING, Model, Sampled, Stepped, unit
@@ -200,6 +201,7 @@ class _Search:
             raise ParameterError("the model keeps whatever speed it starts with; give the speed")
         return self.point(*self.split(here.tolist()))
 
+    @alone
     def traced(self, start: Array) -> tuple[Function, Function, list[bool]]:
         """Rates and their Jacobian as functions of the unknowns, and which unknowns bear on a rate."""
         import casadi as ca

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
-from ...core.symbolic import Function
+from ...core.symbolic import Function, alone
 from .. import System
 from ..csource import Statement, statements
 from ..trace import Jacobian
@@ -89,6 +89,7 @@ class _Kernel:
                 text[one.name] = f"K[NP+{self.uniform}]"
                 self.uniform += 1
 
+    @alone
     def source(self, template: str, sizes: Mapping[str, int], texts: Mapping[str, str], single: bool) -> str:
         """The kernel in its loops."""
         body = template

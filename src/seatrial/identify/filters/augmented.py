@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 
 from ...core.parameters import specs, unknown
+from ...core.symbolic import alone
 from ...environment import CHANNELS, Environment
 from ...models import Sampled
 from ...ships import Ship
@@ -54,6 +55,7 @@ class Augmented:
         return self.model.names
 
 
+@alone
 def augmented(ship: Ship, more: Sequence[str], sensors: Sequence[Sensor], memory: Mapping[str, float]) -> Augmented:
     """Trace a ship with the further states `more`.
 

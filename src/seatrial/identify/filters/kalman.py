@@ -20,6 +20,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.symbolic import alone
 from ...data import Array
 from ...environment import CHANNELS, Environment
 from ...ships import Ship
@@ -90,6 +91,7 @@ class FilterModel:
         return np.where(self.angle > 0.0, turned, innovation)
 
 
+@alone
 def trace(ship: Ship, more: tuple[str, ...], sensors: Sequence[Sensor]) -> FilterModel:
     """The ship with the parameters `more` as further states, and its sensors.
 

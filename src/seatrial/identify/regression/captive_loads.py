@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import update, values
+from ...core.symbolic import alone
 from ...data import Array, DataError
 from ...data.captive import LOADS, MOTION, Captive
 from ...forces import Flow
@@ -43,6 +44,7 @@ class Predicted:
     included: bool
 
     @staticmethod
+    @alone
     def of(ship: Ship, runs: Captive) -> Predicted:
         """Runs scaled to the length of the ship by Froude's law."""
         if not hasattr(ship.model, "loads"):
@@ -70,6 +72,7 @@ class Predicted:
         """Which loads were measured."""
         return np.isfinite(self.measured)
 
+    @alone
     def by(self, paths: Sequence[str]) -> Callable[[Array], tuple[Array, Array]]:
         """Loads at the scale of the test and their derivatives, as a function of the parameters at the paths.
 

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.symbolic import alone
 from ...data import Array, DataError, Trial
 from ...environment import CHANNELS, Environment
 from ...models import STATES, Sampled
@@ -185,6 +186,7 @@ def _solve(matrix: Array, right: Array, vector: Vector) -> tuple[Array, Array, f
     return values, joined.T @ joined, float(residual @ residual)
 
 
+@alone
 def _accelerations(problem: Problem) -> Any:
     """CasADi function (state, control, environment) -> accelerations at zero free parameters, and their slopes."""
     import casadi as ca

@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ...core.symbolic import alone
 from ...data import Array
 from ...environment import CHANNELS, Environment
 from ...models import Model
@@ -56,6 +57,7 @@ def momentum_guess(problem: Problem, cut: Chains, *, smooth: float, span: float,
     return p
 
 
+@alone
 def _balance(problem: Problem) -> Any:
     """CasADi functions of (state, control, environment, p): force less Coriolis force, and momentum, with slopes."""
     model = problem.ship.model

@@ -13,6 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ...core.symbolic import alone
 from ...data import Array
 from .. import Problem, StudyError
 
@@ -45,6 +46,7 @@ class Inequalities:
         return Inequalities(names, ca.Function("h", [p], [h]), slopes)
 
     @staticmethod
+    @alone
     def of(problem: Problem) -> Inequalities:
         """Those of Eqs. 18 and 19 that the free parameters can break.
 

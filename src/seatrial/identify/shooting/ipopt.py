@@ -11,6 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from ...core.symbolic import alone
 from ...data import Array
 from ...engine.rollout import is_rk4
 from ...engine.trace import right_hand_side
@@ -65,6 +66,7 @@ class FullSpace:
     begun: FirstStates
 
     @staticmethod
+    @alone
     def build(
         problem: Problem, cut: Chains, *, anchor: Array, inequalities: Inequalities, begun: FirstStates, span: Array,
         method: str, exact: bool, iterations: int, tolerance: float,
