@@ -21,6 +21,7 @@ import json
 import os
 import random
 import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
@@ -29,6 +30,8 @@ import tomllib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
+from importlib import import_module
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +39,12 @@ REPOSITORY = Path(__file__).parents[1]
 PACKAGE = REPOSITORY / "src" / "seatrial"
 RESULTS = REPOSITORY / "benchmarks" / "results" / "planted.json"
 LINES_A_PLANT, LEAST = 800, 4
+LIBRARIES = [
+    "numpy", "casadi", "scipy.optimize", "scipy.interpolate", "scipy.signal", "scipy.stats", "pandas", "polars",
+    "torch", "matplotlib.pyplot", "xarray", "typer", "hypothesis", "pytest",
+]  # fmt: skip
+"""Imported once, before each line's process is made from it: half of a short test is the import of libraries."""
+_HANGS = 600.0
 DENSE = ("bands", "realtime/twin", "realtime/range", "identify/diagnosis", "harbour", "campaign", "data/guess")
 """Rooms in rooms that are drawn from twice as densely: those built last."""
 LOOK = {
@@ -300,8 +309,13 @@ def reach(folder: Path) -> Reach:
     return Reach(folder / "map", seconds, frozenset(broken))
 
 
-def noticed(plant: Plant, known: Reach, budget: float) -> str | None:
-    """The test that notices the line, or None.  `budget`: how many seconds of tests may run [s]."""
+def noticed(plant: Plant, known: Reach, budget: float, also: list[str]) -> str | None:
+    """The test that notices the line, or None.
+
+    Args:
+        budget: how many seconds of tests may run [s].
+        also: tests newer than the map, which run first.
+    """
     with tempfile.TemporaryDirectory(prefix="planted") as scratch:
         overlay = Path(scratch) / "src"
         shutil.copytree(REPOSITORY / "src", overlay, ignore=shutil.ignore_patterns("__pycache__"))
@@ -309,6 +323,8 @@ def noticed(plant: Plant, known: Reach, budget: float) -> str | None:
         source = path.read_bytes()
         path.write_bytes(source[: plant.start] + plant.now.encode() + source[plant.end :])
         seen: set[str] = set()
+        if also and (found := _first_failure(also, overlay, Path(scratch))):
+            return found
         for whole_file in (False, True):
             names = [name for name in known.tests(plant, whole_file) if name not in seen]
             names = _within(names, known, budget)
@@ -330,30 +346,46 @@ def _within(names: list[str], known: Reach, budget: float) -> list[str]:
 
 
 def _first_failure(names: list[str], overlay: Path, scratch: Path) -> str | None:
-    listed = scratch / "tests.txt"
+    listed, told = scratch / "tests.txt", scratch / "told.txt"
     listed.write_text("\n".join(names) + "\n")
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-n0", "-p", "no:cacheprovider", "--no-header", f"@{listed}"]
-    surroundings = os.environ | {"PYTHONPATH": str(overlay), "PYTHONDONTWRITEBYTECODE": "1"}
-    try:
-        done = subprocess.run(
-            command, cwd=REPOSITORY, env=surroundings, capture_output=True, text=True, timeout=600, check=False
-        )
-    except subprocess.TimeoutExpired:
+    child = get_context("forkserver").Process(target=_tested, args=(listed, told, overlay))
+    child.start()
+    child.join(_HANGS)
+    if child.exitcode is None:
+        os.killpg(child.pid or 0, signal.SIGKILL)
+        child.join()
         return "hangs"
-    if done.returncode in (0, 5):
+    if child.exitcode in (0, 5):
         return None
-    gone = {line.rpartition("/tests/")[2] for line in done.stderr.splitlines() if line.startswith("ERROR: not found:")}
+    lines = told.read_text(errors="replace").splitlines()
+    gone = {line.rpartition("/tests/")[2] for line in lines if line.startswith("ERROR: not found:")}
     kept = [name for name in names if name.removeprefix("tests/") not in gone]
-    if done.returncode == 4 and len(kept) < len(names):  # tests that were renamed since the map was made
+    if child.exitcode == 4 and len(kept) < len(names):  # tests that were renamed since the map was made
         return _first_failure(kept, overlay, scratch) if kept else None
-    lines = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return lines[0].split(" ", 1)[1].split(" - ")[0] if lines else f"pytest ends with {done.returncode}"
+    failed = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
+    return failed[0].split(" ", 1)[1].split(" - ")[0] if failed else f"pytest ends with {child.exitcode}"
 
 
-def judge(wanted: list[tuple[str, Plant]], known: Reach, budget: float, workers: int) -> list[dict[str, object]]:
+def _tested(listed: Path, told: Path, overlay: Path) -> None:
+    """In a process of its own group: run the tests of a list on the package of `overlay`."""
+    os.setpgid(0, 0)
+    out = os.open(told, os.O_CREAT | os.O_WRONLY)
+    os.dup2(out, 1)
+    os.dup2(out, 2)
+    os.chdir(REPOSITORY)
+    sys.dont_write_bytecode = True
+    os.environ |= {"PYTHONPATH": str(overlay), "PYTHONDONTWRITEBYTECODE": "1"}
+    sys.path.insert(0, str(overlay))
+    options = ["-q", "-x", "-n0", "-p", "no:cacheprovider", "--no-header"]
+    os._exit(int(import_module("pytest").main([*options, f"@{listed}"])))
+
+
+def judge(
+    wanted: list[tuple[str, Plant]], known: Reach, budget: float, workers: int, also: list[str]
+) -> list[dict[str, object]]:
     def one(item: tuple[str, Plant]) -> dict[str, object]:
         room, plant = item
-        found = noticed(plant, known, budget)
+        found = noticed(plant, known, budget, also)
         print("caught" if found else "LIVES ", room, plant.line, plant.kind, plant.name, "|", found or "", flush=True)
         return {"room": room, **asdict(plant), "noticed_by": found}
 
@@ -379,6 +411,7 @@ def main() -> None:
     reading.add_argument("--list", action="store_true", help="only show the lines")
     reading.add_argument("--folder", type=Path, default=REPOSITORY / "build" / "planted", help="where the map lies")
     reading.add_argument("--budget", type=float, default=60.0, help="seconds of tests a line, twice")
+    reading.add_argument("--also", nargs="*", default=[], help="tests newer than the map, to run first")
     reading.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     reading.add_argument("-o", type=Path, default=RESULTS)
     asked = reading.parse_args()
@@ -394,7 +427,8 @@ def main() -> None:
         return
     if not (asked.folder / "map").is_file():
         reading.error(f"{asked.folder}: no map of the tests; make it with --map")
-    rows = judge(wanted, reach(asked.folder), asked.budget, asked.workers)
+    get_context("forkserver").set_forkserver_preload(LIBRARIES)
+    rows = judge(wanted, reach(asked.folder), asked.budget, asked.workers, asked.also)
     table = summary(rows)
     print(json.dumps(table, indent=1))
     asked.o.write_text(json.dumps({"seed": asked.seed, "caught": table, "lines": rows}, indent=1) + "\n")
