@@ -7,7 +7,7 @@ import re
 import pytest
 from wrong_ships import GALLERY, ONLY_WITH_WAVES, Wrong
 
-from seatrial.ships.files import library, load
+from seatrial.ships.files import load
 from seatrial.validate.requirements.probe import Probe
 from seatrial.validate.requirements.scopes import BERTHING, COLLISION_AVOIDANCE, checked, judge
 
@@ -79,9 +79,13 @@ def test_ships_of_the_library_pass_and_fail_for_reasons_of_their_files(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", library())
+@pytest.mark.parametrize("name", [
+    "kvlcc2_l7", "esso_osaka_3m", "twin_virtual", "esso_osaka_3m_hybrid", "mariner", "modified_abkowitz_kvlcc2_l7",
+    "naval_blanke", "container_son_nomoto", "esso_190k_tanker", "otter", "cybership2", "container_175m_nomoto2",
+    "zeefakkel", "zeefakkel_speeds", "kvlcc2_l7_arx",
+])  # fmt: skip
 def test_every_pass_rests_on_a_bound(name: str) -> None:
-    """No unconditional pass: a value was held against a threshold that it could have missed."""
+    """No unconditional pass, by what an item asks of each kind of model: a value was held against a threshold."""
     for scope in ("collision-avoidance", "berthing", "functional"):
         for item, found in judge(load(name), scope).rows:
             assert found.verdict != "pass" or any(one.bound for one in found.findings), (scope, item.number)
