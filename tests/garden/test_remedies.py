@@ -82,8 +82,8 @@ def test_the_numbers_are_those_that_were_planted(name: str, seed: int) -> None:
 
 @pytest.mark.long
 def test_nine_in_ten_of_the_detected_faults_are_gone() -> None:
-    """All faults, two seeds: no warning is left, and none is new."""
-    cures = [cure(fault, seed) for fault in FAULTS for seed in (1, 2)]
+    """All faults, each on one of two seeds: no warning is left, and none is new."""
+    cures = [cure(fault, 1 + k % 2) for k, fault in enumerate(FAULTS)]
     detected = [one for one in cures if one.detected]
     failed = "\n".join(line(one) for one in detected if not one.cured)
     assert sum(one.cured for one in detected) >= 0.9 * len(detected), f"{share(cures)}\n{failed}"
@@ -91,8 +91,8 @@ def test_nine_in_ten_of_the_detected_faults_are_gone() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", [
-    "current", "wind_to", "wind_knots", "heading_sentinel", "heading_stuck", "gnss_zero", "rudder_stuck",
-    "rudder_sides", "revolutions_scale", "speed_water", "clock_rate", "rows_missing",
+    "current", "wind_to", "heading_stuck", "rudder_stuck", "rudder_sides", "revolutions_scale", "speed_water",
+    "clock_rate", "rows_missing",
 ])  # fmt: skip
 def test_a_fit_to_a_mended_log_is_right(name: str) -> None:
     """No parameter is called identified beyond four sigma, and nothing is suspected; of faults of a fit as well."""
