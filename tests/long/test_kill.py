@@ -1,4 +1,4 @@
-"""kill -9 at sixty random moments over six kinds of long work: begun again, it ends with the same results."""
+"""kill -9 at 42 random moments over six kinds of long work: begun again, it ends with the same results."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from seatrial.data.trialfile import write_trial
 from seatrial.ships.writing import save
 
 pytestmark = pytest.mark.long
-KILLS = 10
+KILLS = 7
 ENDS = (0, 1)
 """Exit status of a run that came to its end: 1 where the ship does not meet the requirements."""
 EVOLUTION = STUDY.replace('"hull.*"', '"hull.N_*"') + """type = "evolution:Evolution"
