@@ -24,7 +24,7 @@ def ours() -> float:
     run, p = simulator(open_loop(ship)), open_loop_parameters(ship)
     held = np.tile([RPM / 60.0, DELTA, *([0.0] * len(CHANNELS))], (LANES, 1, 1))
     z = np.tile([0.0, 0.0, 0.0, 4.8, 0.0, 0.0], (LANES, 1))
-    options: dict[str, Any] = {"dt": DT, "steps": STEPS + 1, "every": STEPS + 1, "method": "euler", "threads": 1}
+    options: dict[str, Any] = {"dt": DT, "steps": STEPS + 1, "every": STEPS, "method": "euler", "threads": 1}
     return best(lambda: run.run(z, held, p, **options), 1.0) / (STEPS * LANES)
 
 
