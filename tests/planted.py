@@ -41,9 +41,11 @@ RESULTS = REPOSITORY / "benchmarks" / "results" / "planted.json"
 LINES_A_PLANT, LEAST = 800, 4
 LIBRARIES = [
     "numpy", "casadi", "scipy.optimize", "scipy.interpolate", "scipy.signal", "scipy.stats", "pandas", "polars",
-    "torch", "matplotlib.pyplot", "xarray", "typer", "hypothesis", "pytest",
+    "torch", "matplotlib.pyplot", "xarray", "typer",
 ]  # fmt: skip
-"""Imported once, before each line's process is made from it: half of a short test is the import of libraries."""
+"""Imported once, before each line's process is made from it: half of a short test is the import of libraries.
+
+Not what pytest rewrites as it is imported (Hypothesis): it warns of that, and ends."""
 _HANGS = 600.0
 DENSE = ("bands", "realtime/twin", "realtime/range", "identify/diagnosis", "harbour", "campaign", "data/guess")
 """Rooms in rooms that are drawn from twice as densely: those built last."""
@@ -428,7 +430,12 @@ def main() -> None:
     if not (asked.folder / "map").is_file():
         reading.error(f"{asked.folder}: no map of the tests; make it with --map")
     get_context("forkserver").set_forkserver_preload(LIBRARIES)
-    rows = judge(wanted, reach(asked.folder), asked.budget, asked.workers, asked.also)
+    known = reach(asked.folder)
+    sound = [*asked.also, *known.tests(wanted[0][1], whole_file=True)[:1]]
+    with tempfile.TemporaryDirectory(prefix="planted") as scratch:
+        if sound and (failed := _first_failure(sound, REPOSITORY / "src", Path(scratch))):
+            reading.error(f"{failed} on the lines as they are: nothing can be said of wrong ones")
+    rows = judge(wanted, known, asked.budget, asked.workers, asked.also)
     table = summary(rows)
     print(json.dumps(table, indent=1))
     asked.o.write_text(json.dumps({"seed": asked.seed, "caught": table, "lines": rows}, indent=1) + "\n")
