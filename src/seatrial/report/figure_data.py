@@ -57,7 +57,8 @@ def _series(ax: Any) -> Iterator[tuple[str, Any]]:
     for k, line in enumerate(ax.get_lines(), 1):
         points = _numbers(line.get_xydata())
         label = str(line.get_label())
-        if len(points) and not (label.startswith("_") and len(points) <= 2):
+        rule = label.startswith("_") and len(points) <= 2 and line.get_marker() == "None"
+        if len(points) and not rule:
             yield (f"line {k}" if label.startswith("_") else label), points
     for k, marks in enumerate(ax.collections, 1):
         points = _numbers(marks.get_offsets()) if marks.get_offset_transform() is ax.transData else np.empty((0, 2))
