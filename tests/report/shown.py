@@ -19,7 +19,9 @@ def tables(html: str) -> list[list[list[str]]]:
     """Rows of cells of each table, the heading first; a cell that is marked as the best begins with *."""
     found = []
     for one in re.findall(r"<table>(.*?)</table>", html, re.S):
-        rows = [re.findall(r"<t[hd]([^>]*)>(.*?)</t[hd]>", row, re.S) for row in re.findall(r"<tr>(.*?)</tr>", one, re.S)]
+        rows = [
+            re.findall(r"<t[hd]([^>]*)>(.*?)</t[hd]>", row, re.S) for row in re.findall(r"<tr>(.*?)</tr>", one, re.S)
+        ]
         found.append([["*" * ("best" in how) + unescape(cell) for how, cell in row] for row in rows])
     return found
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shown import items, tables, tiles, words
 
 from seatrial.campaign import Criterion
 from seatrial.campaign.analysis import Analysis, Extreme, Figure, Judged, Lost
@@ -19,7 +20,6 @@ from seatrial.campaign.rare import Rare
 from seatrial.report.campaign import page, rare
 from seatrial.report.campaign.drawings import shares
 from seatrial.report.campaign.shown import Unit, bound, valued
-from shown import items, tables, tiles, words
 
 QUANTILES = tuple(Quantile(share, 0.1 * k, 0.1 * k - 0.01, 0.1 * k + 0.01) for k, share in enumerate(SHARES, start=1))
 ANGLES = Spread(197, 3, 0.2, 0.05, 0.1, 0.4, QUANTILES)
@@ -32,8 +32,12 @@ WIDE = Histogram(np.array([0.1, 0.2, 0.4]), np.array([[0.5, 0.4], [0.6, 0.39]]),
 
 def analysis(**changes: Any) -> Analysis:
     document = {"name": "c", "design": "random", "rows": 200, "inputs": ["rudder.rate", "U_T"], "cases": ["a", "b"]}
-    figures = (Figure(0, "first_overshoot", ANGLES, ENDS, ENDS[::-1], FIRST), Figure(1, "advance", LENGTHS, (), (), None))
-    judged = (Judged(0, "first_overshoot", "first_overshoot", -math.inf, math.radians(10.0), Proportion(20, 198), 2, ENDS),
+    figures = (
+        Figure(0, "first_overshoot", ANGLES, ENDS, ENDS[::-1], FIRST),
+        Figure(1, "advance", LENGTHS, (), (), None),
+    )
+    judged = (Judged(0, "first_overshoot", "first_overshoot", -math.inf, math.radians(10.0), Proportion(20, 198), 2,
+        ENDS),
               Judged(1, "advance", "advance", 280.0, 400.0, Proportion(0, 200), 0, ()))  # fmt: skip
     lost = (Lost(0, Proportion(3, 200), Proportion(5, 200), (Extreme(4, 12.5), Extreme(8, 31.25)), (11, 12)),
             Lost(1, Proportion(0, 200), Proportion(1, 200), (), ()))  # fmt: skip
@@ -63,7 +67,8 @@ def test_the_head_counts_runs_failures_and_violations() -> None:
 
 @pytest.mark.parametrize(("changes", "told"), [
     ({}, ["More than 1% of the runs did not reach: first overshoot.", "2 runs (a) did not reach the first overshoot"]),
-    ({"rows": 150, "figures": analysis().figures[1:]}, ["50 of 200 runs are not computed yet.", "2 runs (a) did not reach"]),
+    ({"rows": 150, "figures": analysis().figures[1:]}, ["50 of 200 runs are not computed yet.",
+        "2 runs (a) did not reach"]),
     ({"judged": (), "figures": (), "about": {"design": "grid"}}, ["The runs are a grid, no sample"]),
     ({"judged": (), "figures": (), "about": {"design": "sobol"}}, ["The points fill the space"]),
     ({"judged": (), "figures": (), "about": {"design": "latin-hypercube"}}, ["The points fill the space"]),
@@ -90,8 +95,18 @@ def test_distributions_are_in_degrees_with_three_quantiles() -> None:
     assert rows[0][6:9] == ["5 %", "50 %", "95 %"]
     assert rows[1] == ["first overshoot [°]", "a", "197", "11.46", "2.86", "5.730", "11.46 (10.89 to 12.03)",
                        "22.92 (22.35 to 23.49)", "34.38 (33.80 to 34.95)", "22.92"]  # fmt: skip
-    assert rows[2] == ["advance [m]", "b", "200", "300.0", "5.00", "290.0", "301.0 (300.0 to –)",
-                       "303.0 (302.0 to –)", "305.0 (304.0 to –)", "310.0"]
+    assert rows[2] == [
+        "advance [m]",
+        "b",
+        "200",
+        "300.0",
+        "5.00",
+        "290.0",
+        "301.0 (300.0 to –)",
+        "303.0 (302.0 to –)",
+        "305.0 (304.0 to –)",
+        "310.0",
+    ]
     assert "First overshoot; 10 % lie beyond" in html
     assert "lie beyond" not in body("Distributions", histograms=clear)
     # the upper bound of 10 deg lies within the edges of 5.7 and 22.9 deg: one dashed line
@@ -145,12 +160,16 @@ def test_worst_runs_are_named_by_number_with_values_in_degrees() -> None:
 
 def test_lost_runs_are_counted_by_case() -> None:
     first, second, third = items(body("Failed and incomplete runs"))
-    assert first.startswith("a: 3 runs left the validity of the ship or blew up, probability 0.0150 (0.00310 to 0.0432)")
+    assert first.startswith(
+        "a: 3 runs left the validity of the ship or blew up, probability 0.0150 (0.00310 to 0.0432)"
+    )
     assert first.endswith("earliest: 4 (after 12.5 s), 8 (after 31.2 s).")
     assert second == ("a: 5 runs do not hold all that their indices need; first without a failure: 11, 12; a longer "
                       "duration may.")  # fmt: skip
     assert third == "b: 1 runs do not hold all that their indices need."
-    assert items(body("Failed and incomplete runs", lost=())) == ["No run failed, and each holds all that its indices need."]
+    assert items(body("Failed and incomplete runs", lost=())) == [
+        "No run failed, and each holds all that its indices need."
+    ]
 
 
 def test_the_document_has_probabilities_in_si() -> None:
@@ -175,11 +194,14 @@ def test_bounds_are_told_with_their_unit() -> None:
 
 
 def level(margins: Any, next_bound: float, share: float, bound: float = math.inf, accepted: float = 1.0) -> Any:
-    return SimpleNamespace(margins=np.array(margins), next_bound=next_bound, share=share, bound=bound, accepted=accepted)
+    return SimpleNamespace(
+        margins=np.array(margins), next_bound=next_bound, share=share, bound=bound, accepted=accepted
+    )
 
 
 def searched(**changes: Any) -> Rare:
-    levels = (level(np.linspace(0.02, 0.2, 100), 0.03, 0.1), level(np.linspace(0.001, 0.03, 100), 0.005, 0.12, 0.03, 0.5),
+    levels = (level(np.linspace(0.02, 0.2, 100), 0.03, 0.1), level(np.linspace(0.001, 0.03, 100), 0.005, 0.12, 0.03,
+        0.5),
               level(np.linspace(-0.004, 0.005, 100), 0.0, 0.4, 0.005, 0.25))  # fmt: skip
     estimate = SimpleNamespace(probability=0.0048, interval=(0.0031, 0.0074))
     given = {"case": "a", "levels": levels, "estimate": estimate, "reached": True, "runs": 4480, "unknown": 0.0,
@@ -198,8 +220,12 @@ def test_a_search_tells_probability_levels_and_a_run_in_degrees() -> None:
                            ("< 0.0120", "b: the search ended before a tenth of a level was a violation")]  # fmt: skip
     assert items(html) == ["b: 12.5% of the last level did not reach the index; they count as no violation."]
     first, other, nearest = tables(html)
-    assert first == [["a: level", "margin at most [°]", "share inside the next", "moves accepted"],
-                     ["1", "all", "0.100", ""], ["2", "1.719", "0.120", "0.500"], ["3", "0.2865", "0.400", "0.250"]]
+    assert first == [
+        ["a: level", "margin at most [°]", "share inside the next", "moves accepted"],
+        ["1", "all", "0.100", ""],
+        ["2", "1.719", "0.120", "0.500"],
+        ["3", "0.2865", "0.400", "0.250"],
+    ]
     assert other[0][0] == "b: level"
     assert nearest[1:] == [["rudder.rate", "0.0400"], ["first_overshoot", "0.192"]]
     assert "2.75 standard deviations away" in html

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from example_report import fit
+from shown import items, tables, tiles, words
+
 from seatrial.bands.held import Held
 from seatrial.identify import Verdict
 from seatrial.report.judging.card import Calibrated, Card, _least, forbidden, page, pooled
 from seatrial.validate.ahead import Row
 from seatrial.validate.fitness import FIT, NOT_FIT, OPEN, Fitness, Found, Limit
-from shown import items, tables, tiles, words
 
 ERRORS = {"position": 12.0, "heading": math.radians(3.0), "u": 0.11, "v_m": 0.07, "r": math.radians(0.25)}
 HELD = {"position": 0.93, "heading": 0.96, "speeds": 0.88}
@@ -129,7 +129,10 @@ def test_errors_are_rows_in_degrees_with_shares_of_the_bands() -> None:
 def test_purposes_have_the_error_beside_its_limit() -> None:
     one = page(card(uses=(use(FIT),), unjudged={"towing": "no trial"}))
     (rows,) = tables(next(s for s in one.sections if s.title.startswith("Fit for which")).body)
-    assert rows[1:] == [["berthing", "fit", "drift 0.50 of 1.2 m: fit; stop: fit"], ["towing", "not judged", "no trial"]]
+    assert rows[1:] == [
+        ["berthing", "fit", "drift 0.50 of 1.2 m: fit; stop: fit"],
+        ["towing", "not judged", "no trial"],
+    ]
 
 
 def test_trials_given_to_the_card_follow_those_of_the_run() -> None:
@@ -179,7 +182,8 @@ def test_without_ranges_it_says_so() -> None:
 
 def test_purposes_that_are_not_shown_are_forbidden() -> None:
     told = forbidden(card(uses=(use(FIT, "x"), use(NOT_FIT, "y"), use(OPEN, "z")), unjudged={"w": "no trial"}))
-    assert told[:3] == ("for y: errors are greater than that use accepts", "for z without more trials: they cannot tell",
+    assert told[:3] == ("for y: errors are greater than that use accepts",
+        "for z without more trials: they cannot tell",
                         "for w: it has not been judged for that")  # fmt: skip
     assert page(card(uses=(use(NOT_FIT, "y"),))).document["must_not"][0] == told[0]
 

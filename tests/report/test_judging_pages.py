@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shown import items, tables, tiles, words
 
 from seatrial.data import Trial
 from seatrial.report.judging import coverage, fitness, imo, requirements, ship_evidence
@@ -17,7 +18,6 @@ from seatrial.validate.fitness import FIT, NOT_FIT, OPEN, Fitness, Found, Limit
 from seatrial.validate.imo import FAIL, PASS, UNDECIDED, Band, Criterion, ImoTable
 from seatrial.validate.requirements import Drawn, Finding, Item, Judgement, Plot, Table
 from seatrial.validate.requirements.thresholds import Bound
-from shown import items, tables, tiles, words
 
 
 def drawings(html: str) -> list[str]:
@@ -44,11 +44,15 @@ def numbers_of(html: str) -> Any:
 
 
 LIMITS = (
-    Found(Limit("drift", "off the track", "position", 2.0, "m", "5.1"), {"a": (1.0, 3.0), "b": (0.0, math.inf, 0.5)}, 1.0,
+    Found(Limit("drift", "off the track", "position", 2.0, "m", "5.1"), {"a": (1.0, 3.0), "b": (0.0, math.inf, 0.5)},
+        1.0,
           0.5, 3.0, OPEN, "wide"),
-    Found(Limit("turn", "in a turn", "heading", 10.0, "deg", "a guess"), {"a": (1.0,)}, 20.0, 15.0, math.inf, NOT_FIT, "far"),
-    Found(Limit("stop", "stopping", "stopping", 0.5, "share", "IMO"), {}, math.nan, math.nan, math.nan, OPEN, "no trial"),
-    Found(Limit("way", "speed", "speed", 0.1, "U", "5.2"), {"a": (0.01, 0.02), "c": (0.03,)}, 0.05, 0.0, 0.06, FIT, "near"),
+    Found(Limit("turn", "in a turn", "heading", 10.0, "deg", "a guess"), {"a": (1.0,)}, 20.0, 15.0, math.inf,
+        NOT_FIT, "far"),
+    Found(Limit("stop", "stopping", "stopping", 0.5, "share", "IMO"), {}, math.nan, math.nan, math.nan, OPEN,
+        "no trial"),
+    Found(Limit("way", "speed", "speed", 0.1, "U", "5.2"), {"a": (0.01, 0.02), "c": (0.03,)}, 0.05, 0.0, 0.06, FIT,
+        "near"),
 )  # fmt: skip
 
 
@@ -64,12 +68,25 @@ def test_errors_stand_beside_what_a_use_accepts() -> None:
         ["way: speed", "0.100", "0.0500", "0 … 0.0600", "U", "2", "3", "✓ fit", "near"],
     ]
     assert "For berthing: not fit." in words(made.body)
-    assert items(made.body) == ["drift: 2.00 m; Sawada 2024 section 5.1", "turn: 10.0 deg; a guess", "stop: 0.500 share; IMO",
+    assert items(made.body) == ["drift: 2.00 m; Sawada 2024 section 5.1", "turn: 10.0 deg; a guess",
+        "stop: 0.500 share; IMO",
                                 "way: 0.100 U; Sawada 2024 section 5.2", "left out, used in the fit: seen"]  # fmt: skip
     # over the limit, from the bottom: way, stop, turn, drift
     (drawn,) = numbers_of(made.body)
-    points = sorted({tuple(np.round(p, 6)) for line in drawn.values() for p in line.tolist()}, key=lambda p: (p[1], p[0]))
-    assert points == [(0.1, 0.0), (0.2, 0.0), (0.3, 0.0), (0.5, 0.0), (0.1, 2.0), (2.0, 2.0), (0.25, 3.0), (0.5, 3.0), (1.5, 3.0)]
+    points = sorted(
+        {tuple(np.round(p, 6)) for line in drawn.values() for p in line.tolist()}, key=lambda p: (p[1], p[0])
+    )
+    assert points == [
+        (0.1, 0.0),
+        (0.2, 0.0),
+        (0.3, 0.0),
+        (0.5, 0.0),
+        (0.1, 2.0),
+        (2.0, 2.0),
+        (0.25, 3.0),
+        (0.5, 3.0),
+        (1.5, 3.0),
+    ]
 
 
 @pytest.mark.slow
@@ -118,7 +135,11 @@ def test_criteria_have_bands_shares_and_their_place_over_the_limit(monkeypatch: 
     assert ("_band", (0.6, 0.8), (0, 0)) in found
     assert ("_band", (1.2, 1.2), (1, 1)) in found, "no band: the value itself"
     assert ("_band", (0.8, 1.1), (2, 2)) in found
-    assert {(PASS, (round(3.0 / 4.5, 9),), (0,)), (FAIL, (1.2,), (1,)), (UNDECIDED, (round(14 / 15, 9),), (2,))} <= found
+    assert {
+        (PASS, (round(3.0 / 4.5, 9),), (0,)),
+        (FAIL, (1.2,), (1,)),
+        (UNDECIDED, (round(14 / 15, 9),), (2,)),
+    } <= found
     assert any(points == (1.0, 1.0) for _, points, _ in found)
     assert [one.get_text() for one in ax.get_yticklabels()] == ["advance (starboard)", "advance (port)", "stopping"]
     told = one.document
@@ -144,17 +165,27 @@ def test_requirements_are_counted_and_each_value_has_its_bound_and_band() -> Non
              Finding("shown", 12.345, "m"))  # fmt: skip
     drawn = Drawn(0.75, 200, {"turn rate": (0.25, 0.75), "speed": (math.nan, math.nan)})
     rows = (
-        (item("1"), Judgement("fail", "slow", found, (Plot("over time", "t [s]", "r [rad/s]", (("r", x, 2 * x),)),), drawn)),
+        (item("1"), Judgement("fail", "slow", found, (Plot("over time", "t [s]", "r [rad/s]", (("r", x, 2 * x),)),),
+            drawn)),
         (item("2"), Judgement("pass", "good", found[:1])),
         (item("3"), Judgement("undecided", "by draws")), (item("4"), Judgement("not applicable", "no rudder")),
         (item("5"), Judgement("not judged", "elsewhere")), (item("6"), Judgement("pass", "good")),
     )  # fmt: skip
     table = Table("s", "berthing", rows)
-    assert requirements.verdict(table) == "2 of 6 items pass, 1 fail (1), 1 undecided (3), 1 not applicable, 1 not judged"
+    assert (
+        requirements.verdict(table) == "2 of 6 items pass, 1 fail (1), 1 undecided (3), 1 not applicable, 1 not judged"
+    )
     assert requirements.verdict(Table("s", "berthing", rows[1:2])) == "1 of 1 items pass"
     one = requirements.page(table)
     first, drawn_rows, plain_rows = tables(one.html)
-    assert [row[2] for row in first[1:]] == ["✗ fail", "✓ pass", "? undecided", "– not applicable", "– not judged", "✓ pass"]
+    assert [row[2] for row in first[1:]] == [
+        "✗ fail",
+        "✓ pass",
+        "? undecided",
+        "– not applicable",
+        "– not judged",
+        "✓ pass",
+    ]
     assert drawn_rows[0][1] == "value (band)"
     assert drawn_rows[1] == ["turn rate", "0.5000 (0.250 to 0.750) rad/s", str(held), "✓ holds", "a share"]
     assert drawn_rows[2] == ["speed", "1.000", str(broken), "✗ too slow", "it must be large"]
@@ -180,7 +211,8 @@ def test_evidence_for_a_ship_counts_what_is_kept_and_draws_two_manoeuvres() -> N
     t = np.arange(5.0)
     turn = Trial("t", t, {"x": 8.0 * t, "y": -4.0 * t})
     zigzag = Trial("z", t, {"psi": 0.1 * t, "delta": -0.2 * t})
-    rows = (ship_evidence.Row("turning", {"rudder": 35}, "tactical_diameter", "3.0 L", "3.1 L", 3.1 / 3.0, 0.05, True, "p"),
+    rows = (ship_evidence.Row("turning", {"rudder": 35}, "tactical_diameter", "3.0 L", "3.1 L", 3.1 / 3.0, 0.05,
+        True, "p"),
             ship_evidence.Row("zigzag", {}, "first_overshoot", "10 deg", "15 deg", 1.5, 0.1, False, "p"))  # fmt: skip
     checks = (("mass", "ok", "fine"), ("sign", "error", "turned"), ("speed", "note", "low"))
     one = ship_evidence.page(ship, checks, rows, {"turning": turn, "zigzag": zigzag})
@@ -213,10 +245,15 @@ def judged(name: str, share: float, telling: dict[str, float]) -> Coverage:
 @pytest.mark.slow
 def test_coverage_lists_trials_as_given_and_draws_the_most_novel_first() -> None:
     t = np.arange(20.0)
-    train = [Trial("a", t, {"u": 1.0 + 0.01 * t, "r": 0.001 * t}), Trial("b", t, {"u": 1.1 + 0.01 * t, "r": -0.001 * t})]
+    train = [
+        Trial("a", t, {"u": 1.0 + 0.01 * t, "r": 0.001 * t}),
+        Trial("b", t, {"u": 1.1 + 0.01 * t, "r": -0.001 * t}),
+    ]
     found = (judged("low", 0.06, {"u": 0.2, "r": 0.8}), judged("none", 0.0, {"u": 1.0, "r": 0.0}),
              judged("high", 0.305, {"u": 0.7, "r": 0.3}))  # fmt: skip
-    reference = Reference(("u", "r"), np.ones(2), np.zeros((7, 2)), 0.25, np.zeros(2), np.ones(2), {"a": 0.01, "b": 0.032})
+    reference = Reference(
+        ("u", "r"), np.ones(2), np.zeros((7, 2)), 0.25, np.zeros(2), np.ones(2), {"a": 0.01, "b": 0.032}
+    )
     made = coverage.section(reference, train, train[:1], found)
     (rows,) = tables(made.body)
     assert rows[1:] == [["low", "6.0 %", "3.2 %", "edge", "r"], ["none", "0.0 %", "3.2 %", "inside", "–"],

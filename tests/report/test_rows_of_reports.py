@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from example_report import fit, report
+from shown import items, tables, tiles, words
+
 from seatrial.data import Trial
 from seatrial.identify import Verdict
 from seatrial.report import report as pages
@@ -19,7 +20,6 @@ from seatrial.report.printed import Row, fields, side_by_side
 from seatrial.report.report import Report
 from seatrial.validate.comparison import CONSTANT_VELOCITY, Comparison, compare
 from seatrial.validate.foresight import Foresight
-from shown import items, tables, tiles, words
 
 T = np.arange(101.0)
 SIGMA = {"x": 2.0, "y": 2.0, "psi": 0.1, "u": 0.5, "v_m": 0.5, "r": 0.01}
@@ -73,7 +73,8 @@ def test_errors_by_state_are_in_degrees() -> None:
 def test_indices_have_their_error_in_percent_of_the_measured() -> None:
     one = off(measured(), "fitted")
     told = replace(one, indices={"advance": (10.0, 12.0), "first_overshoot": (math.radians(-8.0), math.radians(-6.0)),
-                                 "none": (0.0, 1.0)}, index_units={"advance": "m", "first_overshoot": "rad"})  # fmt: skip
+                                 "none": (0.0, 1.0)}, index_units={"advance": "m",
+                                     "first_overshoot": "rad"})  # fmt: skip
     (rows,) = tables(pages._indices(made(told)))
     assert rows[1] == ["a", "fitted", "advance", "m", "10.0", "12.0", "2.00", "20"]
     assert rows[2] == ["a", "fitted", "first overshoot", "°", "−8.00", "−6.00", "2.00", "25"]
@@ -81,6 +82,7 @@ def test_indices_have_their_error_in_percent_of_the_measured() -> None:
     assert pages._indices(made(one)) == ""
 
 
+@pytest.mark.slow
 def test_the_fit_has_bounds_shrinkage_and_verdicts() -> None:
     (rows,) = tables(pages._fit(fit()))
     assert rows[1] == ["hull.Y_v", "−0.3000", "−0.3100", "0.010", "−0.500 … 0", "yes", "0.99", "identified"]
@@ -108,7 +110,9 @@ def test_the_shortest_forecasts_are_pooled_by_their_number() -> None:
             Foresight("a", "fitted", 30.0, 9, 99.0, 1.0, 0.0))  # fmt: skip
     place, turn = math.sqrt((9 * 1.0 + 3 * 9.0) / 12), math.sqrt((9 * 4.0 + 3 * 16.0) / 12)
     told = pages.sentence(made(off(measured(), "fitted"), forecasts=rows))
-    assert told.endswith(f"Forecasts over 10 s, started from the filtered state: 'fitted' {place:.1f} m and {turn:.1f}°.")
+    assert told.endswith(
+        f"Forecasts over 10 s, started from the filtered state: 'fitted' {place:.1f} m and {turn:.1f}°."
+    )
 
 
 @pytest.mark.parametrize(("restarts", "first", "told"), [
@@ -127,17 +131,25 @@ def test_the_sentence_says_how_it_was_predicted(restarts: Any, first: float | No
 def test_what_the_subject_loses_is_named_with_its_size() -> None:
     """The mean square of two trials by their samples; 2 % more is a tie."""
     short = measured("b").rows(slice(0, 51))
-    one = made(off(measured(), "fitted", 50.0, psi=0.04, v_m=0.1, x=1.0), off(short, "fitted", 50.0, psi=0.02, x=1.0),
-               off(measured(), "published", 50.0, psi=0.01, v_m=0.0985, x=2.0), off(short, "published", 50.0, psi=0.01))
+    one = made(
+        off(measured(), "fitted", 50.0, psi=0.04, v_m=0.1, x=1.0),
+        off(short, "fitted", 50.0, psi=0.02, x=1.0),
+        off(measured(), "published", 50.0, psi=0.01, v_m=0.0985, x=2.0),
+        off(short, "published", 50.0, psi=0.01),
+    )
     lost = pages.worse(one, "published")
     mine = math.degrees(math.sqrt((101 * 0.04**2 + 51 * 0.02**2) / 152))
     assert lost == ["heading after 1, 2, 5, 10, 20, 50 s", f"psi ({mine:.2f}° against 0.573°)"]
     more = made(off(measured(), "fitted", v_m=0.1, r=math.radians(2.0)), off(measured(), "published", v_m=0.09))
     assert pages.worse(more, "published") == ["v_m (0.100 m/s against 0.0900 m/s)", "r (2.00°/s against 0°/s)"]
     (line,) = pages.against(more)
-    assert line.startswith("'fitted' against 'published': smaller standardised error in 0 of 1, but greater error of v_m (")
+    assert line.startswith(
+        "'fitted' against 'published': smaller standardised error in 0 of 1, but greater error of v_m ("
+    )
     assert "; of r (" in line
-    assert pages.against(made(off(measured(), "fitted", x=1.0), off(measured(), "published", x=2.0)))[0].endswith("1 of 1")
+    assert pages.against(made(off(measured(), "fitted", x=1.0), off(measured(), "published", x=2.0)))[0].endswith(
+        "1 of 1"
+    )
 
 
 def test_errors_grow_by_horizon_as_the_root_of_the_mean_square() -> None:
@@ -232,7 +244,9 @@ def test_caveats_on_restarts_sides_weather_and_baselines() -> None:
     even = measured("turn", r=np.where(T < 8, -TURNING, TURNING), u=1.0 + 0.01 * T)
     slow = measured("slow", r=0.4 * np.where(T < 2, TURNING, -TURNING))
     lines = caveats(made(off(turn, "fitted", 20.0), off(measured("b"), "fitted", 50.0)))
-    assert any(line.startswith("Predictions were reset to the measured state every 20.0 s or 50.0 s:") for line in lines)
+    assert any(
+        line.startswith("Predictions were reset to the measured state every 20.0 s or 50.0 s:") for line in lines
+    )
     assert any(line.startswith("No wind was recorded in 1 of 2 trials") for line in lines)
     assert not any(line.startswith(("No current", "Free-running", "There is one trial")) for line in lines)
     assert any("only to starboard" in line for line in caveats(made(off(turn, "fitted"))))
@@ -269,7 +283,14 @@ def test_the_numbers_are_those_of_the_comparisons() -> None:
     assert told["trials"]["arc"]["fitted"]["indices"]["tactical_diameter"] == {
         "measured": measured_, "predicted": predicted, "unit": "m"}  # fmt: skip
     assert told["fit"]["parameters"]["hull.Y_v"] == {
-        "start": -0.3, "value": -0.31, "sigma": 0.01, "low": -0.5, "high": 0.0, "shrinkage": 0.99, "at_bound": True}
+        "start": -0.3,
+        "value": -0.31,
+        "sigma": 0.01,
+        "low": -0.5,
+        "high": 0.0,
+        "shrinkage": 0.99,
+        "at_bound": True,
+    }
     assert told["fit"]["parameters"]["rudder.t_R"]["at_bound"] is False
     assert list(told["worse"]) == list(one.labels[1:])
 
@@ -284,5 +305,12 @@ def test_printed_numbers_agree_to_half_of_their_last_digit() -> None:
     (table,) = tables(side_by_side(rows))
     assert table[1:] == [["C_T [N]", "0.31", "0.3000", "rounded"], ["how", "yes", "no", "not explained"],
                          ["k", "2", "2.000", "as printed"]]  # fmt: skip
-    assert fields(rows)[0] == {"name": "C_T", "printed": 0.31, "ours": 0.3, "unit": "N", "same": False, "why": "rounded"}
+    assert fields(rows)[0] == {
+        "name": "C_T",
+        "printed": 0.31,
+        "ours": 0.3,
+        "unit": "N",
+        "same": False,
+        "why": "rounded",
+    }
     assert side_by_side(rows).count('<td class="text">') == 6
