@@ -7,6 +7,8 @@ import math
 import os
 import sys
 import time
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -369,11 +371,28 @@ class Plug:
         os.close(self.far)
         self.far = -1
 
-    def read(self) -> bytes:
-        try:
-            return os.read(self.far, 65536)
-        except BlockingIOError:
-            return b""
+    def read(self, sentences: int = 0) -> bytes:
+        """What has come, at least so many sentences: the kernel passes them on in its own time."""
+        found, end = b"", time.monotonic() + 60.0
+        while True:
+            with suppress(OSError):  # nothing yet, or nobody at the other end
+                found += os.read(self.far, 65536)
+            if found.count(b"\r\n") >= sentences or time.monotonic() > end:
+                return found
+            time.sleep(0.002)
+
+    def write(self, data: bytes, line: SerialLine) -> None:
+        """Send to the line, and wait until it has all of it."""
+        os.write(self.far, data)
+        until(lambda: line._port.in_waiting >= len(data))
+
+
+def until(what: Callable[[], object]) -> None:
+    """Wait until something is so, however busy the machine is."""
+    end = time.monotonic() + 60.0
+    while not what():
+        assert time.monotonic() < end
+        time.sleep(0.002)
 
 
 @pytest.fixture
@@ -397,7 +416,8 @@ def test_a_line_that_is_unplugged_says_so_counts_and_comes_back(plug):
     told = lambda: [event.text for event in stage.loop.events if event.kind == "line"]  # noqa: E731
     stage.loop.run(3.0)
     assert (line.peers, line.counts["unsent"], told()) == (1, 0, [])
-    assert plug.read().count(b"$HEHDT,") == 3
+    assert line.counts["sent"] == 3
+    assert plug.read(3).count(b"$HEHDT,") == 3
     plug.unplug()
     sent = line.counts["sent"]
     stage.loop.run(1.0)
@@ -407,16 +427,15 @@ def test_a_line_that_is_unplugged_says_so_counts_and_comes_back(plug):
     stage.loop.run(9.0)
     assert (line.counts["lost"], line.counts["reopened"], line.counts["sent"] - sent) == (1, 0, 0)
     assert line.counts["unsent"] == 10  # one a second
-    line.wait(0.02)
     plug.plug()
     stage.loop.run(1.0)
-    os.write(plug.far, ORDER)
-    line.wait(0.5)
+    plug.write(ORDER, line)
     stage.loop.run(2.0)
     assert (line.peers, line.counts["reopened"]) == (1, 1)
     assert ["is lost" in text for text in told()] == [True, False]
     assert math.degrees(stage.loop.vessels["own"].plant["delta_cmd"]) == pytest.approx(10.0)
-    whole = plug.read()
+    whole = plug.read(3)
+    assert whole.count(b"$HEHDT,") == 3
     assert whole.startswith(b"$HEHDT,")  # no rest of an old sentence
     assert whole.endswith(b"\r\n")
     line.close()
@@ -424,16 +443,14 @@ def test_a_line_that_is_unplugged_says_so_counts_and_comes_back(plug):
 
 def test_a_sentence_that_the_unplugging_cut_off_is_not_joined_to_the_next_one(plug):
     line = SerialLine(f"serial://{plug.path}")
-    os.write(plug.far, ORDER[:10])
-    line.wait(0.5)
+    plug.write(ORDER[:10], line)
     assert line.poll() == []
     plug.unplug()
-    line.wait(0.02)
+    line.poll()
     assert line.peers == 0
     plug.plug()
     line.poll()
-    os.write(plug.far, ORDER)
-    line.wait(0.5)
+    plug.write(ORDER, line)
     assert [one.sentence.kind for one in line.poll()] == ["ROR"]
     line.close()
     line.close()
@@ -445,7 +462,7 @@ def test_a_run_whose_line_is_gone_at_its_end_has_failed(plug, capsys, back, stat
     over = Event()
 
     def pulled() -> None:
-        over.wait(0.6)
+        until(lambda: over.is_set() or plug.read())  # the run has begun
         plug.unplug()
         over.wait(0.4)
         if back:
