@@ -12,6 +12,8 @@ from typing import Any
 import pytest
 import typer
 
+from tiers import left_out
+
 # Workers share the cores already: threads of NumPy, PyTorch and kernels in each would only wait for one another.
 if "PYTEST_XDIST_WORKER" in os.environ:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "SEATRIAL_THREADS"):
@@ -33,6 +35,13 @@ type = "shooting:Trajectory"
 window = 30.0
 iterations = 8
 """
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """A module of which `-m` takes no test is not imported."""
+    if not (collection_path.name.startswith("test_") and collection_path.suffix == ".py"):
+        return None
+    return left_out(collection_path.read_text(encoding="utf-8"), config.option.markexpr) or None
 
 
 def pytest_configure() -> None:

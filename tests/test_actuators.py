@@ -17,6 +17,7 @@ from seatrial.ships.files import load
 from seatrial.simulate.loop import closed_loop
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import campaign, simulate
+from tiers import slow_but
 
 
 def run(servo: Servo, orders: list[float], dt: float, start: tuple[float, ...]) -> tuple[list[float], list[float]]:
@@ -29,8 +30,10 @@ def run(servo: Servo, orders: list[float], dt: float, start: tuple[float, ...]) 
     return means, ends
 
 
-@pytest.mark.parametrize("dt", [0.01, 0.5, 2.0, 7.0])
-@pytest.mark.parametrize(("rate", "lag"), [(0.05, 2.0), (math.inf, 3.0), (0.02, 0.5), (10.0, 1.0)])
+@pytest.mark.parametrize("dt", slow_but([0.01, 0.5, 2.0, 7.0], 0.5))
+@pytest.mark.parametrize(
+    ("rate", "lag"), slow_but([(0.05, 2.0), (math.inf, 3.0), (0.02, 0.5), (10.0, 1.0)], (0.05, 2.0))
+)
 def test_lag_and_rate_are_solved_exactly_at_any_step(dt: float, rate: float, lag: float) -> None:
     """y' = clip((target - y)/lag, +-rate): end and mean against a tight ODE solver."""
     steps = max(int(14.0 / dt), 1)

@@ -35,6 +35,7 @@ def text(name: str) -> str:
     return (FOLDER / name).read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_force(here: Rooms) -> None:
     """Found and tried by the suite; a dinghy off the centre line turns the ship to its side and slows it down."""
     towed = here.put("forces/towed.py", text("towed.py"))

@@ -98,6 +98,7 @@ def test_a_ship_file(tmp_path: Path) -> None:
     assert ship.actuators.rudder.dead_time == 0.2
 
 
+@pytest.mark.slow
 def test_a_force_of_its_own(put: Put, tmp_path: Path) -> None:
     module = put("forces/skeg.py")
     check_force(Part(module.EXAMPLES[0], rho=1000.0, L_pp=7.0, d=0.46, U=1.2, n=7.0))

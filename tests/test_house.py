@@ -62,6 +62,7 @@ def test_no_module_asserts() -> None:
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 def test_only_the_command_line_prints() -> None:
     wrong = [
         f"{short(path)}:{node.lineno}: print"
@@ -73,6 +74,7 @@ def test_only_the_command_line_prints() -> None:
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 def test_nothing_is_left_undone() -> None:
     mark = re.compile(r"\b(?:TO" + r"DO|FIX" + r"ME|X" + r"XX)\b")
     wrong = [
@@ -84,6 +86,7 @@ def test_nothing_is_left_undone() -> None:
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 def test_a_ship_is_it() -> None:
     """Plain English: no ship is a woman, in prose, comments, messages or names."""
     wrong = [

@@ -7,6 +7,8 @@ import json
 import subprocess
 import sys
 
+import pytest
+
 from house import MODULES, ROOT, arrows, circles, dotted, imported, imports, short
 
 ROOMS = (
@@ -28,6 +30,7 @@ def room(name: str) -> str:
     return name.partition(".")[0]
 
 
+@pytest.mark.slow
 def test_imports_point_left() -> None:
     wrong: list[str] = []
     for path in MODULES:
@@ -43,6 +46,7 @@ def test_imports_point_left() -> None:
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 def test_no_circle_of_imports() -> None:
     """Neither at the top of modules nor in functions, where a circle would only show later."""
     found = [" <-> ".join(sorted(circle)) for circle in circles(arrows())]

@@ -128,6 +128,7 @@ class AfterAWhile(Policy):
         return (0.0, where(t < 100.0, 0.0, self.delta)), memory
 
 
+@pytest.mark.slow
 def test_advance_is_measured_along_the_heading_at_execute() -> None:
     """MSS measures a Mariner's advance along the axis of its start: 489 m to starboard, 679 m to port.
 

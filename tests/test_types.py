@@ -24,6 +24,7 @@ CODE = make.page()
 SHIPS = sorted((ROOT / "src" / "seatrial" / "ships").glob("*.toml"))
 
 
+@pytest.mark.slow
 def test_what_the_page_says_is_so_in_the_code() -> None:
     """A type that comes is added when a version is made; one that changed, or went, makes the page wrong at once."""
     code = make.sections(make.page())
@@ -31,6 +32,7 @@ def test_what_the_page_says_is_so_in_the_code() -> None:
     assert not wrong, "run python docs/make_types.py"
 
 
+@pytest.mark.slow
 def test_a_number_that_comes_or_changes_makes_the_page_stale(monkeypatch: pytest.MonkeyPatch) -> None:
     meaning = Screw.__dataclass_fields__["T_nu"].metadata["spec"]
     monkeypatch.setattr(Screw.__dataclass_fields__["T_nu"], "metadata", spec(meaning.unit, "another meaning").metadata)

@@ -16,6 +16,7 @@ from seatrial.core.errors import RequestError
 from seatrial.identify import StudyError
 
 
+@pytest.mark.slow
 def test_the_file_gives_the_same_bands(tmp_path: Path) -> None:
     found, model = made(), tmp_path / "model.toml"
     path = save(found, beside(model))
@@ -30,6 +31,7 @@ def test_the_file_gives_the_same_bands(tmp_path: Path) -> None:
         assert again.half(t, width, kind, 0.9) == pytest.approx(found.half(t, width, kind, 0.9), rel=0.03)
 
 
+@pytest.mark.slow
 def test_half_widths_grow_with_the_horizon_and_hold_for_the_kind() -> None:
     found = made()
     half = found.half(H, np.median(found.left.spread, axis=0), "turning", 0.9)
@@ -42,6 +44,7 @@ def test_half_widths_grow_with_the_horizon_and_hold_for_the_kind() -> None:
     assert (np.diff(before, axis=0) > 0).all() or found.share == 1.0
 
 
+@pytest.mark.slow
 def test_an_unknown_kind_has_the_widest_bands_and_nothing_holds_beyond_the_horizons() -> None:
     found, width = made(), np.ones((1, 6))
     each = [found.half(np.array([10.0]), width, kind, 0.9) for kind in ("turning", "zigzag", "spiral")]
@@ -56,11 +59,12 @@ def test_an_unknown_kind_has_the_widest_bands_and_nothing_holds_beyond_the_horiz
         found.factors(0.99)
 
 
-@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("known", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_the_spread_of_the_draws_counts_where_it_knows_the_errors(known: bool) -> None:
     assert made(known=known).share == (1.0 if known else 0.0)
 
 
+@pytest.mark.slow
 def test_a_file_of_another_fit_or_none_is_refused(tmp_path: Path) -> None:
     model = tmp_path / "model.toml"
     with pytest.raises(StudyError, match=r"model\.bands\.json is not beside it\); seatrial calibrate MODEL"):

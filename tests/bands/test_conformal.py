@@ -16,7 +16,7 @@ def scores(count: int, windows: int, scatter: float, rng: np.random.Generator) -
     return found.reshape(-1, 1, 1), [f"r{k}" for k in range(count) for _ in range(windows)]
 
 
-@pytest.mark.parametrize("scatter", [0.0, 0.6])
+@pytest.mark.parametrize("scatter", [0.0, pytest.param(0.6, marks=pytest.mark.slow)])
 def test_coverage_on_new_recordings_is_the_level(scatter: float) -> None:
     rng, held = np.random.default_rng(0), []
     for _ in range(60):
@@ -38,6 +38,7 @@ def test_a_quantile_over_samples_would_not_cover() -> None:
     assert (new <= np.quantile(both, 0.9)).mean() < 0.3
 
 
+@pytest.mark.slow
 def test_kinds_have_their_own_size_and_hold_each() -> None:
     rng = np.random.default_rng(2)
     held: dict[str, list[float]] = {"turn": [], "zigzag": []}

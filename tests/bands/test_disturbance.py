@@ -30,6 +30,7 @@ def sailed(
     return list(system.stored), rows
 
 
+@pytest.mark.slow
 def test_a_process_is_stationary_with_its_correlation_time() -> None:
     names, rows = sailed(Disturbance(tuple(Process("u", 0.0, tau) for tau in TAUS)), 4000)
     for k, tau in enumerate(TAUS):
@@ -41,6 +42,7 @@ def test_a_process_is_stationary_with_its_correlation_time() -> None:
             assert found == pytest.approx(math.exp(-lag / tau), abs=0.06)
 
 
+@pytest.mark.slow
 def test_processes_and_lanes_are_independent() -> None:
     names, rows = sailed(Disturbance(tuple(Process(on, 0.0, 5.0) for on in ("u", "v_m", "r"))), 4000, steps=201)
     values = rows[:, -1, names.index("disturbance.0.value") : names.index("disturbance.0.value") + 3]
@@ -48,6 +50,7 @@ def test_processes_and_lanes_are_independent() -> None:
     assert np.abs(np.corrcoef(values[:-1, 0], values[1:, 0])[0, 1]) < 0.06
 
 
+@pytest.mark.slow
 def test_both_back_ends_draw_the_same_numbers() -> None:
     who = Disturbance((Process("r", 1e-3, 3.0, "water"), Process("u", 1e-3, 30.0)), 0.05)
     fast, slow = (sailed(who, 16, steps=101, back_end=one)[1] for one in ("auto", "virtual"))
@@ -69,6 +72,7 @@ def test_what_grows_with_air_grows_with_the_square_of_its_speed() -> None:
     assert away[1] / away[0] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_current_carries_a_ship_and_differs_by_lane() -> None:
     names, rows = sailed(Disturbance((), 0.1), 500, steps=3001, u=0.0)
     speed = rows[:, -1, [names.index("x"), names.index("y")]] - rows[:, -2, [names.index("x"), names.index("y")]]

@@ -42,6 +42,7 @@ def test_indices_that_were_not_left_out_or_too_seldom_have_none() -> None:
     assert made(19).factor("turning", "advance", 0.95) is not None
 
 
+@pytest.mark.slow
 def test_draws_keep_their_order_and_get_the_width_of_the_factor() -> None:
     found, rng = made(120), np.random.default_rng(1)
     values = 10.0 + rng.exponential(1.0, 2000)

@@ -65,6 +65,7 @@ def test_the_covariance_is_small_at_a_start_with_a_past_and_that_of_the_process_
     assert both.var(axis=0) == pytest.approx(variance, rel=0.15, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_force_is_read_off_and_forgotten_in_its_own_time() -> None:
     """A steady unknown yaw acceleration: a process that lasts is carried on, one that is brief is not."""
     trial = log(ship(), 1, np.random.default_rng(0))
@@ -106,6 +107,7 @@ def test_the_past_of_another_ship_is_noticed() -> None:
         assert any("the past does not fit this model" in one for one in line) is expected
 
 
+@pytest.mark.slow
 def test_a_calibration_is_kept_with_what_it_is_for(tmp_path: object) -> None:
     from pathlib import Path
 

@@ -21,6 +21,7 @@ from seatrial.simulate.run import approach
 FOUND = replace(made(), disturbance=Disturbance((Process("u", 2e-3, 5.0), Process("r", 1e-4, 20.0)), 0.02))
 
 
+@pytest.mark.slow
 def test_a_fan_is_about_its_prediction_and_begins_again_at_each_restart() -> None:
     trial = log(ship(), 1, np.random.default_rng(0))
     predicted = replay(ship(), trial, restart=20.0)
@@ -64,6 +65,7 @@ def test_coverage_counts_the_rows_at_the_horizons() -> None:
     assert both[0].inside["heading"] == both[1].inside["heading"] == both[2].inside["heading"]
 
 
+@pytest.mark.slow
 def test_a_manoeuvre_has_draws_whose_spread_is_that_of_its_bands() -> None:
     U, n_P = approach(ship())
     policy = Turning(n_P, np.radians(20.0))

@@ -61,6 +61,7 @@ def tables(folder: Path) -> list[pl.DataFrame]:
     return [scan(open_folder(folder)).collect(), pl.read_parquet(merged)]
 
 
+@pytest.mark.slow
 def test_what_a_run_does_not_have_is_null(folder: Path, numbers: dict[str, np.ndarray]) -> None:
     """Averages of what is there, as any query gives them, are those of the finite numbers."""
     for table in tables(folder):
@@ -201,6 +202,7 @@ def test_a_file_with_an_impossible_input_is_refused_in_one_line(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_the_analysis_counts_what_is_there(folder: Path) -> None:
     table, found = scan(open_folder(folder)).collect(), analyse(open_folder(folder))
     (judged,), (lost,) = found.judged, found.lost

@@ -50,6 +50,7 @@ def whole(campaign: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_shards_and_threads_change_no_byte(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
     for shard in (Shard(2, 3), Shard(0, 3), Shard(1, 3)):
         run(campaign, tmp_path / "shards", shard=shard, threads=2)
@@ -60,6 +61,7 @@ def test_shards_and_threads_change_no_byte(campaign: Campaign, whole: Path, tmp_
     assert table["run"].to_list() == list(range(180))
 
 
+@pytest.mark.slow
 def test_the_size_of_parts_changes_no_number(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
     run(replace(campaign, chunk=33), tmp_path / "other")
     assert scan(open_folder(tmp_path / "other")).collect().equals(scan(open_folder(whole)).collect())
@@ -146,6 +148,7 @@ def test_a_shard_is_one_of_several(text: str) -> None:
         Shard.read(text)
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up_stops_the_run_in_one_line_and_it_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -49,7 +49,7 @@ def computed(campaign: Campaign, folder: Path | str, count: int = 2, shard: str 
         return run(campaign, folder, pool=pool, shard=Shard.read(shard)).parts
 
 
-@pytest.mark.parametrize("number", [3, 89, 100])
+@pytest.mark.parametrize("number", [pytest.param(3, marks=pytest.mark.slow), 89, 100])
 def test_a_track_is_every_seventh_sample_of_the_run(campaign: Campaign, whole: Path, number: int) -> None:
     track = scan_tracks(open_folder(whole)).filter(pl.col("run") == number).collect()
     _, _, trial = replay(campaign, number)
@@ -99,6 +99,7 @@ def test_a_run_that_fails_keeps_what_came_before(campaign: Campaign, stored: boo
     assert part.tracks["r"].min() >= -0.02
 
 
+@pytest.mark.slow
 def test_shards_threads_and_chance_change_no_byte(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
     for shard in (2, 1):
         computed(campaign, tmp_path / "run", shard, f"{shard}/2")

@@ -24,7 +24,9 @@ def sailed(policy: Manoeuvre, draws: np.ndarray, duration: float, *, held: bool 
                  held=held, threads=2)  # fmt: skip
 
 
-@pytest.mark.parametrize("policy", [Turning(0.0, 35 * DEGREE), Zigzag(0.0, 20 * DEGREE, 20 * DEGREE, 1)])
+@pytest.mark.parametrize("policy", [
+    Turning(0.0, 35 * DEGREE), pytest.param(Zigzag(0.0, 20 * DEGREE, 20 * DEGREE, 1), marks=pytest.mark.slow),
+])  # fmt: skip
 def test_each_run_is_that_of_its_own_ship(policy: Manoeuvre) -> None:
     """Indices and tracks against a single run of the ship, with the revolutions that hold its own speed."""
     draws = MEAN * np.array([[1.0, 1.0, 1.0], [1.2, 0.9, 1.3]])

@@ -51,6 +51,7 @@ def computed(campaign: Campaign, where: Path | str, shard: str = "1/1") -> int:
         return run(campaign, where, pool=pool, shard=Shard.read(shard)).parts
 
 
+@pytest.mark.slow
 def test_a_store_holds_the_bytes_of_a_folder(campaign: Campaign, tmp_path: Path, store: Any) -> None:
     computed(campaign, tmp_path / "run")
     computed(campaign, URL, "1/2")
@@ -69,6 +70,7 @@ def test_a_store_holds_the_bytes_of_a_folder(campaign: Campaign, tmp_path: Path,
         begin(replace(campaign, seed=2), URL)
 
 
+@pytest.mark.slow
 def test_a_store_that_fails_stops_the_run_and_it_goes_on(
     campaign: Campaign, store: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

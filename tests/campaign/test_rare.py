@@ -127,6 +127,7 @@ def test_one_in_a_thousand_is_as_counting_says(campaign: Campaign, tmp_path: Pat
     assert abs(values.mean() / p - 1.0) < 3.0 * values.std() / values.mean() / math.sqrt(10)
 
 
+@pytest.mark.slow
 def test_a_search_that_was_cut_off_ends_with_the_same_numbers(campaign: Campaign, tmp_path: Path) -> None:
     (whole,) = rare(campaign, "first_overshoot", tmp_path / "a", runs=200)
     files = {path.name: path.read_bytes() for path in (tmp_path / "a" / "levels").iterdir()}
@@ -170,6 +171,7 @@ third_overshoot = { at_most = 14.5, unit = "deg" }
 """
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "c.toml", tmp_path / "out"
     file.write_text(FILE)
@@ -184,6 +186,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "≤ 14.5" in page
 
 
+@pytest.mark.slow
 def test_the_violation_that_is_named_is_sailed_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "c.toml", tmp_path / "out"
     file.write_text(FILE)

@@ -52,6 +52,7 @@ def test_tally_agrees_with_the_stored_run(name: str) -> None:
         np.testing.assert_allclose(kernel[column], stored[column], rtol=1e-9, atol=1e-9, err_msg=column)
 
 
+@pytest.mark.slow
 def test_a_run_that_leaves_its_validity_keeps_what_it_reached_and_no_more() -> None:
     policy, duration = CASES["turning"]
     tight = {"u": (0.55, 2.0)}

@@ -107,6 +107,7 @@ def test_the_shortest_run_counts() -> None:
     assert control_loop() > 0.0
 
 
+@pytest.mark.slow
 def test_the_turn_of_the_benchmark_turns() -> None:
     z = turn.track(2.5)
     assert z[-1, 2] > np.pi

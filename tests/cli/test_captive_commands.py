@@ -29,6 +29,7 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
     return status, out, err
 
 
+@pytest.mark.slow
 def test_captive_tests_become_a_ship(tables: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "tested.toml"
     status, text, _ = run(capsys, "captive", "kvlcc2_l7", *sorted(tables.glob("*.csv")), "-o", out, "--json")

@@ -36,6 +36,7 @@ def test_versions_are_compared_as_numbers(version: str, required: str, right: bo
     assert fits(version, required) is right
 
 
+@pytest.mark.slow
 def test_doctor_says_what_is_here(capsys: pytest.CaptureFixture[str], monkeypatch, tmp_path: Path) -> None:
     monkeypatch.setenv("SEATRIAL_DATA", str(tmp_path))
     assert main(["doctor", "--json"]) == 0

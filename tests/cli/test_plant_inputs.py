@@ -122,6 +122,7 @@ def test_a_fixed_thruster_whose_thrust_falls(identify, catamaran_log: Trial, tmp
     assert "thrusters.port" in told[0]
 
 
+@pytest.mark.slow
 def test_a_smoother_that_cannot_be(identify, catamaran_log: Trial, tmp_path: Path, capsys) -> None:
     (tmp_path / "cat.toml").write_text(CATAMARAN.read_text())
     write_trial(catamaran_log, tmp_path / "log.csv")

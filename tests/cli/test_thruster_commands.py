@@ -33,6 +33,7 @@ def table(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_thrust_map_for_each_thruster(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = table.with_name("map.toml")
     assert main(["thrust-map", str(table), "-o", str(out), "--json"]) == 0
@@ -44,6 +45,7 @@ def test_a_thrust_map_for_each_thruster(table: Path, capsys: pytest.CaptureFixtu
     assert told["1"]["rmse"] < 1e-6
 
 
+@pytest.mark.slow
 def test_the_tables_it_writes_make_a_ship(table: Path, tmp_path: Path) -> None:
     """Put in the place of those of the tug they give the tug."""
     assert main(["thrust-map", str(table), "-o", str(tmp_path / "map.toml")]) == 0
@@ -104,6 +106,7 @@ def test_tables_without_thrust(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert said.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_what_it_did_not_write_it_does_not_replace(table: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ship, out, folder = (table.with_name(name) for name in ("tug.toml", "map.toml", "folder.toml"))
     text = (ROOT / "src" / "seatrial" / "ships" / "qiuxin5.toml").read_text()

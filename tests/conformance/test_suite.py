@@ -69,6 +69,7 @@ def tried(fin: Fin) -> Part:
     return Part(fin, rho=1000.0, L_pp=7.0, d=0.46, U=1.2, n=7.0)
 
 
+@pytest.mark.slow
 def test_a_force_that_keeps_the_contract_passes() -> None:
     check_force(tried(Fin(x=-3.0)))
 
@@ -114,6 +115,7 @@ def test_asymmetries_that_name_no_number_are_told(named: object, said: str) -> N
         check_force(tried(sided(x=-3.0, bias=1.0)))
 
 
+@pytest.mark.slow
 def test_a_force_whose_side_is_named_passes() -> None:
     check_force(tried(type("Sided", (Fin,), {"mirror_symmetric": False, "asymmetries": ("bias",)})(x=-3.0, bias=1.0)))
 
@@ -131,6 +133,7 @@ def test_a_force_that_does_not_say_whether_port_mirrors_starboard_is_told_to() -
         check_force(Part(Silent(), rho=1000.0, L_pp=7.0, d=0.46, U=1.2, n=7.0))
 
 
+@pytest.mark.slow
 def test_a_family_that_keeps_the_contract_passes_and_one_that_moves_at_rest_does_not() -> None:
     ship = replace(load("mariner_nomoto"), model=Lag(T=20.0))
     check_ship(ship)

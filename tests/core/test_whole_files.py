@@ -93,6 +93,7 @@ def test_a_folder_is_held_by_one_and_the_second_is_told_by_whom(tmp_path: Path) 
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_the_hold_of_a_killed_process_is_no_hold(tmp_path: Path) -> None:
     code = f"""
 import os, pathlib

@@ -88,6 +88,7 @@ def test_heading_and_rate_that_disagree_are_judged_by_the_track(made, spoil, cul
     assert set(finding.channels) == {"psi", "r"}
 
 
+@pytest.mark.slow
 def test_a_rate_of_the_wrong_sign_is_no_wrong_rudder(made):
     found = check(made.having(r=-made["r"]))
     assert [(f.kind, f.channels) for f in found] == [("sign", ("r",))]
@@ -106,6 +107,7 @@ def at_sea(t):
     return froude_scaled(t, 100.0)
 
 
+@pytest.mark.slow
 def test_steps_of_ordinary_instruments_are_one_note(made):
     """A compass to half a degree, a log to a tenth of a knot, a turn indicator to a degree a minute: any bridge."""
     told = rounded(at_sea(made), psi=np.radians(0.5), u=0.0514, r=np.radians(1.0) / 60, U_T=0.514)

@@ -60,12 +60,14 @@ def test_a_peak_is_no_spike() -> None:
     assert found.channels == ("v_m",)
 
 
+@pytest.mark.slow
 def test_a_lag_of_some_logs_is_told_of_each_of_them(day: list[Trial]) -> None:
     some = {trial.name for trial in day[1::3]}
     [found] = keyed(check_folder([late(t, 2.5, "r") if t.name in some else t for t in day]), "lag")
     assert (found.channels, set(found.trials)) == (("r",), some)
 
 
+@pytest.mark.slow
 def test_velocities_that_were_smoothed_over_ground_are_late_and_the_receiver_is_not_early(day: list[Trial]) -> None:
     def smoothed(trial: Trial) -> Trial:
         north, east = to_earth(trial["u"], trial["v_m"], trial["psi"])

@@ -56,6 +56,7 @@ def test_the_papers_test_files_are_in_no_training_set():
         assert not set(sets[name].files) & set(sets["test"].files)
 
 
+@pytest.mark.slow
 def test_no_training_set_overlaps_another_unseen_but_for_the_known_copy(data_file):
     """TZB holds the whole turn, TZRB a cut of it under another name: the rows tell."""
     sets, root = read_compositions(SETS), data_file("esso_osaka_frt", "data")
@@ -142,6 +143,7 @@ def test_a_study_takes_its_trials_from_a_set_less_what_it_keeps_back(folder):
     assert [t.name for t in found.problem.validation] == ["b"]
 
 
+@pytest.mark.slow
 def test_lint_names_both_files_of_an_overlap_under_two_names(folder):
     found = study(folder, '["@X"]', '["@Y"]')
     errors = [i for i in lint(found.problem) if i.severity == "error" and "share a recording" in i.text]

@@ -96,6 +96,7 @@ def test_a_straight_run_cannot_show_the_side_of_the_rudder(tmp_path: Path) -> No
     assert len(import_logs("csv", log, tmp_path / "trials", mapping).written) == 1
 
 
+@pytest.mark.slow
 def test_a_small_rudder_angle_is_not_taken_for_radians(tmp_path: Path) -> None:
     """Course keeping with up to 0.7 deg: neither unit nor side shows."""
     log = sailed(**{**COASTER, "rudder": 0.3}, duration=200.0)
@@ -129,6 +130,7 @@ def test_a_mirrored_world_is_a_doubt(tmp_path: Path) -> None:
     assert any("y, x" in one for one in doubts(text, "channels.x"))
 
 
+@pytest.mark.slow
 def test_names_that_the_track_refutes_are_not_followed(tmp_path: Path) -> None:
     """Latitude called lon, knots called m/s, degrees called rad: read as they are, each with a doubt."""
     log = sailed(**COASTER, duration=300.0)
@@ -142,6 +144,7 @@ def test_names_that_the_track_refutes_are_not_followed(tmp_path: Path) -> None:
         assert doubts(text, table), text
 
 
+@pytest.mark.slow
 def test_heading_and_course_exchanged(tmp_path: Path) -> None:
     log = sailed(**COASTER, duration=300.0)
     sheet = Sheet().put("time", stamps(log.t)).put("lat", log.latitude, 8).put("lon", log.longitude, 8)
@@ -151,6 +154,7 @@ def test_heading_and_course_exchanged(tmp_path: Path) -> None:
     assert any("exchanged" in one for one in doubts(text, "channels.psi"))
 
 
+@pytest.mark.slow
 def test_sources_that_contradict_each_other_decide_nothing(tmp_path: Path) -> None:
     """A frozen heading: no reading fits, which is said, and names alone are followed."""
     log = sailed(**{**MODEL, "duration": 100.0}, psi_0=2.0)
@@ -174,6 +178,7 @@ def test_wind_to_and_apparent_wind_to_port(tmp_path: Path) -> None:
     assert not astray(trials["log"], log, {"U_T": 1.5, "gamma_T": 0.3})  # the instruments' noise
 
 
+@pytest.mark.slow
 def test_units_in_the_cells(tmp_path: Path) -> None:
     """A heading and speeds such as "5.2 kn": the unit is read, and no doubt is left about it."""
     log = sailed(**COASTER, duration=200.0)
@@ -187,6 +192,7 @@ def test_units_in_the_cells(tmp_path: Path) -> None:
     assert not astray(trials["log"], log, {"psi": 0.01 * DEG, "u": 0.002, "v_m": 0.002})
 
 
+@pytest.mark.slow
 def test_a_header_that_lies_about_speeds(tmp_path: Path) -> None:
     """Knots under a head of m/s, degrees under one of rad: said as doubts, and the import runs with the truth."""
     log = sailed(**COASTER, duration=300.0)

@@ -125,6 +125,7 @@ def test_an_import_of_other_logs_removes_what_the_killed_one_left(logs: Path, tm
     assert {trial.name for trial in read_trials(out)} == {old.stem, last.stem}
 
 
+@pytest.mark.slow
 def test_a_full_disk_changes_nothing(logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "out"
     imported(logs, out)

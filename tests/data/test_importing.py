@@ -169,7 +169,9 @@ def test_esso(data_file, tmp_path):
     assert again.meta == first.meta
 
 
-@pytest.mark.parametrize("folder", ["kvlcc2_hsva_simman2008", "kvlcc2_marin_simman2008"])
+@pytest.mark.parametrize("folder", [
+    pytest.param("kvlcc2_hsva_simman2008", marks=pytest.mark.slow), "kvlcc2_marin_simman2008",
+])
 def test_simman(data_file, folder):
     for path in sorted(data_file(folder, "raw").glob("*.dat")):
         trial = simman.read(path)

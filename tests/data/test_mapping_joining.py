@@ -37,6 +37,7 @@ def write_topics(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_topics_at_their_own_rates_are_joined_by_time(tmp_path: Path) -> None:
     for name in ("nlp1", "qp1"):
         write_topics(tmp_path / "raw" / name)
@@ -137,6 +138,7 @@ def test_files_that_cannot_be_joined(tmp_path: Path, change: tuple[str, str], me
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_the_real_ferry_is_joined_by_a_mapping_alone(data_file, tmp_path: Path) -> None:
     """Stamps whose nanoseconds lack their leading zeros: the log's own headers show the same times."""
     folder = data_file("milliampere_2025")

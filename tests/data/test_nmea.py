@@ -271,6 +271,7 @@ def test_datagrams_fit_a_frame():
         datagram([Line(b"x" * LARGEST)])
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.binary(max_size=200))
 def test_any_bytes_are_refused_politely(data):

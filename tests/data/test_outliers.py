@@ -90,6 +90,7 @@ def test_a_trial_that_goes_on_elsewhere_after_a_leap_of_time_is_no_outlier() -> 
     assert not {one.key for one in check(moved)} & {"zeros", "sentinel", "spike"}
 
 
+@pytest.mark.slow
 def test_a_short_hard_turn_in_a_straight_run_is_no_outlier() -> None:
     """Rates of turn far beyond those of the rest, in few rows, are what the ship did."""
     trial = voyage()

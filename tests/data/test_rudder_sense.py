@@ -30,6 +30,7 @@ def test_a_steady_turn_tells_nothing_by_its_noise(angle: float) -> None:
     assert max(sure for _, sure in told) < SURE
 
 
+@pytest.mark.slow
 def test_the_sense_is_as_often_either_way_where_there_is_none() -> None:
     """Noise about a constant rudder is unbiased: both signs, within three standard deviations of a fair coin."""
     count = 120

@@ -184,6 +184,7 @@ def test_a_cell_longer_than_any_reader_takes_is_one_line(tmp_path: Path, text: s
 # -- names and patterns
 
 
+@pytest.mark.slow
 def test_a_pattern_means_what_a_shell_means_by_it() -> None:
     rng = random.Random(0)
     for _ in range(800):
@@ -347,7 +348,7 @@ def segment_distance(p: Places, a: Places, b: Places) -> float:
     return float(np.linalg.norm(p - a - s * (b - a)))
 
 
-@pytest.mark.parametrize("count", [2, 7, 150])
+@pytest.mark.parametrize("count", [2, 7, pytest.param(150, marks=pytest.mark.slow)])
 def test_the_nearest_side_of_a_grid_of_places_is_that_of_each_place(count: int) -> None:
     line = coast(count, count)
     north, east = np.meshgrid(np.linspace(-200.0, 1700.0, 41), np.linspace(-300.0, 300.0, 37), indexing="ij")

@@ -112,6 +112,7 @@ def test_steps_for_what_is_not_there_are_refused_before_anything_is_written(tmp_
         assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_track_without_velocities_says_how_they_are_come_by() -> None:
     bare = circle()
     bare = replace(bare, channels={name: bare[name] for name in ("x", "y", "psi")})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 
 from seatrial.data import Trial
 from seatrial.data.check.helm import stuck_faults
@@ -45,6 +46,7 @@ def test_every_log_in_which_it_stuck_is_cut_there() -> None:
         assert np.ptp(log["delta"][int(since) : int(until) + 1]) == 0.0  # it may have shown that value before
 
 
+@pytest.mark.slow
 def test_no_flicker_is_a_stuck_rudder() -> None:
     assert [*stuck_faults([flickering(seed) for seed in range(200)])] == []
 

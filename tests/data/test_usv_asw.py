@@ -138,7 +138,9 @@ def test_the_extra_is_named_where_it_lacks(book, monkeypatch, capsys, tmp_path):
     assert "pip install 'seatrial[log]'" in told
 
 
-@pytest.mark.parametrize(("name", "swapped", "seconds"), [("circle", False, 257.764), ("sin", True, 167.974)])
+@pytest.mark.parametrize(("name", "swapped", "seconds"), [
+    pytest.param("circle", False, 257.764, marks=pytest.mark.slow), ("sin", True, 167.974),
+])  # fmt: skip
 def test_the_real_logs(data_file, name, swapped, seconds):
     trial = usv_asw.read(data_file("usv_asw_twinhull", f"boat1_2_{name}.xlsx"))
     assert trial.t[-1] == pytest.approx(seconds)

@@ -180,6 +180,7 @@ def test_failures_and_one_run_on_a_device(device: Any) -> None:
     assert ours["psi"] == pytest.approx(usual["psi"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_what_a_device_cannot_do_is_said(l7: Any) -> None:
     with pytest.raises(DeviceError, match="precision"):
         simulator(l7.system, precision="single")
@@ -194,6 +195,7 @@ def test_what_a_device_cannot_do_is_said(l7: Any) -> None:
         simulator(l7.system, device=Shim()).run(l7.ahead(3), l7.series(3, 5), l7.parameters, dt=0.1, steps=9)
 
 
+@pytest.mark.slow
 @pytest.mark.cuda
 def test_threads_with_parameters_of_their_own(l7: Any) -> None:
     z, s, engine = l7.ahead(3), l7.series(3, 10), simulator(l7.system, device=machine())
@@ -257,6 +259,7 @@ def test_nvrtc_compiles_what_it_is_given(single: bool) -> None:
             )  # 8 or 4 warps a scheduler
 
 
+@pytest.mark.slow
 def test_code_is_kept_by_content(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
     pytest.importorskip("cuda.core")
     monkeypatch.setenv("SEATRIAL_CACHE", str(tmp_path))
@@ -273,6 +276,7 @@ def test_code_is_kept_by_content(monkeypatch: pytest.MonkeyPatch, tmp_path: Any)
         gpu.compiled("this is no CUDA", "sm_90", False)
 
 
+@pytest.mark.slow
 def test_divisions_by_one_denominator_become_products(l7: Any) -> None:
     j = trace.jacobian(l7.system, FREE)
     text = source.sensitivity_source(l7.system, j, 6, {}, False)

@@ -121,6 +121,7 @@ def test_without_a_compiler_one_notice_and_the_same_numbers(tmp_path: Path) -> N
         assert float(slow[2]) == pytest.approx(float(fast[2]), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_a_cache_that_cannot_be_written_is_said(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
@@ -157,6 +158,7 @@ def test_kernels_are_kept_where_nobody_else_can_write(tmp_path: Path, monkeypatc
     assert stat.S_IMODE(kernel.parent.stat().st_mode) == 0o700
 
 
+@pytest.mark.slow
 def test_a_kernel_that_others_can_write_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kernel = planted(tmp_path, monkeypatch)
     kernel.chmod(0o666)
@@ -164,6 +166,7 @@ def test_a_kernel_that_others_can_write_is_compiled_anew(tmp_path: Path, monkeyp
     assert stat.S_IMODE(kernel.stat().st_mode) == 0o700
 
 
+@pytest.mark.slow
 def test_a_kernel_that_is_a_link_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kernel = planted(tmp_path, monkeypatch)
     elsewhere = kernel.rename(tmp_path / "elsewhere.so")

@@ -15,6 +15,7 @@ from seatrial.engine.rollout import sensitivity, simulator
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.simulate.loop import closed_loop, loop_values
+from tiers import slow_but
 
 FREE = ("hull.Y_v", "hull.N_r", "rudder.t_R", "propeller.w_P0")
 
@@ -47,7 +48,9 @@ def test_order_of_integration_and_of_its_derivatives(l7: Any, method: str, order
     assert slope([np.abs((x[1] - d) / scale).max() for x in found]) == pytest.approx(order, abs=0.1)
 
 
-@every_ship
+@pytest.mark.parametrize(
+    "case", slow_but(ships(TRACED), "kvlcc2_l7", "kvlcc2_l7_arx", "viknes_830", "zeefakkel_speeds"), indirect=True
+)
 def test_one_call_is_the_same_on_floats_virtual_machine_and_kernel(case: Any) -> None:
     """Ahead, astern and at rest, in wind, waves and current, revolutions of either sign: 1e-12 of the largest rate."""
     z, a, n = case.states(40), case.series(40, 1)[:, 0], len(case.held)
@@ -105,6 +108,7 @@ def test_closed_loop_is_the_same_on_all_back_ends(l7: Any) -> None:
     assert np.unique(np.sign(simd[:, system.stored.index("delta_cmd")])).size == 2
 
 
+@pytest.mark.slow
 def test_a_lane_does_not_know_its_neighbours_nor_the_threads(l7: Any) -> None:
     z, s = l7.ahead(100), l7.series(100, 60)
     run = simulator(l7.system).run
@@ -138,6 +142,7 @@ def test_every_kth_step_is_stored(l7: Any) -> None:
             assert np.array_equal(e, d[:, ::every])
 
 
+@pytest.mark.slow
 def test_parameters_per_lane(l7: Any) -> None:
     z, s, names = np.repeat(l7.ahead(1), 5, axis=0), np.repeat(l7.series(1, 50), 5, axis=0), ("rudder.t_R", "hull.Y_v")
     where = [l7.system.parameters.index(n) for n in names]
@@ -154,7 +159,7 @@ def test_parameters_per_lane(l7: Any) -> None:
     assert other.run(z, s, l7.parameters, lanewise=q, dt=0.1, steps=50).values == pytest.approx(together, abs=1e-11)
 
 
-@pytest.mark.parametrize("method", ["rk4", "euler"])
+@pytest.mark.parametrize("method", [pytest.param("rk4", marks=pytest.mark.slow), "euler"])
 def test_derivatives_against_differences_and_virtual_machine(l7: Any, method: str) -> None:
     z, s = l7.ahead(3), l7.series(3, 100)
     given: dict[str, Any] = {"dt": 0.1, "steps": 100, "method": method}
@@ -179,6 +184,7 @@ def test_derivatives_against_differences_and_virtual_machine(l7: Any, method: st
     assert (np.abs(e - d) <= 1e-9 * np.abs(d).max(axis=(0, 1, 2))).all()
 
 
+@pytest.mark.slow
 def test_derivatives_under_held_series(l7: Any) -> None:
     z, s = l7.ahead(3), l7.series(3, 1)
     for back_end in ("simd", "virtual"):
@@ -188,6 +194,7 @@ def test_derivatives_under_held_series(l7: Any) -> None:
         assert np.array_equal(held, spelled)
 
 
+@pytest.mark.slow
 def test_packed_series_give_the_same(l7: Any) -> None:
     z, s = l7.ahead(20), l7.series(20, 30)
     for back_end in ("simd", "virtual"):
@@ -196,6 +203,7 @@ def test_packed_series_give_the_same(l7: Any) -> None:
         assert np.array_equal(a, engine.run(z, engine.pack(s), l7.parameters, dt=0.1, steps=30).values)
 
 
+@pytest.mark.slow
 def test_infinite_rates_let_the_order_through(l7: Any) -> None:
     from dataclasses import replace
 
@@ -211,6 +219,7 @@ def test_infinite_rates_let_the_order_through(l7: Any) -> None:
     assert closed == pytest.approx(opened, rel=1e-12, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_unknown_names_are_refused(l7: Any) -> None:
     with pytest.raises(ParameterError, match=r"rudder\.t_R"):
         simulator(l7.system, ("rudder.tR",))

@@ -149,6 +149,7 @@ def test_the_mirror_ship_is_smooth_and_fades() -> None:
     assert suction(np.array(50.0 * SHIP.L), np.array(25.0), SHIP.L) < 1e-7
 
 
+@pytest.mark.slow
 def test_a_grid_gives_depth_suction_and_the_way_to_the_quay() -> None:
     wall = np.array([[3000.0, 100.0], [-3000.0, 100.0]])
     chart = Chart("a", 25.0, banks=(Bank(np.array([[-3000.0, -200.0], [3000.0, -200.0]]), 0.5),), quays=(Quay(wall),))

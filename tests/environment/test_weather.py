@@ -26,6 +26,7 @@ def along(series: np.ndarray, gamma: float) -> np.ndarray:
     return series[:, 0] * math.cos(gamma) + series[:, 1] * math.sin(gamma)
 
 
+@pytest.mark.slow
 def test_one_gust_is_one_time_series() -> None:
     """A public simulator draws its phases anew at every call, so each integrator stage meets another wind."""
     gust = Gust(BREEZE, seed=4, across=0.5)
@@ -154,6 +155,7 @@ def test_weathers_join() -> None:
     assert not Together(()).series(1.0, 3).any()
 
 
+@pytest.mark.slow
 def test_two_runs_in_one_gust_are_one_run() -> None:
     ship, policy = load("esso_osaka_3m"), Turning(n_P=10.0, delta=0.3)
     runs = [
@@ -191,6 +193,7 @@ def test_measured_sea_and_current_are_taken_by_their_components_and_held_at_the_
     assert not rows[:, [0, 1, 7]].any()
 
 
+@pytest.mark.slow
 def test_gusts_blow_along_the_mean_wind_of_the_moment_and_across_to_its_starboard() -> None:
     """On a wind that goes round: the series less the base, turned into the wind, is what `gusts` gives."""
     t = np.arange(0.0, 60.0, 0.5)

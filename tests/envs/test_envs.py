@@ -180,6 +180,7 @@ def test_cut_off_at_the_limit() -> None:
         env.unwrapped.step(np.zeros(1, dtype=np.float32))
 
 
+@pytest.mark.slow
 def test_a_plain_autopilot_keeps_the_course_better_than_none() -> None:
     def total(steer: bool) -> float:
         envs = vector("seatrial/Course-v0", 64, limit=300)
@@ -198,6 +199,7 @@ def test_a_plain_autopilot_keeps_the_course_better_than_none() -> None:
     assert total(True) > 0.3 * total(False)
 
 
+@pytest.mark.slow
 def test_an_autopilot_on_the_line_of_sight_follows_the_track_to_its_end() -> None:
     envs = vector("seatrial/Track-v0", 64)
     seen, _ = envs.reset(seed=5)
@@ -213,6 +215,7 @@ def test_an_autopilot_on_the_line_of_sight_follows_the_track_to_its_end() -> Non
     assert worst.max() < 2.5
 
 
+@pytest.mark.slow
 def test_a_plain_law_berths_the_ship_without_a_touch() -> None:
     envs = vector("seatrial/Berth-v0", 32)
     seen, _ = envs.reset(seed=1)
@@ -382,6 +385,7 @@ def test_actions_that_are_none() -> None:
         envs.reset(seed=[1, 2])
 
 
+@pytest.mark.slow
 def test_threads_and_the_virtual_machine_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     def run(threads: int = 1) -> Any:
         envs = ShipVectorEnv("kvlcc2_l7", Course(), 40, threads=threads)
@@ -397,6 +401,7 @@ def test_threads_and_the_virtual_machine_give_the_same(monkeypatch: pytest.Monke
     np.testing.assert_allclose(slow, plain, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_arrays_are_the_callers_own_unless_asked_otherwise() -> None:
     for copy in (True, False):
         envs = ShipVectorEnv("kvlcc2_l7", Course(), 4, copy=copy)

@@ -264,6 +264,7 @@ def test_actuators_with_lag_dead_time_and_memory(tmp_path: Path) -> None:
     run.check(bare(CASADI_RUN, told(run), casadi=True, cwd=tmp_path))
 
 
+@pytest.mark.slow
 def test_no_text_of_a_ship_breaks_a_file(tmp_path: Path) -> None:
     rough = '*/ """ \\ ??/ /* \n # é'
     ship = load("qiuxin5")

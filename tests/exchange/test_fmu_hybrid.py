@@ -45,6 +45,7 @@ def run(hybrid: Ship) -> tuple[np.ndarray, np.ndarray]:
     return rows[:, :9], rows[:-1][:, [stored.index(f"{name}_cmd") for name in hybrid.model.controls]]
 
 
+@pytest.mark.slow
 def test_what_is_remembered_has_names_and_units(hybrid: Ship) -> None:
     made = slave(hybrid)
     units = {real.name: real.unit for real in made.outputs}

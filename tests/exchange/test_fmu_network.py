@@ -252,6 +252,7 @@ def test_a_host_without_python_runs_it_without_taking_memory(tmp_path: Path) -> 
         assert "python" not in needs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "limits"), CASES, ids=map(named, CASES))
 def test_the_sources_compile_under_every_warning(kind: str, limits: Limits | None, tmp_path: Path) -> None:
     files, _ = sources(slave(ship_of(kind, limits=limits)))

@@ -40,6 +40,7 @@ def test_the_plan_is_a_motion(example: Any) -> None:
     assert example.plan(1e3) == pytest.approx((example.LENGTH, example.ASIDE, 0.0, 0.0, 0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_the_true_tug_answers_whatever_the_model(example: Any, tmp_path: Path) -> None:
     """A model with other servos changes what the controller knows, not the tug."""
     from seatrial.ships.files import load, save

@@ -49,6 +49,7 @@ def test_the_exported_step_is_the_engines(kind: str, limits: Limits | None, tmp_
         x, memory = module["step"](x, series[0, k, :2], around, memory)
 
 
+@pytest.mark.slow
 def test_the_module_needs_numpy_only(tmp_path: Path) -> None:
     save_network(ship_of(initial(Network("forgetting", (8,), memory=3), 3)), tmp_path / "net.py")
     code = "import net, sys; net.step((0,) * 6, (5.0, 0.1)); assert not {'seatrial', 'casadi'} & set(sys.modules)"

@@ -39,6 +39,7 @@ def outlines(ax: object) -> list[np.ndarray]:
     return [patch.get_xy()[:-1] for patch in ax.patches]  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_a_track_is_north_up_at_equal_scale_with_units() -> None:
     ax = straight().plot()
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("east y [m]", "north x [m]")
@@ -64,6 +65,7 @@ def test_an_outline_lies_along_the_heading_bow_ahead(psi: float) -> None:
     assert np.ptp(aside) == pytest.approx(L / 6.0)
 
 
+@pytest.mark.slow
 def test_outlines_are_true_or_say_that_they_are_not() -> None:
     near, far = straight().plot(), straight(way=6000.0).plot()
     assert near.get_legend().get_texts()[-1].get_text() == "outline, true size"

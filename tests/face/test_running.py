@@ -50,6 +50,7 @@ def test_there_is_an_order_for_every_manoeuvre_with_the_options_that_it_takes() 
         assert cls.__name__ == manoeuvre.__name__
 
 
+@pytest.mark.slow
 def test_degrees_only_where_the_name_says_so(ship: st.Ship, zigzag: st.Run) -> None:
     """The order in degrees, the house's manoeuvre in radians and the command line's are one run."""
     n_P, angle = approach(ship)[1], math.radians(20.0)
@@ -147,6 +148,7 @@ def test_a_prediction_of_a_run_is_the_run(ship: st.Ship, zigzag: st.Run) -> None
     assert isinstance(again, st.Trial)
 
 
+@pytest.mark.slow
 def test_plant_equations_and_linear_model_are_one_ship(ship: st.Ship) -> None:
     """After one step from the approach, the plant, the CasADi function and the Jacobian agree."""
     n_P = approach(ship)[1]

@@ -40,6 +40,7 @@ def test_the_one_of_several_that_is_wrong_is_named(ship: str, name: str) -> None
     assert set(told) & set(fault.culprits), told
 
 
+@pytest.mark.slow
 def test_the_table_of_a_tug_is_imported_by_a_mapping(tmp_path: Path) -> None:
     """Thrusters with numbers are channels of their own: rpm and degrees come out in 1/s and rad."""
     folder = clean("tug", rate=2.0)

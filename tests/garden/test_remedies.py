@@ -102,6 +102,7 @@ def test_a_fit_to_a_mended_log_is_right(name: str) -> None:
     assert one.suspected == ()
 
 
+@pytest.mark.slow
 def test_a_current_and_a_log_are_different_remedies() -> None:
     """A current is estimated with the fit; a log that shows speeds through the water is mended."""
     [current] = found(plants.drift(0.5, 70 * DEG)(clean()))

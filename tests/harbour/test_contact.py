@@ -89,6 +89,7 @@ def test_a_frictionless_fender_takes_what_theory_says() -> None:
     assert energy(rows)[-1] == pytest.approx(energy(rows)[0], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_back_ends_agree() -> None:
     stop = Stop(0.25 * L, 0.5 * B + 1.051, 1.05, 1426.8e3, 0.2, 2.0)
     system = floating(Contact(BOX, CURVES["cone72"], 1, 0, 1e8), stop)
@@ -157,6 +158,7 @@ def test_a_ship_pressed_on_its_fenders_by_wind_does_not_creep() -> None:
     assert rows[-1, 7] > 0.01
 
 
+@pytest.mark.slow
 def test_friction_lets_go_beyond_its_limit() -> None:
     """Along the quay with more than mu times the pressure the ship slides away."""
     start = [0.0, -0.5 * B - 0.95, 0.0, 0.0, 0.0, 0.0]
@@ -274,7 +276,7 @@ def placed(pose: Any, a: float, b: float) -> tuple[float, float]:
     return x + a * math.cos(psi) - b * math.sin(psi), y + a * math.sin(psi) + b * math.cos(psi)
 
 
-@pytest.mark.parametrize("part", ["fenders", "walls", "lines", "all"])
+@pytest.mark.parametrize("part", ["fenders", "walls", "lines", pytest.param("all", marks=pytest.mark.slow)])
 def test_what_is_elastic_is_the_slope_of_what_it_stores(part: str) -> None:
     """X, Y, N are -dP/dx, -dP/dy, -dP/dpsi of each kind of contact by itself and of all together."""
     stops, walls = (BERTH if part in ("fenders", "all") else []), (FACES if part in ("walls", "all") else [])

@@ -67,6 +67,7 @@ def test_settings_that_cannot_be(given: dict[str, object], told: str) -> None:
         Averaged(**given)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_it_needs_something_to_vary() -> None:
     with pytest.raises(StudyError, match="vary fits no free parameter"):
         Averaged(window=12.5, vary=("rudder.*",)).fit(turns(BARE))

@@ -85,6 +85,7 @@ def test_held_parameters_stay_and_the_others_follow(turns, many):
     assert fit.objective < ends.normals.costs[1] < many.normals(start[1:]).costs[0]
 
 
+@pytest.mark.slow
 def test_each_problem_may_have_its_own_data(turns, many):
     other = problem(seed=2)
     theirs = Many.like(other, ESTIMATOR)
@@ -98,6 +99,7 @@ def test_each_problem_may_have_its_own_data(turns, many):
     assert found.costs[1] == pytest.approx(theirs.normals(values[1:]).costs[0], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_steps_are_the_best_within_the_box():
     """Against bounded least squares by another method (scipy's lsq_linear)."""
     from scipy.optimize import lsq_linear

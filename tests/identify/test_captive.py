@@ -93,6 +93,7 @@ def test_a_ship_that_moves_freely_needs_no_carriage(ship: Ship) -> None:
 SEEDS = (0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 6)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_coefficients_come_back_within_what_sigma_says(seed: int) -> None:
     """All coefficients of a whole program, from 20 % off: white noise of .5 % of the largest load."""
@@ -109,6 +110,7 @@ def test_coefficients_come_back_within_what_sigma_says(seed: int) -> None:
     assert found.explained["Y"] > 0.999
 
 
+@pytest.mark.slow
 def test_without_noise_the_numbers_are_exact_at_any_scale_and_with_the_inertia_in() -> None:
     """A geosim of 3 m in sea water gives the primes of the model of 7 m."""
     from seatrial.ships.scaling import scale
@@ -122,6 +124,7 @@ def test_without_noise_the_numbers_are_exact_at_any_scale_and_with_the_inertia_i
     assert np.abs(found.values / truth - 1.0).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_what_the_runs_are_insensitive_to_is_held_and_says_which_test_would_determine_it() -> None:
     found = fit_captive(KVLCC2, table(KVLCC2, program(1.18, 10.3, turn=False, forced=False), 0.002))
     assert {"hull.N_r", "hull.Y_vrr", "rudder.l_R", "body.m_y"} <= set(found.held)
@@ -135,6 +138,7 @@ def test_what_the_runs_are_insensitive_to_is_held_and_says_which_test_would_dete
     assert all("drift" in kind for kind in by["hull.Y_vvv"])
 
 
+@pytest.mark.slow
 def test_steady_tests_leave_added_mass_to_the_ship_file() -> None:
     """In a circle m_x u r acts as Y_r does, so that only a forced motion separates them (Sawada 2024, 5.3)."""
     found = fit_captive(KVLCC2, table(KVLCC2, program(1.18, 10.3, forced=False), 0.005))
@@ -163,7 +167,7 @@ def test_sigma_knows_that_the_terms_are_an_approximation() -> None:
     assert abs(found.values[k] + 0.315) < 4.0 * found.sigma[k]
 
 
-@pytest.mark.parametrize("ship", [MARINER, MODIFIED], ids=lambda s: s.name)
+@pytest.mark.parametrize("ship", [pytest.param(MARINER, marks=pytest.mark.slow), MODIFIED], ids=lambda s: s.name)
 def test_whole_ship_models_come_back_exactly(ship: Ship) -> None:
     U, L = ship.speed, ship.L_pp
     rows = program(1.0, 10.0) * [U, U, U * 7.0 / L, 1.0, 1.0, U * U * 7 / L, U * U * 7 / L, (U * 7.0 / L) ** 2]
@@ -175,6 +179,7 @@ def test_whole_ship_models_come_back_exactly(ship: Ship) -> None:
         assert read(found.ship.model, path) == pytest.approx(read(ship.model, path), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_sigma_of_the_tests_is_the_prior_of_a_study(tmp_path: Path) -> None:
     found = fit_captive(KVLCC2, table(KVLCC2, program(1.18, 10.3, turn=False, forced=False), 0.005))
     ship = load(save(found.ship, tmp_path / "tested.toml"))

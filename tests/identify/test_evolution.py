@@ -66,6 +66,7 @@ def literally(problem: Problem, p: Any) -> float:
     return total
 
 
+@pytest.mark.slow
 def test_the_score_is_the_paper_s_objective(problem: Problem) -> None:
     found = Scoring.build(problem, problem.trials, problem.loss.sigma, **SETTINGS).batch(3)
     P = candidates(problem, 3)

@@ -278,6 +278,7 @@ def test_a_free_without_a_prior_starts_from_its_start_and_interval(noisy):
         assert abs(got.value + 26.7122) < 3.0 * got.sigma < 1.0
 
 
+@pytest.mark.slow
 def test_a_parameter_that_shows_nowhere_is_disowned(noisy):
     straight = noisy.rows(slice(0, 20))
     found = Kalman(SENSORS, WALK, ("damping.N_rrr",)).run(TUG, straight)

@@ -85,6 +85,7 @@ def test_particulars_that_cannot_be(key: str, value: float, words: str) -> None:
         Hull(**{"L_pp": 2.152, "B": 0.6952, "d": 0.2485, "m": 187.6, key: value})
 
 
+@pytest.mark.slow
 def test_a_ship_ready_for_a_study(tmp_path: Path) -> None:
     pull = fit_thrust(N, EQ_20)
     servo = ServoFit("alpha_1", Azimuth(rate=0.1151), {"rate": 2e-4}, 0.0, 0.005, 0.999, 400)

@@ -70,6 +70,7 @@ def test_what_a_filter_learnt_later_is_not_used(trial):
     assert one.position[early] == pytest.approx(two.position[early], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_refused(trial):
     found = kalman().run(TUG, trial)
     with pytest.raises(StudyError, match="smoothed run knows what comes"):

@@ -55,6 +55,7 @@ def run(model: FilterModel, read: np.ndarray, iterations: int = 1) -> tuple[list
     return kalman, moving, horizon
 
 
+@pytest.mark.slow
 def test_a_linear_model_gives_the_kalman_filter() -> None:
     """The past counts exactly once: more would show as a smaller covariance, less as a larger one."""
     model = pendulum(0.0)

@@ -148,6 +148,7 @@ def test_a_mass_matrix_of_no_body_is_accepted_with_a_warning(tug: Problem) -> No
     assert "not positive definite: some motion has no kinetic energy" in _said(indefinite, "warning")
 
 
+@pytest.mark.slow
 def test_commands_beyond_the_thrust_map_are_refused_unless_asked(tug: Problem) -> None:
     (trial,) = tug.trials
     fast = replace(tug, trials=(trial.having(n_1=trial["n_1"] + 5.0),))

@@ -38,6 +38,7 @@ def objective(told, *, count, freed, window=5.0):
                            span=np.array(list(NOISE.values())), method="rk4", threads=2)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_chains_hold_every_sample_once(told):
     cut = objective(told, count=8, freed=True).chains
     assert cut.entries == 6 * sum(len(t) for t in told.trials[4:])
@@ -184,7 +185,8 @@ def test_constraints_of_equation_19_hold_where_the_data_would_break_them(told):
 
 
 @pytest.mark.parametrize(("settings", "wanted"), [
-    ({"growth": 5}, [5, 10]), ({"growth": 4}, [4, 8]), ({"growth": 12}, []), ({}, []),
+    pytest.param({"growth": 5}, [5, 10], marks=pytest.mark.slow), ({"growth": 4}, [4, 8]),
+    pytest.param({"growth": 12}, [], marks=pytest.mark.slow), pytest.param({}, [], marks=pytest.mark.slow),
     ({"growth": 4, "schedule": "lo"}, []),
 ])  # fmt: skip
 def test_trials_join_by_groups_each_from_where_the_last_ended(told, monkeypatch, settings, wanted):
@@ -227,6 +229,7 @@ def test_bad_settings_are_told(fields, words):
         Shooting(**fields)
 
 
+@pytest.mark.slow
 def test_bad_problems_are_told(told):
     with pytest.raises(StudyError, match="weights names 'nobody'"):
         Shooting(weights={"nobody": 2.0}).fit(told)

@@ -33,6 +33,7 @@ def search(name: str, generations: int = 250) -> tuple[np.ndarray, CMA]:
     return best, strategy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(KINDS))
 def test_an_optimum_in_a_corner_is_found(name: str) -> None:
     best, strategy = search(name)

@@ -81,6 +81,7 @@ def test_bounds_and_priors_count(trials: tuple[Trial, ...]) -> None:
     assert held.values[0] == pytest.approx(-0.04, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_what_regression_cannot_do_is_said(trials: tuple[Trial, ...]) -> None:
     with pytest.raises(StudyError, match=r"not linear in body\.m_y"):
         Regression().fit(Problem(SHIP, trials, (Free("body.m_y", 100.0), Free("hull.Y_v", -0.3))))

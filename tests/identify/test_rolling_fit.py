@@ -82,6 +82,7 @@ def test_slopes_of_the_objective_are_exact() -> None:
         assert slope == pytest.approx(block.gradient[k], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_windows_begin_at_the_measured_heel() -> None:
     bare = problem("p")
     cut = windows(bare.trials, SHIP.model, Loss(), scales(bare), window=50.0, dt=1.0, every=1)
@@ -100,6 +101,7 @@ def test_a_prediction_restarts_at_the_measured_heel_and_has_heel() -> None:
     assert float(np.sqrt(np.mean((found["phi"] - log("zigzag")["phi"]) ** 2))) < 4.0 * NOISE["phi"]
 
 
+@pytest.mark.slow
 def test_a_log_without_heel_is_warned_of_and_sigma_of_an_unknown_channel_refused() -> None:
     said = [one.text for one in lint(problem("phi", "p"))]
     assert any("no heel" in text for text in said)

@@ -91,6 +91,7 @@ def written(logs: Path, text: str = TABLE, name: str = "table.toml") -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_fit_takes_from_the_one_it_is_like(logs: Path) -> None:
     series = read_series(written(logs))
     memory, none, physics = series.rows
@@ -167,6 +168,7 @@ class Stopping(Silent):
         return stop
 
 
+@pytest.mark.slow
 def test_a_table_that_goes_on_counts_what_is_done(
     logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

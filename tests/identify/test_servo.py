@@ -146,6 +146,7 @@ def test_half_a_turn_is_cautioned() -> None:
     assert any("either way round" in line for line in found.cautions)
 
 
+@pytest.mark.slow
 def test_bad_logs() -> None:
     good = log(Azimuth(rate=0.2))
     with pytest.raises(DataError, match="in degrees"):

@@ -78,6 +78,7 @@ def test_a_free_initial_state_is_held_to_its_measurement_once(trials):
     np.testing.assert_array_equal(free.windows.scale[:, 1:], plain.windows.scale[:, 1:])
 
 
+@pytest.mark.slow
 def test_a_step_whose_squares_overflow_costs_infinity_without_a_warning(trials):
     objective = objective_of(problem_of(trials))
     far = np.where(objective.windows.scale > 0, 1e200, 0.0)

@@ -28,6 +28,7 @@ def test_the_facts_of_equation_20() -> None:
     assert pull(np.zeros(1))[0] == pytest.approx(0.036, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_without_noise_equation_20_comes_back() -> None:
     found = fit_thrust(LEVELS, pull(LEVELS))
     assert found.powers == (0, 1, 2, 3, 4, 5)
@@ -58,6 +59,7 @@ def test_of_readings_of_one_thrust_the_mean_has_their_deviation_over_the_root_of
     assert covariance[0, 0] == pytest.approx(thrust.var(ddof=1) / 8, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_one_of_two_that_were_pulled_together_has_half_of_everything() -> None:
     """Halves of the readings fitted by themselves are what `shared` makes of the whole."""
     total = 2.0 * noisy(3, 0.2)
@@ -99,6 +101,7 @@ def test_the_range_is_kept_and_extrapolation_is_asked_for() -> None:
     assert found.thrust(22.1, extrapolate=True) == pytest.approx(found.thrust(10.0))
 
 
+@pytest.mark.slow
 def test_the_map_is_the_thruster_of_the_library() -> None:
     found, ship = fit_thrust(LEVELS, pull(LEVELS)), load("qiuxin5")
     part = found.azimuth(-0.8, 0.163)
@@ -142,6 +145,7 @@ def test_two_tested_together() -> None:
     assert one.sigma == pytest.approx(both.sigma / 2)
 
 
+@pytest.mark.slow
 def test_thrusters_and_columns() -> None:
     table = {name: (LEVELS, pull(LEVELS)) for name in ("1", "2")}
     assert [one.name for one in fit_thrusters(table)] == ["1", "2"]

@@ -92,7 +92,9 @@ def test_gradient_of_the_folded_network_is_that_of_the_printed_equations(
         assert not got[list(w).index("W_r0")].any()  # exactly zero, or Adam would walk on rounding errors
 
 
-@pytest.mark.parametrize("kind", ["forgetting", "rnn", "feedforward", "lstm", "gru"])
+@pytest.mark.parametrize("kind", [
+    pytest.param("forgetting", marks=pytest.mark.slow), "rnn", "feedforward", "lstm", "gru",
+])
 def test_training_and_prediction_are_one_simulation(kind: str) -> None:
     from seatrial.identify.networks.data import Rows, Source, fold
     from seatrial.identify.networks.engine import Engine, Form, simulated
@@ -130,6 +132,7 @@ def missed(run: Trial, by: Trial) -> float:
     return sum(float(np.mean((found[c] / sigma) ** 2)) for c, sigma in ESSO_OSAKA_SIGMA.items())
 
 
+@pytest.mark.slow
 def test_an_epoch_brings_the_loss_down() -> None:
     fit = Training(**{**SMALL, "epochs": 6, "horizon": 30, "schedule": "cosine"}).fit(problem())
     assert fit.history[-1, 1] < 0.85 * fit.history[0, 1]
@@ -157,6 +160,7 @@ def test_every_kind_trains_and_is_silent_at_the_origin(kind: str) -> None:
     assert np.isfinite(fit.objective)
 
 
+@pytest.mark.slow
 def test_seed_decides_and_threads_do_not() -> None:
     told, settings = problem(), {**SMALL, "batch": 300, "stride": 2, "epochs": 1}
     one = Training(**settings).fit(told)
@@ -235,6 +239,7 @@ def test_stops_early_and_keeps_the_best() -> None:
     assert len(fit.history) == np.argmin(fit.history[:, 2]) + 3
 
 
+@pytest.mark.slow
 def test_a_loss_that_is_no_number_names_batch_and_channel(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(FitError, match=r"seed 0, epoch \d+, batch \d+: (u|v_m|r|the gradient); lower"):
         Training(**{**SMALL, "learning_rate": 1e30}).fit(problem())
@@ -314,6 +319,7 @@ def test_what_was_filled_is_no_data(name: str) -> None:
     assert len(starts) == len(virtual(1)) - 19 - 29
 
 
+@pytest.mark.slow
 def test_the_remedy_for_another_step_runs_as_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from seatrial.cli.app import main
     from seatrial.data.prepare import resample

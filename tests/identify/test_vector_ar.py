@@ -27,6 +27,7 @@ def record(rows: int, seed: int = 0, noise: float = 1.0, constant: float = 0.3) 
     return Trial("waves", np.arange(rows, dtype=float), {"r": x[:, 0].copy(), "phi": x[:, 1].copy(), "delta": c.copy()})
 
 
+@pytest.mark.slow
 def test_coefficients_and_noise_are_found() -> None:
     found = fit_vector_ar(record(20_000), ("r", "phi"), ("delta",), order=(2, 1))
     np.testing.assert_allclose(found.A, A, atol=0.03)
@@ -41,6 +42,7 @@ def test_of_one_channel_it_is_the_ar_model_of_the_family() -> None:
     np.testing.assert_allclose(mine.A[:, 0, 0], theirs.a, atol=0.01)
 
 
+@pytest.mark.slow
 def test_aic_finds_the_order_and_bic_takes_no_more() -> None:
     trial = record(3000, seed=1)
     orders = {rule: vector_orders(trial, ("r", "phi"), ("delta",), most=5, criterion=rule)[0].order
@@ -67,6 +69,7 @@ def test_a_forecast_looks_at_nothing_after_its_start() -> None:
     np.testing.assert_array_equal(forecast(found, trial, start, 10), forecast(found, other, start, 10))
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_the_intervals_say() -> None:
     train, test = record(5000, seed=3), record(5000, seed=4)
     found = fit_vector_ar(train, ("r", "phi"), ("delta",), order=(2, 1))

@@ -63,6 +63,7 @@ def test_settings_that_cannot_be(given: dict[str, object], told: str) -> None:
         Widths(**given)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_problems_that_leave_nothing_to_choose() -> None:
     one = trials(BARE, 0.0, 25.0)
     with pytest.raises(StudyError, match="2 recordings to leave out"):
@@ -71,6 +72,7 @@ def test_problems_that_leave_nothing_to_choose() -> None:
         Widths(window=20.0, vary=("rudder.*",)).fit(problem(one))
 
 
+@pytest.mark.slow
 def test_a_varied_parameter_needs_a_prior() -> None:
     flat = Free("residual_N.d_n_N", 0.0, low=-1.0, high=1.0)
     made = replace(problem(trials(BARE, 0.0, 25.0)), free=(*FREE[:2], flat))
@@ -143,6 +145,7 @@ def test_left_out_trials_weigh_what_they_weigh_in_the_fit(fitted: list[Problem])
     assert expected != pytest.approx(np.mean(list(errors.values())), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_without_width_the_parameters_stand_at_the_mean_of_their_prior(fitted: list[Problem]) -> None:
     shifted = (FREE[0], replace(FREE[1], prior=0.2), FREE[2])
     ship = BARE.having({"residual_Y.d_n_N": 0.7, "residual_N.d_n_N": -0.4})

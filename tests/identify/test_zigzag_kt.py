@@ -88,6 +88,7 @@ def test_a_ship_of_the_result_saves_and_repeats_the_zigzag(tmp_path: Any) -> Non
     assert "analysis of a zigzag" in ship.entries["K"].source
 
 
+@pytest.mark.slow
 def test_an_unstable_ship_has_a_negative_time_constant() -> None:
     found = fitted(zigzag(-0.06, -60.0, 0.0), L)
     assert pytest.approx([-0.06, -60.0], rel=1e-3) == [found.K, found.T]

@@ -15,6 +15,7 @@ from seatrial.manoeuvres.crabbing import Crabbing
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
+from tiers import slow_but
 
 
 def settings(ship, speed=None, **asked):
@@ -31,7 +32,7 @@ def thrusted():
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("speed", [0.5, None])
+@pytest.mark.parametrize("speed", slow_but([0.5, None], None))
 def test_a_tanker_stops_at_its_berth(side, speed):
     ship = load("kvlcc2_l7")
     asked = settings(ship, speed, side=side)
@@ -47,6 +48,7 @@ def test_a_tanker_stops_at_its_berth(side, speed):
     assert run["n_P"].min() >= -asked.n_P - 1e-9
 
 
+@pytest.mark.slow
 def test_a_single_screw_swings_as_it_backs_and_the_indices_say_so():
     ship = load("esso_osaka_3m")
     asked = settings(ship, 0.3)
@@ -56,6 +58,7 @@ def test_a_single_screw_swings_as_it_backs_and_the_indices_say_so():
     assert found["heading_error"].value > math.radians(20.0)  # to starboard, as a right-handed screw does
 
 
+@pytest.mark.slow
 def test_the_berth_is_counted_from_where_the_ship_begins():
     ship = load("kvlcc2_l7")
     policy = Berthing.ordered(settings(ship, 0.6))

@@ -90,6 +90,7 @@ def test_port_mirrors_starboard():
             assert (n_a, d_a) == (n_b, -d_b)
 
 
+@pytest.mark.slow
 def test_the_hand_covers_its_range_evenly_but_for_zero_and_the_limits():
     """Wakita 2022 Fig. 3: even, with heaps at zero and at both ends."""
     policy = HumanRandom(10.0, 0.6, hold=5.0, travel=0.5, length=1e4, seed=7)

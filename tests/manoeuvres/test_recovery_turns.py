@@ -38,11 +38,13 @@ def test_turn_back_of_a_nimble_ship(kind, goal, side):
     assert side * run["psi"][against[-1] + 1] == pytest.approx(goal + policy.short, abs=0.3 * DEGREE)
 
 
+@pytest.mark.slow
 def test_mirrored():
     a, b = (simulate(NIMBLE, Williamson.ordered(replace(HARD, side=s)), speed=U, duration=30 * L / U) for s in (1, -1))
     assert b["y"] == pytest.approx(-a["y"], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_williamson_of_a_ship_without_lag_in_closed_form():
     """Two arcs of one radius R, the second centred at 2 R sin(60) ahead and R - 2 R cos(60) abeam."""
     K, delta = 0.05, 30.0 * DEGREE
@@ -68,7 +70,7 @@ def test_single_turn_stops_the_engine_and_comes_near():
     assert found["miss_distance"].value < math.hypot(found["lateral_offset"].value, found["along_track"].value)
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("side", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
 def test_kvlcc2_ends_on_the_reciprocal_course_near_the_track(side):
     ship = load("kvlcc2")
     speed, n_P = approach(ship)

@@ -169,6 +169,7 @@ def test_a_spiral_has_its_neutral_demand_at_the_unequal_thrust(otter):
     assert ran.indices["neutral_steer"].value == pytest.approx(100 * d, abs=near)
 
 
+@pytest.mark.slow
 def test_the_standards_angles_are_not_applicable_and_hard_over_is(otter):
     table = imo_table(otter)
     assert [row.verdict == NOT_APPLICABLE for row in table.rows if "rudder 10" in row.name] == [True, True]

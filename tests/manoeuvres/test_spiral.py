@@ -151,6 +151,7 @@ def test_measured_runs_without_orders_and_with_noise():
     assert found["residual_rate_starboard"].value == pytest.approx(RESIDUAL, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_campaign_of_spirals_is_one_kernel():
     policy = Spiral.ordered(SETTINGS)
     K = np.array([0.03, 0.05, 0.08])

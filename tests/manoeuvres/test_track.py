@@ -71,7 +71,7 @@ def test_a_current_across_leaves_the_known_offset(ship, side):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("name", ["mariner_nomoto", "kvlcc2_l7", "esso_osaka_3m"])
+@pytest.mark.parametrize("name", ["mariner_nomoto", "kvlcc2_l7", pytest.param("esso_osaka_3m", marks=pytest.mark.slow)])
 def test_the_default_path_is_followed_round_its_corner(name, side):
     vessel = load(name)
     settings = Settings(

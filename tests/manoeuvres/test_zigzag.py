@@ -174,6 +174,7 @@ def test_an_overshoot_counts_from_the_heading_at_the_reversal():
     assert first == pytest.approx(float(jumping["psi"][row:end].max() - jumping["psi"][row]), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_log_of_few_rows_does_not_tell_the_heading_at_the_reversal():
     """Every fortieth row: the order is seen up to 4 s after it was given, and the set heading is nearer."""
     trial, policy = by_samples(0.1), Zigzag(10.0, TEN, TEN)

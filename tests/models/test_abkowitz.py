@@ -20,6 +20,7 @@ from seatrial.models.abkowitz import Abkowitz, factors
 from seatrial.ships import ShipError
 from seatrial.ships.files import FOLDER, load, save
 from seatrial.simulate.run import simulate
+from tiers import slow_but
 
 GOLDEN = tomllib.loads((Path(__file__).parents[1] / "golden" / "mariner.toml").read_text())
 REFS = Path(__file__).parents[3] / "shared" / "refs"
@@ -60,7 +61,7 @@ def test_linear_set() -> None:
         assert found[name] == pytest.approx(GOLDEN["linear"][name], abs=half), name
 
 
-@pytest.mark.parametrize("side", list(GOLDEN["turning"]))
+@pytest.mark.parametrize("side", slow_but(GOLDEN["turning"], "+15"))
 def test_turning_by_the_logic_of_mss(side: str) -> None:
     """turncircle.m: execute where round(t) reaches 100 s, axes of the start, headings rounded to degrees."""
     rows = mss(lambda t, x, c: math.radians(float(side)) if round(t) >= 100 else 0.0, 700.0)
@@ -76,7 +77,7 @@ def test_turning_by_the_logic_of_mss(side: str) -> None:
         assert found[name] == pytest.approx(value, rel=RATIO), name
 
 
-@pytest.mark.parametrize("angle", [10, 20])
+@pytest.mark.parametrize("angle", [10, pytest.param(20, marks=pytest.mark.slow)])
 def test_zigzag_by_the_logic_of_mss(angle: int) -> None:
     set_point = math.radians(angle)
 
@@ -209,6 +210,7 @@ def test_silent_at_rest_and_mirrored_without_the_bias_of_the_screw() -> None:
     assert tuple(s * w for s, w in zip((1, -1, -1, 1, -1, -1), there, strict=True)) == pytest.approx(here, rel=1e-13)
 
 
+@pytest.mark.slow
 def test_finite_where_it_was_never_fitted() -> None:
     """Full helm from rest and astern for ten minutes: nothing runs away."""
     model: Any = load("mariner").model

@@ -97,6 +97,7 @@ def test_each_term_is_the_one_of_the_equation(name: str) -> None:
     assert alone.force(u, v, r * L, n * L, delta) == pytest.approx(tuple(expected), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_silent_at_rest_mirrored_and_finite_astern() -> None:
     model: Any = load(NAME).model
     assert model.derivative((0.0,) * 6, (0.0, 0.5), CALM) == (0.0,) * 6

@@ -24,6 +24,7 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.models.fossen import Fossen, Inertia, Particulars
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
+from tiers import slow_but
 
 GOLDEN = tomllib.loads((Path(__file__).parents[1] / "golden" / "fossen.toml").read_text(encoding="utf-8"))
 SHIPS = ("milliampere", "cybership2", "qiuxin5", "qiuxin5_6")
@@ -72,6 +73,7 @@ def test_instability_on_course(name: str, u: float, printed: str) -> None:
     assert agrees(max(sway_yaw(load(name).model, u).real), printed)
 
 
+@pytest.mark.slow
 def test_tug_is_stable_on_course() -> None:
     model: Any = load("qiuxin5").model
     real = [sway_yaw(model, u).real for u in np.linspace(0.0, 1.5, 16)]
@@ -89,7 +91,9 @@ def test_steady_speed(name: str, x: float, printed: str) -> None:
     assert agrees(float(brentq(surge, 1e-3, 10.0)), printed)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("n", "alpha", "printed"), GOLDEN["qiuxin5"]["turns"])
+@pytest.mark.parametrize(
+    ("n", "alpha", "printed"), slow_but(GOLDEN["qiuxin5"]["turns"], GOLDEN["qiuxin5"]["turns"][-1])
+)
 def test_tug_turns_away_from_its_stern_thrust(n: float, alpha: float, printed: str) -> None:
     model: Any = load("qiuxin5").model
     a = math.radians(alpha)
@@ -122,6 +126,7 @@ def test_what_is_said_of_the_masses(name: str) -> None:
     assert "positive definite" not in text
 
 
+@pytest.mark.slow
 def test_a_ship_that_spins_is_told_of_before_and_stopped(capsys) -> None:
     assert main(["simulate", "qiuxin5_6", "turning", "--rudder", "17.5"]) == 1
     told = capsys.readouterr().err

@@ -46,6 +46,7 @@ def test_away_from_the_quay_the_ship_is_that_of_fossen() -> None:
     assert harbour(replace(QUAY, K=0.0)).derivative((3.0, -3.0, *state[2:]), (), CALM) == pytest.approx(plain)
 
 
+@pytest.mark.slow
 def test_a_ship_that_drifts_broadside_on_rebounds_with_the_energy_it_came_with() -> None:
     found = run(harbour(), (0.0, -1.0, 0.0, 0.0, -0.2, 0.0), 8.0)
     assert found[-1, 4] == pytest.approx(0.2, rel=0.01)
@@ -53,6 +54,7 @@ def test_a_ship_that_drifts_broadside_on_rebounds_with_the_energy_it_came_with()
     assert found[:, 1].min() > -1.75, "the hull goes through the quay"
 
 
+@pytest.mark.slow
 def test_damping_and_friction_take_energy() -> None:
     dull = run(harbour(replace(QUAY, C=5e3, mu=0.3)), (0.0, -1.0, 0.0, 0.3, -0.2, 0.0), 8.0)
     assert 0.0 < dull[-1, 4] < 0.15

@@ -113,6 +113,7 @@ def turning() -> Trial:
                     environment=Uniform(U_T=2.0, gamma_T=1.0))  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_restarted_prediction_remembers_what_came_before_it() -> None:
     """The wind of the minutes before the restart has set the water moving: the prediction knows."""
     trial = turning()

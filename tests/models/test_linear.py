@@ -64,6 +64,7 @@ def test_milliampere_is_unstable_ahead(speed: float, digits: str) -> None:
     assert found.stability()[0] == "unstable"
 
 
+@pytest.mark.slow
 def test_kvlcc2_full_scale_from_its_derivatives() -> None:
     ship = load("kvlcc2")
     model: Any = ship.model
@@ -129,6 +130,7 @@ def test_a_kink_has_two_sides_and_a_mean() -> None:
     assert course_stability(kcs.model, trim(kcs.model, speed=kcs.speed))[0] == "stable"
 
 
+@pytest.mark.slow
 def test_control_objects_carry_the_names() -> None:
     found = about("kvlcc2_l7")
     system = found.state_space()
@@ -175,6 +177,7 @@ def test_a_step_of_a_sampled_model_is_that_of_its_transfer_function() -> None:
         np.testing.assert_allclose(0.1 * answer.y[0, 0], trial[output], atol=1e-11)
 
 
+@pytest.mark.slow
 def test_trim_finds_the_speed_of_given_revolutions_and_the_helm_of_a_wind() -> None:
     ship = load("esso_osaka_3m")
     at = trim(ship.model, orders={"n_P": 10.0})
@@ -187,6 +190,7 @@ def test_trim_finds_the_speed_of_given_revolutions_and_the_helm_of_a_wind() -> N
     assert held.state[5] == 0.0
 
 
+@pytest.mark.slow
 def test_what_cannot_be_trimmed_is_said() -> None:
     model = load("kvlcc2_l7").model
     with pytest.raises(ParameterError, match="needs a speed"):

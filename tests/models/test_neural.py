@@ -24,6 +24,7 @@ from seatrial.ships import ShipError
 from seatrial.simulate.loop import closed_loop, loop_memory, loop_values, open_loop, open_loop_parameters
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import campaign, simulate
+from tiers import slow_but
 
 PAPER: dict[str, Any] = {"layers": (200, 200, 200), "memory": 10}
 every_kind = pytest.mark.parametrize("kind", KINDS)
@@ -171,7 +172,7 @@ def test_simulated_by_eulers_rule_and_alike_on_scalars(kind: str) -> None:
     assert np.abs(state[3:] - start[3:]).max() > 1e-3
 
 
-@every_kind
+@pytest.mark.parametrize("kind", slow_but(KINDS, "feedforward", "rnn"))
 def test_a_restart_remembers_what_was_measured_before_it(kind: str) -> None:
     """A run that the network made itself is predicted to rounding from any of its rows, unlimited memory aside."""
     ship = sailing(network(kind))
@@ -200,6 +201,7 @@ def test_a_start_with_less_than_its_memory_before_it() -> None:
     assert known[1:8] == known[8:15] == known[22:29]
 
 
+@pytest.mark.slow
 def test_lanes_do_not_know_of_each_other() -> None:
     ship = sailing(network())
     trial = simulate(ship, ZIGZAG, speed=0.4, duration=40.0)
@@ -237,7 +239,7 @@ def random_runs(net: Network, lanes: int, seconds: float) -> Any:
     return run.values[:, :, 3:]
 
 
-@pytest.mark.parametrize("kind", ["forgetting", "rnn"])
+@pytest.mark.parametrize("kind", slow_but(["forgetting", "rnn"], "rnn"))
 @pytest.mark.parametrize(("lanes", "seconds"), [(30, 60.0), pytest.param(1000, 300.0, marks=pytest.mark.long)])
 def test_bounded_under_any_control(kind: str, lanes: int, seconds: float) -> None:
     """However wild the weights: no velocity leaves its range by more than acceleration / rate."""
@@ -249,6 +251,7 @@ def test_bounded_under_any_control(kind: str, lanes: int, seconds: float) -> Non
     assert not np.isfinite(free).all() or np.abs(free).max() > 10  # without limits, nothing holds it
 
 
+@pytest.mark.slow
 def test_at_rest_it_stays_at_rest() -> None:
     for net in (network(limits=LIMITS), network("lstm"), network("forgetting", **PAPER)):
         ship = sailing(net)
@@ -264,6 +267,7 @@ def test_limits_change_nothing_within_them() -> None:
     assert (passed(network(limits=LIMITS), x) == passed(network(), x)).all()
 
 
+@pytest.mark.slow
 def test_a_network_refuses_symbols() -> None:
     ship = sailing(network())
     count = ship.model.network.count  # type: ignore[attr-defined]
@@ -273,6 +277,7 @@ def test_a_network_refuses_symbols() -> None:
         sensitivity(open_loop(ship), ())
 
 
+@pytest.mark.slow
 def test_trials_that_it_cannot_predict() -> None:
     ship = sailing(network(memory=8))
     trial = simulate(ship, ZIGZAG, speed=0.4, duration=20.0, environment=WIND)
@@ -288,6 +293,7 @@ def test_trials_that_it_cannot_predict() -> None:
         replay(ship, short)
 
 
+@pytest.mark.slow
 def test_a_calm_run_of_the_simulator_is_known_to_be_calm() -> None:
     ship = sailing(network())
     trial = simulate(ship, ZIGZAG, speed=0.4, duration=20.0)

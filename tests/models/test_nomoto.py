@@ -99,6 +99,7 @@ def test_speed_keeps_the_primes(name: str) -> None:
     np.testing.assert_allclose(slow, 0.5 * full, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_unstable_ship_settles_on_its_loop_and_both_signs_say_the_same() -> None:
     model: Any = load("tanker_nomoto").model
     turned = Nomoto(K=-model.K, T=-model.T, U=model.U, alpha=-model.alpha)

@@ -197,6 +197,7 @@ TURNS = {
 OTHERS = [pytest.param(*one, marks=long) for one in TURNS if one != (80, 35)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rpm", "angle"), [(80, 35), *OTHERS])
 def test_indices_of_container_turns(rpm: int, angle: int) -> None:
     """By simulate, at its own step; the engine holds the mean of a ramp over a step, 1e-3 deg of the inward heel."""

@@ -53,6 +53,7 @@ def test_a_plant_in_real_time_is_the_simulation() -> None:
         Plant.of(load("kvlcc2"), dt=0.1, start=(0.0, 0.0, 0.0, 8.0, 0.0, 0.0, 0.1, 0.0))
 
 
+@pytest.mark.slow
 def test_linear_about_a_straight_run() -> None:
     """Eigenvalues of sway, roll and yaw as linearised independently at 70 rpm: a roll of 28.9 s, two real roots."""
     found = straight(SHIP.model, 7.32959).lateral().eigenvalues
@@ -60,6 +61,7 @@ def test_linear_about_a_straight_run() -> None:
         assert np.abs(found - wanted).min() < 2e-6
 
 
+@pytest.mark.slow
 def test_exports_have_heel_and_the_same_rates(tmp_path: Path) -> None:
     names = {one.name for one in slave(SHIP).outputs}
     assert {"ned_position.roll", "body_velocity.roll"} <= names
@@ -76,6 +78,7 @@ def test_exports_have_heel_and_the_same_rates(tmp_path: Path) -> None:
     assert module.rates(x, u, tuple(CALM)) == pytest.approx(wanted, rel=1e-12, abs=1e-16)
 
 
+@pytest.mark.slow
 def test_a_campaign_reads_the_heel_of_each_run() -> None:
     case = Case("turn", SHIP, TURN, SHIP.speed, 120.0, 0.1)
     campaign = Campaign("heel", (case,), 8, {"ship.body.GM": Input("uniform", (0.25, 1.5))})
@@ -87,6 +90,7 @@ def test_a_campaign_reads_the_heel_of_each_run() -> None:
     assert drawn.indices["outward_heel"][0] > 2.0 * drawn.indices["outward_heel"][1]
 
 
+@pytest.mark.slow
 def test_a_ship_with_roll_scales_by_froude() -> None:
     ship = with_roll(load("kvlcc2"), Stability(GM=5.7, KG=18.6))
     model = scale(ship, 3.2, effects=False).ship

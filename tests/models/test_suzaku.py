@@ -70,7 +70,7 @@ def test_turns(row: dict[str, Any]) -> None:
     assert all(s > p for s, p in zip(of["starboard"], of["port"], strict=True))
 
 
-@pytest.mark.parametrize("dt", ["2.0", "1.0", "0.5", "0.1"])
+@pytest.mark.parametrize("dt", ["2.0", "1.0", "0.5", pytest.param("0.1", marks=pytest.mark.slow)])
 def test_steps(dt: str) -> None:
     found = figures(euler(variant("consistent", "equal"), 35.0, float(dt), 250.0), 1)[1]
     assert found == pytest.approx(GOLDEN["step"][dt], abs=0.0005)

@@ -89,6 +89,7 @@ def test_terms_as_printed(depth: float) -> None:
         assert found[3:] == pytest.approx(printed(u, v, r, n, -delta, z), rel=1e-12, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_shallow_water_widens_the_circle() -> None:
     ship, policy = load("esso_190k_tanker"), Turning(N, math.radians(35))
     tactical = [

@@ -85,8 +85,9 @@ def test_esso_osaka_turns(file: str, steps: int, windy: bool) -> None:
 
 @pytest.mark.parametrize(
     ("name", "n_P", "u", "dt"),
-    [("kvlcc2_l7", 11.85, 1.179, 0.1), ("esso_osaka_3m", 10.0, 0.4, 0.1), ("zeefakkel", 0.0, 5.0, 0.1)],
-)
+    [("kvlcc2_l7", 11.85, 1.179, 0.1), pytest.param("esso_osaka_3m", 10.0, 0.4, 0.1, marks=pytest.mark.slow),
+     ("zeefakkel", 0.0, 5.0, 0.1)],
+)  # fmt: skip
 def test_motion_in_current_is_motion_in_still_water_plus_drift(name: str, n_P: float, u: float, dt: float) -> None:
     """Seen from the water a uniform current is not there (wind off: it would be)."""
     ship = load(name)

@@ -236,6 +236,7 @@ def test_data_of_another_hull_are_refused(spoil: Any, said: str) -> None:
         with_memory(load("naval_blanke"), data())
 
 
+@pytest.mark.slow
 def test_its_sections_are_of_their_group() -> None:
     model: Any = ship().model
     with pytest.raises(Exception, match="radiation:Longitudinal"):

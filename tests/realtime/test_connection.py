@@ -9,12 +9,14 @@ from seatrial.realtime.conning import Conning
 from seatrial.ships.files import load
 
 
+@pytest.mark.slow
 def test_a_ship_that_tells_its_state_and_obeys_passes() -> None:
     found = connection.connection(load("kvlcc2_l7"))
     assert found.verdict == "pass"
     assert len([one for one in found.findings if one.bound]) >= 6
 
 
+@pytest.mark.slow
 def test_a_ship_that_is_deaf_to_orders_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Conning, "take", lambda self, sentence, sender, t: {})
     found = connection.connection(load("kvlcc2_l7"))
@@ -22,6 +24,7 @@ def test_a_ship_that_is_deaf_to_orders_fails(monkeypatch: pytest.MonkeyPatch) ->
     assert "rudder order" in found.reason
 
 
+@pytest.mark.slow
 def test_a_ship_that_tells_another_heading_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     usual = connection.decode
 

@@ -32,6 +32,7 @@ def test_it_holds_its_course(ship: str) -> None:
     assert plant["x"] == pytest.approx(500.0, abs=0.05 * plant.ship.L_pp)
 
 
+@pytest.mark.slow
 def test_wind_and_current_do_not_set_it_off_its_course() -> None:
     loop, name = sailing("esso_osaka_3m@0,0,90", Uniform(U_T=1.0, gamma_T=0.3, U_C=0.05, gamma_C=0.0))
     plant = loop.vessels[name].plant

@@ -66,6 +66,7 @@ def at_sea(ship, speech: Speech | None = None, log=None, **more):
     return loop, plant, wire, OnWire(loop, "s", wire, speech or Speech(Fittings(Datum(35.0, 139.0))), log=log)
 
 
+@pytest.mark.slow
 def test_sentences_come_at_their_rates(ship):
     loop, _, wire, _ = at_sea(ship)
     loop.run(10.0)
@@ -74,6 +75,7 @@ def test_sentences_come_at_their_rates(ship):
                      "ZDA": 10, "GLL": 10, "VHW": 10, "RPM": 10, "MWV": 20, "DPT": 10}  # fmt: skip
 
 
+@pytest.mark.slow
 def test_frames_carry_numbers_and_the_time(ship):
     speech = Speech(Fittings(epoch=1.8e9), {"HDT": 10.0, "ROT": 10.0}, framed=True)
     loop, _, wire, _ = at_sea(ship, speech)
@@ -84,6 +86,7 @@ def test_frames_carry_numbers_and_the_time(ship):
     assert tags[-1].time == pytest.approx(1.8e9 + 60.0)
 
 
+@pytest.mark.slow
 def test_an_order_turns_the_ship_and_its_sentences_hold_its_motion(ship):
     loop, plant, wire, _ = at_sea(ship)
     wire.waiting.append(mutations.whole()[0])  # rudder 10 deg to starboard
@@ -201,6 +204,7 @@ def test_a_ship_that_lies_still_says_as_much_through_noisy_instruments(ship, spe
     assert said["VDO"] == pytest.approx(30, abs=1)
 
 
+@pytest.mark.slow
 def test_through_instruments_it_sends_every_sentence_that_it_sends_without(ship):
     kinds = []
     for sensors in (None, usual(ship)):
@@ -368,6 +372,7 @@ def test_no_log_is_written_over_and_none_is_left_behind(tmp_path, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["w.nmea"]
 
 
+@pytest.mark.slow
 def test_a_run_as_fast_as_possible_and_one_that_fails(tmp_path, capsys):
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "5", "--factor", "inf"]
     assert main(["steer", "kvlcc2", *options]) == 0
@@ -413,6 +418,7 @@ def messages(log) -> list:
     return found
 
 
+@pytest.mark.slow
 def test_a_transponder_has_a_number_and_tells_name_and_size(tmp_path, capsys):
     log = tmp_path / "w.nmea"
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "400", "--factor", "inf", "--rate", "1"]

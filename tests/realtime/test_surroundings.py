@@ -30,7 +30,9 @@ def test_every_step_has_the_weather_of_the_whole_run(weather, monkeypatch):
     np.testing.assert_array_equal(np.array([around.at(k) for k in range(800)]), whole)
 
 
-@pytest.mark.parametrize("weather", [WIND, MEASURED, Gust(MEASURED, seed=1)], ids=["gusts", "measured", "both"])
+@pytest.mark.parametrize("weather", [
+    WIND, MEASURED, pytest.param(Gust(MEASURED, seed=1), marks=pytest.mark.slow),
+], ids=["gusts", "measured", "both"])  # fmt: skip
 def test_from_anywhere_it_is_the_same_to_the_last_bit(weather, monkeypatch):
     monkeypatch.setattr(surroundings, "_AHEAD", 50.0)
     around = Surroundings(weather, DT)

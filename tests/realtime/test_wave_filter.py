@@ -34,6 +34,7 @@ def test_a_wave_at_its_frequency_is_taken_out() -> None:
         assert left < 0.12, omega
 
 
+@pytest.mark.slow
 def test_a_slow_turn_passes_late_by_the_delay_of_three_notches() -> None:
     turned = through(0.01 * T)
     delay = sum(2.0 * 0.9 / (place * 0.8) for place in (0.63, 1.0, 1.6))
@@ -46,6 +47,7 @@ def test_a_steady_heading_and_rate_pass_at_once() -> None:
         assert one.step(1.2, 0.01, DT) == pytest.approx((1.2, 0.01), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_through_south_nothing_jumps() -> None:
     away = through(np.mod(3.1 + 0.001 * T + math.pi, 2.0 * math.pi) - math.pi)
     assert np.abs(np.diff(away)).max() < 0.001

@@ -211,6 +211,7 @@ def test_an_answer_to_each_heading_is_no_flood_where_time_runs_a_hundred_times_a
     other.close()
 
 
+@pytest.mark.slow
 def test_sources_behind_one_gateway_have_line_numbers_of_their_own():
     intake = Intake()
     for k in range(20):

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from network_trials import untrained
 from seatrial.data import Trial
@@ -52,6 +53,7 @@ def test_a_panel_has_the_models_with_all_of_the_other_kinds() -> None:
     assert math.isclose(spread, 0.2 / math.sqrt(2.0))
 
 
+@pytest.mark.slow
 def test_what_is_not_fitted_yet_is_left_out() -> None:
     done = table(all=(0.2,), none=(2.0,))
     assert [p[0] for p in lines(series(*ERRORS), done)["random"]["random"]["a model"]] == [0.0, 60.0]

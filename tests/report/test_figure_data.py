@@ -10,6 +10,7 @@ import math
 import re
 
 import numpy as np
+import pytest
 from matplotlib.figure import Figure
 
 from seatrial.report import figures
@@ -34,6 +35,7 @@ def drawn() -> Figure:
     return fig
 
 
+@pytest.mark.slow
 def test_the_file_holds_what_is_drawn_and_no_rules() -> None:
     _, address = taken(figures.svg(drawn(), "x"))
     rows = numbers(address)
@@ -47,6 +49,7 @@ def test_the_file_holds_what_is_drawn_and_no_rules() -> None:
     assert [(row["x"], row["y"]) for row in rows if row["series"] == "peaks"] == [("0.25", "7")]
 
 
+@pytest.mark.slow
 def test_a_figure_has_a_link_named_by_its_caption_and_the_drawing_keeps_no_copy() -> None:
     html = figure(figures.svg(drawn(), "x"), "Track, north up")
     assert 'download="track-north-up.csv.gz"' in html
@@ -59,6 +62,7 @@ def test_a_figure_without_numbers_has_no_link() -> None:
     assert "href" not in figure("<svg></svg>", "a drawing by hand")
 
 
+@pytest.mark.slow
 def test_the_same_figure_gives_the_same_bytes() -> None:
     assert figures.svg(drawn(), "x") == figures.svg(drawn(), "x")
 

@@ -125,6 +125,7 @@ def test_the_errors_are_those_of_the_evaluator(series: Series, tmp_path: Path) -
     )
 
 
+@pytest.mark.slow
 def test_a_hybrid_without_residual_is_called_so(series: Series) -> None:
     bare = replace(standing("true", 1.0), title="a hybrid", members=(one_member(),), width=0.0,
                    errors={name: np.array([1.0]) for name in ("turning", "berthing", TOGETHER)})  # fmt: skip
@@ -151,6 +152,7 @@ def test_epochs_are_whole_numbers() -> None:
     assert ticks == ["1", "2", "3"]
 
 
+@pytest.mark.slow
 def test_losses_close_to_each_other_are_told_in_digits() -> None:
     history = np.array([[k, 0.1914 + 1e-4 * k, math.nan, 0.0] for k in (1, 2, 3)])
     drawn = validation(replace(standing("a", 1.0), members=(replace(one_member(), history=history),)))
@@ -168,6 +170,7 @@ def test_what_each_fit_took_wraps(series: Series, tmp_path: Path) -> None:
     assert '<h2>Cost of each fit</h2><div class="wrap">' in html
 
 
+@pytest.mark.slow
 def test_the_legend_of_all_seeds_has_titles(series: Series, tmp_path: Path) -> None:
     drawn = seeds(judged(series, tmp_path).standings[:2], "turning")
     assert ">what made them</text>" in drawn

@@ -111,6 +111,7 @@ def test_noise_has_its_variance_and_is_white_and_without_mean():
     assert abs(np.corrcoef(x[1:], x[:-1])[0, 1]) < 4.0 / math.sqrt(n)
 
 
+@pytest.mark.slow
 def test_north_and_east_err_on_their_own():
     told = [r.values for _, r in said(Gnss(rate=100.0, position=Errors(noise=2.0)), 100.0)]
     x, y = (np.array([v[name] for v in told]) for name in "xy")
@@ -193,7 +194,7 @@ def test_a_bias_that_is_called_back_has_the_same_variance_at_any_rate(rate):
     assert x[50:].var() == pytest.approx(0.5, rel=4.0 * math.sqrt(2.0 / independent))
 
 
-@pytest.mark.parametrize(("rate", "dt"), [(1.0, 1.0), (10.0, 1.0), (10.0, 0.1)])
+@pytest.mark.parametrize(("rate", "dt"), [(1.0, 1.0), (10.0, 1.0), pytest.param(10.0, 0.1, marks=pytest.mark.slow)])
 def test_outages_are_as_frequent_where_the_steps_are_slower_than_the_instrument(rate, dt):
     gyro = RateGyro(rate=rate, outage_every=20.0, outage_length=1e-9)
     asked = round(4000.0 / dt)
@@ -203,6 +204,7 @@ def test_outages_are_as_frequent_where_the_steps_are_slower_than_the_instrument(
     assert lost == pytest.approx(expected, abs=4.0 * math.sqrt(expected))
 
 
+@pytest.mark.slow
 def test_noise_makes_no_speed_negative_and_of_no_wind_and_no_way_any_direction():
     still = [r.values for _, r in said(Gnss(rate=10.0, velocity=Errors(noise=0.05), speed_quantum=0.05), 400.0)]
     calm = [r.values for _, r in said(Anemometer(rate=10.0, wind=Errors(noise=0.3), speed_quantum=0.1), 400.0)]

@@ -65,8 +65,8 @@ def test_a_moment_as_ordered_is_not_called_a_rudder():
 @pytest.mark.parametrize(
     ("name", "number", "words"),
     [
-        ("qiuxin5", "4", "added mass in surge"),
-        ("cybership2", "4", "gains energy"),
+        pytest.param("qiuxin5", "4", "added mass in surge", marks=pytest.mark.slow),
+        pytest.param("cybership2", "4", "gains energy", marks=pytest.mark.slow),
         ("esso_190k_tanker", "2", "yaw is not damped, at 0 U"),
         ("modified_abkowitz_kvlcc2_l7", "1", "not valid at rest, but from 0.3 to 1.42 m/s"),
     ],

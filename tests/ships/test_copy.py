@@ -67,6 +67,7 @@ def test_each_number_has_its_meaning_and_what_is_left_out_is_offered(tmp_path):
     assert values(load(tmp_path / "boat.toml").model)["thrusters.port.T_nu"] == 0.5
 
 
+@pytest.mark.slow
 def test_every_offered_number_of_the_library_can_be_set(tmp_path):
     for name in ("kvlcc2", "esso_osaka_3m_harbour", "twin_virtual", "mariner", "otter"):
         path = tmp_path / f"{name}_2.toml"

@@ -23,6 +23,7 @@ from seatrial.ships.formulas import Particulars, added_mass, hull, propeller, re
 from seatrial.ships.formulas.reading import read_particulars
 from seatrial.simulate.run import approach, simulate
 from seatrial.workflow import RequestError
+from tiers import slow_but
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples" / "particulars"
@@ -265,7 +266,7 @@ class TestShip:
             assert back.entries[path].source != "not given"
         assert float(back.actuators.of("delta").high) == pytest.approx(math.radians(35.0))  # type: ignore[attr-defined]
 
-    @every_ship
+    @pytest.mark.parametrize("name", slow_but(NAMES, "kcs"))
     def test_turns_and_zigzags(self, name: str) -> None:
         ship = estimate(EXAMPLES / f"{name}.toml").ship
         _, n_P = approach(ship)
@@ -355,6 +356,7 @@ class TestBadFiles:
 
 
 class TestCommand:
+    @pytest.mark.slow
     def test_writes_and_shows(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         command(EXAMPLES / "kcs.toml", tmp_path / "ship.toml", json=False)
         told = capsys.readouterr()

@@ -89,6 +89,7 @@ def test_roll_period_and_its_inverse() -> None:
     assert height_by_period(25.4, 8.5, 175.0, period(25.4, 8.5, 175.0, 0.3)) == pytest.approx(0.3)
 
 
+@pytest.mark.slow
 def test_a_ship_gets_roll(tmp_path: Path) -> None:
     """KVLCC2 with bilge keels: period of the formula, heel out of the turn by its balance, damping that ends a roll."""
     plain, stability = load("kvlcc2"), Stability(GM=5.7, KG=18.6, C_m=0.998, b_BK=0.6, l_BK=90.0)

@@ -34,6 +34,7 @@ def missed(predicted: Trial, made: Trial) -> np.ndarray:
     return (((predicted.stack(*STATES) - made.stack(*STATES)) / size) ** 2)[late].sum(axis=1)
 
 
+@pytest.mark.slow
 def test_a_right_model_carries_nothing_on() -> None:
     made = trial(blown=False)
     carried = Carrier.of(SHIP, 60.0).replay(made, restart=30.0)

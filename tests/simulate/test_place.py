@@ -117,6 +117,7 @@ def test_a_ship_comes_to_lie_on_its_fenders_and_the_run_has_figures() -> None:
     assert found["berthing_energy"].value > 0.0
 
 
+@pytest.mark.slow
 def test_off_the_fenders_there_are_no_figures_and_no_force() -> None:
     trial, place = run(vessel(), quay(), (250.0, -60.0, 0.0, 0.0, 0.0, 0.0), 20.0)
     assert contact_indices(trial, vessel(), place) == {}
@@ -171,12 +172,14 @@ def test_what_cannot_sail_on_a_chart_is_refused() -> None:
             place_of(vessel(), canal(), hull=hull)
 
 
+@pytest.mark.slow
 def test_a_chart_on_a_device_is_refused() -> None:
     place = place_of(vessel(), canal())
     with pytest.raises(DeviceError, match=r"processor|driver|extra"):
         simulator(closed_loop(vessel(), Given(), 0.5, place), device="cuda")
 
 
+@pytest.mark.slow
 def test_under_keel_clearance_and_its_alarm() -> None:
     ship = vessel()
     trial, _ = run(ship, canal(), (0.0, 0.0, 0.0, 6.0, 0.0, 0.0), 20.0)

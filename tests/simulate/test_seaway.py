@@ -55,6 +55,7 @@ def test_variance_of_an_hour_is_that_of_spectrum_and_operator(spectrum: Ittc | J
         assert found == pytest.approx(integral(rao, spectrum, math.radians(chi), mode), rel=0.03), name
 
 
+@pytest.mark.slow
 def test_the_mean_course_does_not_drift() -> None:
     run = straight(0.3)
     seen = in_waves(run, Sea(Jonswap(4.0, 10.0), 1.0, seed=3), ship())
@@ -90,6 +91,7 @@ def test_long_waves_carry_the_ship_along() -> None:
     assert seen["phi"] == pytest.approx(-(here - west) / 0.2, abs=1e-3)  # surface higher to starboard: heel to port
 
 
+@pytest.mark.slow
 def test_calm_water_changes_nothing() -> None:
     run = straight()
     seen = in_waves(run, Sea(Ittc(0.0, 9.0)), ship())
@@ -97,6 +99,7 @@ def test_calm_water_changes_nothing() -> None:
         assert np.array_equal(seen[name], run[name]), name
 
 
+@pytest.mark.slow
 def test_a_model_that_heels_keeps_its_heel() -> None:
     run = straight().having(phi=np.full(7200, 0.1), p=np.zeros(7200))
     seen = in_waves(run, Sea(Ittc(2.0, 9.0), 1.0), ship())

@@ -81,6 +81,7 @@ def test_approach_without_a_balance_says_so(l7: Any) -> None:
         approach(l7, n_P=1e4)
 
 
+@pytest.mark.slow
 def test_a_current_only_carries_the_ship_along(l7: Any) -> None:
     """To the error of RK4, which does not know the two frames are one: a fine step brings it below 1e-9."""
     policy, current = Turning(n_P=11.85, delta=0.4), Uniform(U_C=0.1, gamma_C=0.0)
@@ -91,6 +92,7 @@ def test_a_current_only_carries_the_ship_along(l7: Any) -> None:
     assert moved["r"] == pytest.approx(still["r"], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_port_mirrors_starboard_where_the_ship_is_symmetric(l7: Any) -> None:
     model = update(l7.model, {"rudder.gamma_Rn": l7.model.rudder.gamma_Rp, "propeller.C_2n": l7.model.propeller.C_2p})
     ship = replace(l7, model=model)

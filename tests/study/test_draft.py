@@ -66,6 +66,7 @@ def test_some_of_each_kind_are_held_out_whole(folder: Path, tmp_path: Path) -> N
     assert found.notes == ("straight: one recording only, for training; nothing of this kind judges the model",)
 
 
+@pytest.mark.slow
 def test_later_means_recorded_later(runs: dict[str, Trial], tmp_path: Path) -> None:
     """The start in the sidecar decides, whatever the names."""
     starts = {"zigzag_a": "2024-05-03T12:00:00+00:00", "zigzag_b": "2024-05-01T12:00:00+02:00",
@@ -74,6 +75,7 @@ def test_later_means_recorded_later(runs: dict[str, Trial], tmp_path: Path) -> N
     assert made(written(some, tmp_path / "logs"), tmp_path).test["zigzag"] == ("zigzag_a",)
 
 
+@pytest.mark.slow
 def test_each_side_is_in_both_sets(runs: dict[str, Trial], tmp_path: Path) -> None:
     """Three turns to either side, those to port the later ones."""
     some: dict[str, Trial] = {}

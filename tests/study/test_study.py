@@ -120,6 +120,7 @@ def test_extrapolation_is_asked_for_in_the_data(study) -> None:
     assert read_study(study(STUDY.replace("[data]", "[data]\nextrapolate = true"))).problem.extrapolate
 
 
+@pytest.mark.slow
 def test_whatever_changes_the_report_of_a_run_changes_its_digest(study, monkeypatch: pytest.MonkeyPatch) -> None:
     kept_back = STUDY.replace('validation = ["turn_b*"]', 'test = ["turn_b"]')
     texts = (STUDY, kept_back, STUDY + "[report]\nrestart = 10\n", STUDY.replace("ship =", 'title = "A"\nship ='))
@@ -173,6 +174,7 @@ estimator = { type = "multistart:MultiStart" }
 """
 
 
+@pytest.mark.slow
 def test_suspects_of_a_table_are_for_the_fits_that_are_asked_for(study) -> None:
     path = study(TABLE)
     with pytest.raises(StudyError, match=r"fits\.unable: --free-suspects needs"):

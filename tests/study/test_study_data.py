@@ -83,6 +83,7 @@ def test_scaling_is_by_froude_and_recorded(folder: Path) -> None:
     assert "thrust" in study(folder, STUDY).test[0]
 
 
+@pytest.mark.slow
 def test_without_the_step_lint_refuses_the_other_scale(folder: Path) -> None:
     found = study(folder, STUDY.replace('scale_to = "ship"', ""))
     errors = [i for i in lint(found.problem, found.test) if i.severity == "error"]
@@ -143,6 +144,7 @@ def test_a_study_reads_what_import_reads(folder: Path) -> None:
         assert trial["delta"] == pytest.approx(-np.radians(run["delta"]))
 
 
+@pytest.mark.slow
 def test_a_study_reads_folders_of_topics_by_a_mapping(folder: Path, tmp_path: Path) -> None:
     """Each folder is one trial of that name; where the mapping cuts the logs, the trials are those of the cuts."""
     run = simulate(load("kvlcc2_l7"), Turning(10.0, 0.3), duration=20, dt=0.1, name="run")

@@ -28,6 +28,7 @@ def trials():
     return {trial.name: trial for trial in document().run()}
 
 
+@pytest.mark.slow
 def test_the_study_is_that_of_the_paper(tmp_path):
     path = tmp_path / "suyama2023.toml"
     path.write_text(SHORT)
@@ -42,6 +43,7 @@ def test_the_study_is_that_of_the_paper(tmp_path):
     assert study.title
 
 
+@pytest.mark.slow
 def test_the_log_holds_states_and_orders_and_nothing_else(trials):
     for name, trial in trials.items():
         assert set(trial.channels) == {"x", "y", "psi", "u", "v_m", "r", "n_P", "delta"}
@@ -59,6 +61,7 @@ def test_the_rudder_lags_behind_its_order():
     assert angle[[2, 4]] == pytest.approx(1.0 - np.exp(-0.5 * np.array([1.95, 3.95])), abs=0.01)
 
 
+@pytest.mark.slow
 def test_noise_is_of_the_size_told_and_in_the_first_sample_too(trials):
     clean = {t.name: t for t in replace(document(), sensors=Sensors()).run()}
     for channel, sigma in (("x", 1.0), ("y", 1.0), ("psi", math.radians(0.2))):

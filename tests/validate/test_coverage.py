@@ -36,6 +36,7 @@ def train() -> list[Trial]:
     return [wandering(seed) for seed in range(8)]
 
 
+@pytest.mark.slow
 def test_more_of_the_same_is_inside(train):
     reference = Reference.of(train)
     shares = [coverage(reference, wandering(seed)).share for seed in range(20, 25)]
@@ -149,6 +150,7 @@ def test_the_command_compares_with_a_training_set(tmp_path: Path, train, capsys)
     assert status in (0, 1)
 
 
+@pytest.mark.slow
 def test_the_command_names_both_files_of_an_overlap(tmp_path: Path, train, capsys):
     (tmp_path / "new").mkdir()
     (tmp_path / "train").mkdir()
@@ -168,6 +170,7 @@ def test_a_page_needs_something_to_compare_with(tmp_path: Path, train, capsys):
     assert ".html" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_search_is_prepared_once_however_many_files_there_are(train, monkeypatch):
     """A tree of all training samples for each file made the time grow with the square of the files."""
     from scipy import spatial

@@ -61,6 +61,7 @@ def test_a_sound_log_is_hardly_changed_and_a_known_current_is_not_estimated() ->
     assert all(abs(size) < 4.0 * found.sigma[name] for name, size in found.found.items())
 
 
+@pytest.mark.slow
 def test_errors_of_the_model_do_not_pass_for_a_strong_current() -> None:
     """A model that turns a third less: nothing is estimated, and the prediction starts from the readings."""
     model = SHIP.model

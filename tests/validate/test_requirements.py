@@ -19,6 +19,7 @@ from seatrial.ships.files import load
 from seatrial.validate.requirements import Judgement
 from seatrial.validate.requirements.probe import Probe
 from seatrial.validate.requirements.scopes import BERTHING, COLLISION_AVOIDANCE, FUNCTIONAL, checked, judge
+from tiers import slow_but
 
 
 class Clock:
@@ -133,6 +134,7 @@ def test_a_rudder_of_the_wrong_sign_fails() -> None:
     assert item(wrong, "5").verdict == "fail"
 
 
+@pytest.mark.slow
 def test_thrusters_without_loss_fail() -> None:
     ship = load("esso_osaka_3m_harbour")
     model: Mmg = ship.model  # type: ignore[assignment]
@@ -163,6 +165,7 @@ def test_no_wind_force_fails_and_calm_is_as_published() -> None:
     assert kvlcc2.model.derivative(state, control, CALM) == pytest.approx(published, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_a_wind_that_blows_to_windward_is_found_out() -> None:
     ship = load("esso_osaka_3m")
     wind = [f"wind.{name}" for name in ("Y_1", "Y_3", "Y_5")]
@@ -179,6 +182,7 @@ class Sliding(Probe):
         return trial.having(v_m=-trial["v_m"])
 
 
+@pytest.mark.slow
 def test_a_bow_outside_the_turn_is_found_out() -> None:
     ship = load("esso_osaka_3m")
     check = next(i.check for i in FUNCTIONAL if i.number == "1f")
@@ -268,7 +272,7 @@ def test_ships_whose_hull_rolls_are_judged_too(name: str) -> None:
     assert len(found.rows) == 11
 
 
-@pytest.mark.parametrize("name", ["supply_76m", "supply_83m", "cybership2", "otter"])
+@pytest.mark.parametrize("name", slow_but(["supply_76m", "supply_83m", "cybership2", "otter"], "cybership2"))
 def test_no_side_force_of_a_rudder_is_asked_of_a_ship_without_one(name: str) -> None:
     from seatrial.validate.requirements.steering import turning
 

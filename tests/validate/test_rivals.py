@@ -94,6 +94,7 @@ def test_trials_are_sailed_each_in_its_own_way(tmp_path):
     assert all(len(n) == 33 for n, _ in pulled.values())
 
 
+@pytest.mark.slow
 def test_a_hybrid_begins_with_what_the_log_before_tells():
     bare = load("esso_osaka_3m_hybrid")
     hybrid = bare.having({"drift_along": 0.02, "residual_Y.d_n_N": 0.2})

@@ -45,6 +45,7 @@ def test_bands_of_a_wrong_model_are_seen_to_fail(trials: list[Trial]) -> None:
     assert wrong.error["position"] > 2.0 * right.error["position"]
 
 
+@pytest.mark.slow
 def test_a_wide_posterior_covers_what_it_is_off_by(trials: list[Trial]) -> None:
     assert np.mean([*rows(trials, 0.2, off=0.1)[-1].held.values()]) >= 0.9
 

@@ -42,6 +42,7 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return err.strip().splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_a_model_without_a_calibration_says_which_command_makes_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -75,6 +75,7 @@ def test_beyond_its_trials_a_calibrated_ship_is_refused_or_says_so(run: Path) ->
     assert any("no left-out trial has tested the bands there" in line for line in found.sailed.caveats)
 
 
+@pytest.mark.slow
 def test_a_calibration_of_another_fit_and_a_level_it_cannot_show_are_refused(run: Path) -> None:
     path = calibrated(run)
     with pytest.raises(RequestError, match="24 recordings, and at least 99 are needed"):

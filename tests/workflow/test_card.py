@@ -50,6 +50,7 @@ def run(tmp_path: Path) -> Path:
     return saved(tmp_path / "run", fit, test=[read[made[2].name]], file=str(study), text=STUDY)
 
 
+@pytest.mark.slow
 def test_a_card_judges_what_the_study_keeps_back(run: Path, tmp_path: Path) -> None:
     page = tmp_path / "card.html"
     assert main(["card", str(run), "-o", str(page), "--json"]) == 0
@@ -69,6 +70,7 @@ def test_a_card_judges_what_the_study_keeps_back(run: Path, tmp_path: Path) -> N
     assert "Signature" in page.read_text()
 
 
+@pytest.mark.slow
 def test_trials_that_have_vanished_leave_a_card_without_errors(run: Path, tmp_path: Path) -> None:
     shutil.rmtree(tmp_path / "trials")
     found = card(str(run)).result
@@ -79,6 +81,7 @@ def test_trials_that_have_vanished_leave_a_card_without_errors(run: Path, tmp_pa
     assert any("no unseen trial" in line for line in document["must_not"])  # type: ignore[union-attr]
 
 
+@pytest.mark.slow
 def test_one_vanished_or_altered_trial_is_named(run: Path, tmp_path: Path) -> None:
     kept = tmp_path / "trials" / "turning_25_+1.csv"
     one = read_trials([kept])[0]
@@ -91,6 +94,7 @@ def test_one_vanished_or_altered_trial_is_named(run: Path, tmp_path: Path) -> No
     assert any("zigzag_20" in line for line in card(str(run)).result.missing)
 
 
+@pytest.mark.slow
 def test_a_study_that_was_changed_judges_nothing(run: Path, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(STUDY.replace("turning_25*", "turning_35*"))
     assert "has changed since the fit" in card(str(run)).result.missing[0]
@@ -110,6 +114,7 @@ def test_a_renamed_trial_of_the_fit_is_not_unseen(run: Path, tmp_path: Path) -> 
     assert found.missing == ("left out, as the fit used them: new",)
 
 
+@pytest.mark.slow
 def test_a_fit_of_before_ranges_were_kept_has_a_card_but_no_bands(run: Path) -> None:
     file = run.with_name("fit.json")
     document = json.loads(file.read_text())
@@ -122,6 +127,7 @@ def test_a_fit_of_before_ranges_were_kept_has_a_card_but_no_bands(run: Path) -> 
         simulate_with_bands(str(run), "turning", 95.0)
 
 
+@pytest.mark.slow
 def test_a_fit_without_a_covariance_has_errors_without_bands(run: Path) -> None:
     file = run.with_name("fit.json")
     write_summary(file.parent, {**json.loads(file.read_text()), "covariance": [[None] * 3] * 3})
@@ -222,6 +228,7 @@ def test_left_out_trials_widen_bands_and_give_them_beyond_the_trials(run: Path) 
     assert widths[1] > 2.0 * widths[0]
 
 
+@pytest.mark.slow
 def test_no_left_out_trial_tells_of_other_surroundings(run: Path) -> None:
     file = left_out(run).with_name("fit.json")
     document = json.loads(file.read_text())
@@ -265,6 +272,7 @@ def test_bands_that_are_too_narrow_are_seen_on_unseen_trials_and_forbidden(run: 
     assert any(line.startswith("with its bands as a margin") for line in found["must_not"])
 
 
+@pytest.mark.slow
 def test_a_model_without_calibration_has_no_bands_that_were_held_against_errors(run: Path, tmp_path: Path) -> None:
     page = tmp_path / "card.html"
     assert main(["card", str(run), "-o", str(page), "--json"]) == 0
@@ -272,6 +280,7 @@ def test_a_model_without_calibration_has_no_bands_that_were_held_against_errors(
     assert "seatrial calibrate MODEL" in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_calibration_of_another_fit_makes_no_card(run: Path, tmp_path: Path) -> None:
     calibrated(run)
     beside = run.with_suffix(".bands.json")

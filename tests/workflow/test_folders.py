@@ -35,6 +35,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return at
 
 
+@pytest.mark.slow
 def test_kinds_overlaps_and_wrong_sidecars_are_told(folder: Path, capsys) -> None:
     assert main(["trials", str(folder), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
@@ -86,6 +87,7 @@ def test_the_page_draws_every_recording_north_up(folder: Path, tmp_path: Path) -
     assert json.loads(page.with_suffix(".json").read_text())["counts"] == {"zigzag": 2, "turning": 1, "straight": 1}
 
 
+@pytest.mark.slow
 def test_without_positions_there_is_no_track(tmp_path: Path) -> None:
     t = np.arange(0.0, 200.0)
     trial = Trial("waves", t, {"r": 0.02 * np.sin(t / 5), "phi": 0.05 * np.sin(t / 3), "delta": 0.03 * np.cos(t / 7)})

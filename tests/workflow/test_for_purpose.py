@@ -67,6 +67,7 @@ def test_the_page_has_the_verdict_the_intervals_and_the_sources(logs: Path, tmp_
     assert json.loads(page.with_suffix(".json").read_text())["fitness"]["limits"]["overshoot"]["why"]
 
 
+@pytest.mark.slow
 def test_a_limit_may_be_set_by_the_user(logs: Path, capsys) -> None:
     strict = ended(capsys, "esso_osaka_3m", str(logs / "turn_0.csv"), *SEA, "--limit", "heading=0.001", "--json")[1]
     limit = json.loads(strict)["fitness"]["limits"]["heading"]

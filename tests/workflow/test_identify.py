@@ -104,6 +104,7 @@ def test_identify_returns_fit_document_and_summary_and_prints_nothing(
         identify(changed, out)
 
 
+@pytest.mark.slow
 def test_validate_predict_and_check_return_values(
     study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

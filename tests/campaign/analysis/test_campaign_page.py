@@ -89,6 +89,7 @@ def test_a_run_of_the_page_is_replayed(saltelli: Folder, capsys: pytest.CaptureF
     assert math.radians(value) == pytest.approx(said["criteria"][0]["worst"][0]["value"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_missing_parts_are_named_and_cut_no_block(saltelli: Folder, tmp_path: Path) -> None:
     import shutil
 

@@ -34,6 +34,7 @@ def sampled(design: str, runs: int) -> Array:
     return Input("uniform", (-math.pi, math.pi)).of(cube)
 
 
+@pytest.mark.slow
 def test_the_shares_of_ishigami() -> None:
     pytest.importorskip("SALib")
     found = saltelli(NAMES, ishigami(sampled("saltelli", 4096 * 5)))
@@ -57,6 +58,7 @@ def test_the_order_of_runs_is_that_of_salib() -> None:
             np.testing.assert_array_equal(block[1 + i], mixed)
 
 
+@pytest.mark.slow
 def test_another_order_of_runs_gives_other_shares() -> None:
     pytest.importorskip("SALib")
     values = ishigami(sampled("saltelli", 4096 * 5)).reshape(-1, 5)

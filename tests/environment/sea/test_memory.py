@@ -15,6 +15,7 @@ from seatrial.environment.sea.hydrodynamics import Hydrodynamics
 from seatrial.environment.sea.memory import LATERAL, LONGITUDINAL, fitted
 from seatrial.environment.sea.reading import read_hydrodynamics, read_rao
 from seatrial.environment.sea.spectra import GRAVITY
+from tiers import slow_but
 
 HERE = Path(__file__).parent
 OMEGA = np.linspace(0.1, 4.0, 60)
@@ -117,7 +118,7 @@ def test_a_hemisphere_has_the_coefficients_of_theory() -> None:
     assert fitted(data, LONGITUDINAL).A_inf[1, 1] / m == pytest.approx(0.5, rel=0.02)
 
 
-@pytest.mark.parametrize("name", ["wigley", "box", "hemisphere"])
+@pytest.mark.parametrize("name", slow_but(["wigley", "box", "hemisphere"], "wigley"))
 def test_damping_is_the_energy_of_the_waves_excited(name: str) -> None:
     """Haskind and Newman: B = k / (8 pi rho g c_g) int |F|^2 d beta; mixed conventions or units would break it."""
     pytest.importorskip("h5netcdf")
@@ -138,9 +139,12 @@ def test_damping_is_the_energy_of_the_waves_excited(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "omega", "beta", "wanted"),
     [
-        ("wigley", 3, 90.0, (1.00259, 0.0223034, 1.28949e-06)), ("wigley", 6, 135.0, (0.734002, 0.447851, 0.0317914)),
-        ("wigley", 9, 157.5, (0.0976325, 0.049053, 0.017464)), ("box", 6, 135.0, (0.993446, 0.0865521, 0.0345394)),
-        ("box", 9, 135.0, (1.05892, 0.0356884, 0.0843695)), ("box", 12, 180.0, (0.103918, 0.0, 0.0389171)),
+        ("wigley", 3, 90.0, (1.00259, 0.0223034, 1.28949e-06)),
+        pytest.param("wigley", 6, 135.0, (0.734002, 0.447851, 0.0317914), marks=pytest.mark.slow),
+        pytest.param("wigley", 9, 157.5, (0.0976325, 0.049053, 0.017464), marks=pytest.mark.slow),
+        pytest.param("box", 6, 135.0, (0.993446, 0.0865521, 0.0345394), marks=pytest.mark.slow),
+        ("box", 9, 135.0, (1.05892, 0.0356884, 0.0843695)),
+        pytest.param("box", 12, 180.0, (0.103918, 0.0, 0.0389171), marks=pytest.mark.slow),
     ],
 )  # fmt: skip
 def test_operators_are_those_of_capytaine(name: str, omega: int, beta: float, wanted: tuple[float, ...]) -> None:
@@ -162,6 +166,7 @@ def test_operators_under_way_are_those_at_the_frequency_of_encounter() -> None:
     assert np.abs(moving.R[0, ahead, 2]) == pytest.approx(1.0, abs=0.02)  # long waves are followed all the same
 
 
+@pytest.mark.slow
 def test_another_point_of_reference_is_the_same_body() -> None:
     """There and back gives the same numbers, and the motion of a point does not depend on where it is solved."""
     pytest.importorskip("h5netcdf")
@@ -192,6 +197,7 @@ def test_coefficients_that_are_refused(spoil: object, said: str) -> None:
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.slow
 def test_noise_is_no_memory() -> None:
     data = manufactured(((block(2.0, 0.4, 3.0), 0.3, 1.1),), block(4.0, 0.2, 5.0))
     rough = 1.0 + 0.5 * np.random.default_rng(1).uniform(-1.0, 1.0, (60, 1, 1))

@@ -78,6 +78,7 @@ def test_names_of_the_body_before_the_motions(tmp_path: Path) -> None:
     assert read_rao(tmp_path / "a.nc").R.shape == (OMEGA.size, 8, 6)
 
 
+@pytest.mark.slow
 def test_further_damping_is_a_share_of_the_critical_one(tmp_path: Path) -> None:
     """At its natural frequency an oscillator without damping of its own moves by F / (2 zeta C)."""
     own = ("radiating_dof", "influenced_dof")
@@ -96,18 +97,21 @@ def test_further_damping_is_a_share_of_the_critical_one(tmp_path: Path) -> None:
         read_rao(tmp_path / "roll.nc", 5.0)
 
 
+SLOW = pytest.mark.slow
+
+
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (lambda d: d.drop_vars("inertia_matrix"), "no inertia_matrix"),
-        (lambda d: d.drop_vars("excitation_force"), "no excitation_force"),
-        (lambda d: d.assign_coords(wave_direction=np.degrees(WD)), "convert degrees"),
-        (lambda d: d.isel(wave_direction=[0, 1, 2]), "no directions between 90 and 270"),
-        (lambda d: d.assign(added_mass=d.added_mass.where(d.omega > 0.5)), "gaps"),
-        (lambda d: d.assign_coords(omega=OMEGA - OMEGA[0]), "no motion"),
+        pytest.param(lambda d: d.drop_vars("inertia_matrix"), "no inertia_matrix", marks=SLOW),
+        pytest.param(lambda d: d.drop_vars("excitation_force"), "no excitation_force", marks=SLOW),
+        pytest.param(lambda d: d.assign_coords(wave_direction=np.degrees(WD)), "convert degrees", marks=SLOW),
+        pytest.param(lambda d: d.isel(wave_direction=[0, 1, 2]), "no directions between 90 and 270", marks=SLOW),
+        pytest.param(lambda d: d.assign(added_mass=d.added_mass.where(d.omega > 0.5)), "gaps", marks=SLOW),
+        pytest.param(lambda d: d.assign_coords(omega=OMEGA - OMEGA[0]), "no motion", marks=SLOW),
         (lambda d: d.assign_coords(complex=["a", "b"]), "labels re and im"),
-        (lambda d: d.rename({"radiating_dof": "dof"}), "no dimension radiating_dof"),
-        (lambda d: d.expand_dims({"water_depth": [10.0, 20.0]}), "2 values of water_depth"),
+        pytest.param(lambda d: d.rename({"radiating_dof": "dof"}), "no dimension radiating_dof", marks=SLOW),
+        pytest.param(lambda d: d.expand_dims({"water_depth": [10.0, 20.0]}), "2 values of water_depth", marks=SLOW),
     ],
 )
 def test_a_data_set_that_is_refused(tmp_path: Path, spoil: object, said: str) -> None:

@@ -49,6 +49,7 @@ def test_waves_have_the_variance_of_the_spectrum() -> None:
     assert sea.moments.m0 == pytest.approx(1.0, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_an_hour_at_one_place_has_the_height_of_the_spectrum() -> None:
     t = np.arange(0.0, 3600.0, 0.5)
     for seed in range(3):

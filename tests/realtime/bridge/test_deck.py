@@ -146,6 +146,7 @@ def test_a_silent_commander_is_reported_while_orders_hold(compiled: Compiled) ->
     assert frame["ord"]["delta"] == pytest.approx(0.1)
 
 
+@pytest.mark.slow
 def test_a_zigzag_on_the_bridge_has_the_figures_of_the_simulated_one(compiled: Compiled) -> None:
     bridge, loop = deck(compiled)
     assert bridge.ask("A", {"do": "drill", "name": "zigzag"}) == ""
@@ -187,6 +188,7 @@ def test_a_recording_is_a_trial_that_runs_again(compiled: Compiled, tmp_path: Pa
     assert bridge.close() == []
 
 
+@pytest.mark.slow
 def test_a_ghost_of_the_same_run_lies_under_the_ship(compiled: Compiled) -> None:
     policy = Turning(N_P, math.radians(20.0))
     trial = simulate(SHIP, policy, speed=SHIP.speed, duration=60.0, dt=0.05)
@@ -233,6 +235,7 @@ def test_a_page_loaded_later_learns_the_way_so_far(compiled: Compiled) -> None:
     assert bridge.frame()["t"] == 0.0
 
 
+@pytest.mark.slow
 def test_a_ship_that_blew_up_stays_where_it_was_seen_last(compiled: Compiled) -> None:
     trial = simulate(SHIP, Turning(N_P, math.radians(20.0)), speed=SHIP.speed, duration=60.0, dt=0.05)
     time = Time()
@@ -280,6 +283,7 @@ def test_the_telegraph_on_the_page_is_the_one_on_the_wire(compiled: Compiled) ->
     assert (told[0][1], told[-1][1]) == ("Navigation full", "Crash astern")
 
 
+@pytest.mark.slow
 def test_a_manoeuvre_under_way_is_saved_and_goes_on_when_restored(compiled: Compiled) -> None:
     bridge, loop = deck(compiled)
     plant = loop.vessels[OWN].plant

@@ -65,6 +65,7 @@ def ahead(path: Path, plant: Plant, draws: int | None = None, *, extrapolate: bo
     return made
 
 
+@pytest.mark.slow
 def test_the_path_is_what_the_ship_does_and_the_fan_widens(model: Path) -> None:
     plant = own(model)
     made = ahead(model, plant)
@@ -81,6 +82,7 @@ def test_the_path_is_what_the_ship_does_and_the_fan_widens(model: Path) -> None:
     assert rows[-1, 1:4] == pytest.approx([plant["x"], plant["y"], plant["psi"]], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_port_is_the_mirror_of_starboard(model: Path) -> None:
     port, starboard = (np.array(looked(model, side * 0.4)["rows"]) for side in (-1.0, 1.0))
     assert starboard[-1, 2] > 1.0
@@ -90,6 +92,7 @@ def test_port_is_the_mirror_of_starboard(model: Path) -> None:
     assert np.sign(port[-1, 5]) == -np.sign(starboard[-1, 5]) != 0.0
 
 
+@pytest.mark.slow
 def test_it_holds_as_many_ships_as_it_says(model: Path) -> None:
     """Other draws of the same posterior, by another integrator."""
     plant = own(model)
@@ -110,6 +113,7 @@ def test_it_holds_as_many_ships_as_it_says(model: Path) -> None:
     assert 0.92 <= inside.mean() <= 0.98
 
 
+@pytest.mark.slow
 def test_calibrated_bands_are_those_of_the_calibration(sure: Path) -> None:
     made = ahead(sure, own(sure))
     plant = own(sure)
@@ -128,6 +132,7 @@ def test_a_path_beyond_the_trials_has_no_bands(model: Path) -> None:
     assert ahead(model, plant, extrapolate=True).look(plant.snapshot())["why"] == ""
 
 
+@pytest.mark.slow
 def test_it_reaches_no_farther_than_its_bands_hold(sure: Path) -> None:
     plant = own(sure)
     known = ahead(sure, plant).known

@@ -57,6 +57,7 @@ def wind(deck: Deck, U_T: float, U_C: float = 0.0) -> str:
     return ask(deck, "around", U_T=U_T, gamma_T=1.5, U_C=U_C, gamma_C=0.0)
 
 
+@pytest.mark.slow
 def test_engine_orders_beyond_the_scale_are_clipped_and_marked() -> None:
     deck, loop = aboard()
     assert ask(deck, "order", name="n_P", value=99999.0) == ""
@@ -162,6 +163,7 @@ def test_a_recording_stays_in_its_folder_whatever_the_ship_is_called(tmp_path: P
     assert re.fullmatch(r"\w[\w.+-]*\.csv", path.name)
 
 
+@pytest.mark.slow
 def test_a_state_is_kept_and_the_run_continues_from_it_the_same() -> None:
     deck, loop = aboard(outfit=Outfit({"zigzag": lambda n: Zigzag(n, HARD, HARD)}, hold=1e6))
     assert "no state" in ask(deck, "back")

@@ -97,6 +97,7 @@ def test_a_long_history_is_thinned_and_ends_with_its_last_row(problem: Problem) 
     assert iterations == sorted(set(iterations))
 
 
+@pytest.mark.slow
 def test_telling_is_a_few_calls_however_long_the_fit(problem: Problem) -> None:
     """Nothing is predicted, formatted or looked through: the calls of a row, counted, are few and do not grow."""
     one, ship = Board("run").begin("fit", problem, None), with_values(SHIP, FREE, np.array([0.4, -0.2]))

@@ -53,6 +53,7 @@ def test_every_sentence_is_accepted_by_other_parsers_with_its_values():
         assert NMEAReader.parse(line + b"\r\n", validate=1).msgID == line[3:6].decode()
 
 
+@pytest.mark.slow
 def test_what_the_radar_tracks():
     stage, wire = on_wire(scene(FERRY, TUG))
     stage.loop.run(20.2)
@@ -75,6 +76,7 @@ def test_what_the_radar_tracks():
     assert (tll.targetlat, tll.targetlon) == (pytest.approx(lat, abs=2e-9 + half(7) / 60), pytest.approx(lon, abs=1e-8))
 
 
+@pytest.mark.slow
 def test_a_wrong_compass_turns_what_the_radar_reports_and_nothing_of_transponders():
     stage, wire = on_wire(scene(FERRY, faults=(Fault("jump", "gyro", 0.0, None, {"psi": 10.0 * DEG}),)))
     stage.loop.run(20.2)
@@ -85,7 +87,10 @@ def test_a_wrong_compass_turns_what_the_radar_reports_and_nothing_of_transponder
     assert report.course == pytest.approx(270.0, abs=0.06)
 
 
-@pytest.mark.parametrize(("other", "kinds"), [(FERRY, {1, 5}), (TUG, {2, 5}), (YACHT, {18, 24})])
+@pytest.mark.parametrize(("other", "kinds"), [
+    pytest.param(FERRY, {1, 5}, marks=pytest.mark.slow), (TUG, {2, 5}),
+    pytest.param(YACHT, {18, 24}, marks=pytest.mark.slow),
+])  # fmt: skip
 def test_transponders_report_position_and_static_data(other, kinds):
     stage, wire = on_wire(scene(other, name="kvlcc2"))
     stage.loop.run(33.0)
@@ -120,6 +125,7 @@ def test_intervals_are_those_of_the_recommendation():
     assert [interval(u * knots, 0.0, True) for u in (1.0, 10.0)] == [180.0, 30.0]
 
 
+@pytest.mark.slow
 def test_a_turning_ship_reports_by_message_3():
     turning = Other("t", ordinary("t", 60.0, 6.0), Sailing(0.0, 3000.0, 0.0, 6.0, ((0.0, 2000.0), (2000.0, 2000.0))))
     stage, wire = on_wire(scene(turning))
@@ -150,6 +156,7 @@ def test_alarms_go_out_and_are_acknowledged_over_the_wire():
     assert len(wire.said("ALF")) == 3  # and again every 30 s while it stands
 
 
+@pytest.mark.slow
 def test_an_older_acknowledgement_and_a_sender_without_authority():
     from seatrial.realtime.wire import Authority
 

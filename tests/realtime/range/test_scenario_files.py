@@ -232,6 +232,7 @@ def test_a_chart_that_cannot_be_is_told_in_one_line(tmp_path, old, new, message)
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_a_ship_that_begins_on_land_is_refused(tmp_path, capsys):
     path = written(tmp_path, CANAL.replace("at = [0.0, 60.0]", "at = [0.0, 260.0]"))
     assert main(["range", str(path)]) == 2

@@ -125,6 +125,7 @@ def test_a_slow_rudder_moves_at_its_rate_and_a_lost_propeller_does_not_turn():
     assert plant["u"] < 7.5
 
 
+@pytest.mark.slow
 def test_instruments_freeze_jump_drift_and_fall_silent():
     faults = (Fault("frozen", "gyro", 10.0, 10.0), Fault("jump", "gnss", 10.0, 5.0, {"x": 100.0}),
               Fault("drift", "speed_log", 10.0, None, {"u_w": 0.1}), Fault("silent", "rate_gyro", 10.0))  # fmt: skip
@@ -145,6 +146,7 @@ def test_instruments_freeze_jump_drift_and_fall_silent():
     assert max(found["rate_gyro"]) == pytest.approx(10.0, abs=0.21)
 
 
+@pytest.mark.slow
 def test_a_run_with_faults_and_weather_is_reproduced_from_its_recording(tmp_path):
     weather = (Weather(0.0, 0.0, Uniform(10.0, 1.0).now()), Weather(20.0, 10.0, Uniform(U_C=0.5).now()))
     faults = (Fault("jammed", "delta", 15.0, 10.0), Fault("slow", "delta", 30.0, rate=0.3 * DEG))
@@ -257,6 +259,7 @@ def test_an_alarm_that_ends_unseen_waits_to_be_acknowledged():
     assert not stage.alarms.standing()
 
 
+@pytest.mark.slow
 def test_lost_instruments_a_stuck_rudder_and_a_silent_autopilot_raise_alarms():
     faults = (Fault("silent", "gyro", 10.0), Fault("silent", "gnss", 10.0), Fault("jammed", "delta", 5.0))
     stage, wire = on_wire(scene(faults=faults), hold=10.0)
@@ -345,6 +348,7 @@ def test_what_the_page_shows():
 # --- lock step -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_lock_step_waits_for_an_answer_to_each_time():
     stage, wire = on_wire(scene())
     step = Lockstep(stage.loop, stage.on_wire, patience=0.05)

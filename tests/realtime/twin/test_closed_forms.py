@@ -11,6 +11,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tiers import slow_but
+
 sys.path.insert(0, str(Path(__file__).parent))
 
 from linear import CHANNELS, DENSITY, NAMES, NOISE, A, H, Sailed, blur, followed, machine, sailed, step_of
@@ -273,7 +275,7 @@ def effect(one: SimpleNamespace, run: Sailed, dt: float) -> np.ndarray:
     return out
 
 
-@pytest.mark.parametrize("level", [1.0, 2.5])
+@pytest.mark.parametrize("level", [pytest.param(1.0, marks=pytest.mark.slow), 2.5])
 def test_the_evidence_of_each_suspect_is_twice_the_logarithm_of_its_bayes_factor(level: float) -> None:
     """Against Gaussian densities of all innovations at once; size and deviation are those of the posterior."""
     dt, follower = 2.0, start()
@@ -343,7 +345,7 @@ SPOILT = {
 }
 
 
-@pytest.mark.parametrize("cause", SPOILT)
+@pytest.mark.parametrize("cause", slow_but(SPOILT, "log jumped"))
 def test_a_sensor_that_jumps_is_the_best_suspect_with_its_size_and_onset(cause: str) -> None:
     run, follower = sailed(100), start()
     for k in range(50, 100):

@@ -68,6 +68,7 @@ def test_further_states_are_those_of_the_filter(ship) -> None:
     assert engine.predict(z, np.eye(9), acting, 0.5).mean.shape == (9,)
 
 
+@pytest.mark.slow
 def test_slow_forces_push_and_biases_are_read(ship) -> None:
     traced = augmented(ship, ("slow.u", "bias.r"), (Antenna(0.5), Rate(0.001)), {"slow.u": 100.0})
     z, acting = np.zeros(8), np.zeros(10)

@@ -195,6 +195,7 @@ def test_an_alarm_says_what_where_and_how_much() -> None:
     assert alarm_of(named("x jumped", 60.0), 9.0, (), False).text == "x jumped by 5 m, since t = 7 s"
 
 
+@pytest.mark.slow
 def test_an_hour_is_right_as_often_as_its_band_says() -> None:
     """The band of the mean of n normal squares, by the distribution of scipy; hours begin at full hours of the log."""
     hour = Hour(0.0, 1000.0, 1000)
