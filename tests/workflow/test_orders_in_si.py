@@ -38,7 +38,7 @@ def test_set_points_of_a_zigzag_are_radians_on_the_side_that_is_asked_for() -> N
 def test_a_rudder_reaches_the_limit_of_the_ship_and_not_beyond() -> None:
     most = 35.0  # of kvlcc2_l7
     assert order("turning", L7, 1.2, 10.0, {"rudder": most}) is not None
-    with pytest.raises(RequestError, match="--rudder is 35.1 deg; the rudder of kvlcc2_l7 goes to 35 deg"):
+    with pytest.raises(RequestError, match=r"--rudder is 35\.1 deg; the rudder of kvlcc2_l7 goes to 35 deg"):
         order("turning", L7, 1.2, 10.0, {"rudder": 35.1})
 
 
@@ -149,7 +149,7 @@ class Lengths:
         if duration > self.fails_at:
             raise SimulationError("left its validity", time=self.fails_at)
         t = np.linspace(0.0, duration, 3)
-        rest = {name: 0.0 * t for name in ("x", "y", "psi", "u", "v_m", "r", "n_P")}
+        rest = dict.fromkeys(("x", "y", "psi", "u", "v_m", "r", "n_P"), 0.0 * t)
         return Trial("run", t, {**rest, "delta": np.where(t > 0.0, 0.6, 0.0)})
 
 
@@ -296,7 +296,8 @@ def test_an_output_is_refused_before_the_work_begins(tmp_path: Path) -> None:
     check_output(None, (".toml",), "a ship file")
     check_output(tmp_path / "OUT.TOML", (".toml",), "a ship file", tmp_path / "in.toml")
     check_output(tmp_path / "in.toml", (".toml",), "a ship file", tmp_path / "gone.toml")
-    for out, told in ((tmp_path / "x.html", "a ship file ends in .toml"), (tmp_path / "no" / "x.toml", "no such folder"),
+    for out, told in ((tmp_path / "x.html", "a ship file ends in .toml"),
+                      (tmp_path / "no" / "x.toml", "no such folder"),
                       (tmp_path / "folder.toml", "is a folder; name a file"),
                       (tmp_path / "same.toml", "is an input")):  # fmt: skip
         with pytest.raises(RequestError, match=told):
