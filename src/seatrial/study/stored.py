@@ -113,7 +113,8 @@ def _check_numbers(where: Path, found: Numbers) -> None:
     if not np.allclose(inner, inner.T, rtol=0.0, atol=_ROUNDING * size):
         raise StudyError(f"{where}: covariance must be symmetric")
     scale = np.sqrt(np.abs(np.diag(inner)))
-    unit = inner / np.where(scale > 0.0, np.outer(scale, scale), 1.0)
+    sizes = np.outer(scale, scale)
+    unit = inner / np.where(sizes > 0.0, sizes, 1.0)
     if inner.size and (np.diag(inner).min() < 0.0 or np.linalg.eigvalsh(unit).min() < -_ROUNDING):
         raise StudyError(f"{where}: covariance has a negative variance")
 
