@@ -88,7 +88,7 @@ def test_a_loss_names_its_scale() -> None:
     problem.loss = Loss(scale="noise")
     assert scales(problem) != spread(trials)
     problem.loss = Loss(scale="else")
-    with pytest.raises(StudyError, match="loss.scale is 'else'"):
+    with pytest.raises(StudyError, match=r"loss\.scale is 'else'"):
         scales(problem)
 
 

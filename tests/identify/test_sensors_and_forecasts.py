@@ -180,7 +180,7 @@ def test_a_forecast_is_held_against_the_rows_of_its_horizon() -> None:
     t = np.arange(0.0, 20.0, 0.5)
     part = Trial("a", t, {"x": 2.0 * t, "y": -1.0 * t, "psi": 0.1 * t})
     read = np.column_stack([part["x"], part["y"], part["psi"]])
-    states = read + [0.3, -0.2, 0.05]
+    states = read + np.array([0.3, -0.2, 0.05])
     states[:, 2] += 2.0 * math.pi
     covs = np.tile(np.diag([0.04, 0.09, 0.01, 1.0, 1.0, 1.0]), (len(t), 1, 1))
     found: Any = SimpleNamespace(states=np.hstack([states, states]), covariances=covs)
