@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import typer
 
-from seatrial.cli import outcome
+from seatrial.cli import outcome, render
 from seatrial.cli.app import main
 from seatrial.core.errors import RequestError, RunError
 
@@ -242,3 +242,32 @@ def test_a_copy_says_what_of_and_where(monkeypatch: pytest.MonkeyPatch, capsys: 
     assert capsys.readouterr().out == '{"ship": "mine", "of": "kvlcc2", "file": "x.toml"}\n'
     assert main(["copy", "kvlcc2", str(Path("x.toml"))]) == 0
     assert capsys.readouterr().out == ""
+
+
+class Lost:
+    """A stream whose reader has left, on a file of its own."""
+
+    encoding = "utf-8"
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+
+    def fileno(self) -> int:
+        return self._file.fileno()
+
+    def write(self, text: str) -> None:
+        raise OSError(errno.EPIPE, "gone")
+
+
+def test_streams_that_nobody_reads_are_led_to_nowhere(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What is written to the file of the stream afterwards does not arrive in it."""
+    for stream, lead in (("stderr", lambda: render.note("hello")), ("stdout", outcome._give_up_output)):
+        with (tmp_path / stream).open("w") as file, monkeypatch.context() as patch:
+            patch.setattr(sys, stream, Lost(file))
+            lead()
+            os.write(file.fileno(), b"lost")
+        assert (tmp_path / stream).read_text() == ""
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", SimpleNamespace(fileno=lambda: int("none")))
+        outcome._give_up_output()
+        assert sys.stdout is None
