@@ -34,9 +34,9 @@ def test_a_line_joins_its_points_and_is_cut_at_the_edge() -> None:
     assert (north[~at_top].min(), north[~at_top].max()) == pytest.approx((-100.0, 100.0), abs=3.0 / PER)
     assert east[~at_top] == pytest.approx(200.0, abs=1.0 / PER)
     wide = Canvas(SHIP, 0.0, 0.0)
-    wide.line(((-1e6, 0.0), (1e6, 0.0)), RED, 3)
+    wide.line(((-900.0, 0.0), (900.0, 0.0)), RED, 3)
     north, east = drawn(wide.pixels, RED)
-    assert np.unique(np.round(east * PER)).size == 3
+    assert np.unique(np.floor(east * PER)).size == 3
     far = Canvas(SHIP, 0.0, 0.0)
     far.line(((700.0, -500.0), (700.0, 500.0)), RED)
     assert drawn(far.pixels, RED)[0].size == 0
