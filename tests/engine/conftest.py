@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -74,11 +75,15 @@ def step(ship: Any) -> float:
     return float(np.min(-0.5 * damped.real / np.abs(damped) ** 2, initial=np.inf))
 
 
+known = cache(Case)
+"""Nothing in a case changes, so each is made once."""
+
+
 @pytest.fixture
 def l7() -> Case:
-    return Case("kvlcc2_l7")
+    return known("kvlcc2_l7")
 
 
 @pytest.fixture
 def case(request: Any) -> Case:
-    return Case(request.param)
+    return known(request.param)

@@ -13,6 +13,7 @@ import pytest
 from makes import TRACED, ships
 from seatrial.actuators import Actuators
 from seatrial.core.parameters import ParameterError
+from seatrial.core.symbolic import is_symbol
 from seatrial.environment import CALM, Uniform
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models.linear import Linear, course_stability, linearise, straight, trim
@@ -191,6 +192,20 @@ def test_trim_finds_the_speed_of_given_revolutions_and_the_helm_of_a_wind() -> N
 
 
 @pytest.mark.slow
+def test_the_equations_are_traced_once_for_all_first_guesses(monkeypatch: pytest.MonkeyPatch) -> None:
+    model: Any = load("kvlcc2_l7").model
+    kind, symbolic = type(model), []
+    whole = kind.derivative
+
+    def counted(self: Any, state: Any, control: Any, environment: Any) -> Any:
+        symbolic.append(is_symbol(state[4]))
+        return whole(self, state, control, environment)
+
+    monkeypatch.setattr(kind, "derivative", counted)
+    assert trim(model, speed=1.179).residual < 1e-10
+    assert sum(symbolic) == 1
+
+
 def test_what_cannot_be_trimmed_is_said() -> None:
     model = load("kvlcc2_l7").model
     with pytest.raises(ParameterError, match="needs a speed"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -178,7 +179,7 @@ class _Search:
 
     def solve(self, start: Array) -> Trim:
         """The nearest balance, or as near as it gets."""
-        f, slopes, felt = self.numeric(start) if isinstance(self.model, Stepped) else self.traced(start)
+        f, slopes, felt = self.numeric(start) if isinstance(self.model, Stepped) else self.traced
         # What the model does not feel stays at zero.
         kept = [name == "u" or heard for name, heard in zip(self.unknowns, felt, strict=True)]
         here = np.where(kept, start, 0.0).astype(np.float64)
@@ -201,16 +202,17 @@ class _Search:
             raise ParameterError("the model keeps whatever speed it starts with; give the speed")
         return self.point(*self.split(here.tolist()))
 
+    @cached_property
     @alone
-    def traced(self, start: Array) -> tuple[Function, Function, list[bool]]:
+    def traced(self) -> tuple[Function, Function, list[bool]]:
         """Rates and their Jacobian as functions of the unknowns, and which unknowns bear on a rate."""
         import casadi as ca
 
-        x = ca.SX.sym("x", start.size)
+        x = ca.SX.sym("x", len(self.unknowns))
         y = ca.vertcat(*(ca.SX(rate) for rate in self.rates(*self.split(tuple(ca.vertsplit(x))))))
         slopes = ca.jacobian(y, x)
         f, j = ca.Function("f", [x], [y]), ca.Function("j", [x], [slopes])
-        felt = [slopes[:, k].nnz() > 0 for k in range(start.size)]
+        felt = [slopes[:, k].nnz() > 0 for k in range(len(self.unknowns))]
         return lambda at: np.asarray(f(at)).ravel(), lambda at: np.array(j(at).full()), felt
 
     def numeric(self, start: Array) -> tuple[Function, Function, list[bool]]:
