@@ -28,8 +28,9 @@ import numpy as np
 from seatrial.bands.calibrating import calibrated
 from seatrial.bands.calibration import Calibration, beside, load, save
 from seatrial.bands.held import ALL, GROUPS, Windows, windows
-from seatrial.bands.left_out import left_out
 from seatrial.bands.prediction import fan
+from seatrial.belief.parts import left_out
+from seatrial.belief.posterior import Posterior
 from seatrial.data import Trial
 from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
@@ -38,7 +39,7 @@ from seatrial.identify.networks.widths import recordings
 from seatrial.models import STATES
 from seatrial.simulate.replay import replay
 from seatrial.study.store import save_fit
-from seatrial.study.stored import Posterior, load_fit
+from seatrial.study.stored import load_fit
 from seatrial.study.study import read_study
 
 ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared" / "data")) / "esso_osaka_frt" / "data"
@@ -64,7 +65,7 @@ def calibration_of(held: Posterior, who: Any, problem: Problem, fit: Fit, model:
     """The calibration of an outer fold, from beside its model where it is kept there."""
     if model is not None and beside(model).is_file():
         return load(model, held)
-    found = calibrated(held, left_out(who, problem, fit, parts=PARTS))
+    found = calibrated(held, left_out(who, problem, fit, held, parts=PARTS))
     if model is not None:
         save(found, beside(model))
     return found

@@ -24,6 +24,10 @@ from typing import Any
 import numpy as np
 from timing import machine
 
+from seatrial.belief.parts import left_out
+from seatrial.belief.posterior import Posterior
+from seatrial.belief.power import Power
+from seatrial.belief.weighing import power
 from seatrial.campaign import Case
 from seatrial.campaign.reading import whole_indices
 from seatrial.core.parameters import Scalar, spec, update
@@ -34,7 +38,7 @@ from seatrial.forces import Flow, Force, Slipstream
 from seatrial.forces.hull import Polynomial
 from seatrial.forces.rudder_neutral import OffCentre
 from seatrial.identify import Fit, Loss, Problem
-from seatrial.identify.posterior.left_out import Power, power
+from seatrial.identify.networks.widths import recordings
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres import Manoeuvre
 from seatrial.manoeuvres.turning import Turning
@@ -43,7 +47,6 @@ from seatrial.ships import Ship
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 from seatrial.study.freedom import freedom
-from seatrial.study.stored import Posterior
 from seatrial.study.study import read_study
 from seatrial.validate.comparison import manoeuvre
 
@@ -169,7 +172,9 @@ def posteriors(fit: Fit, found: Power, count: int) -> dict[str, Array]:
 def fitted(problem: Problem, estimator: Any) -> tuple[Fit, Power]:
     """A fit, and what its left-out trials say."""
     fit = estimator.fit(problem)
-    return fit, power(fit, problem, estimator)
+    held = Posterior(fit.ship, fit.free, fit.values, fit.covariance)
+    parts = left_out(estimator, problem, fit, held, parts=len(recordings(problem.trials)))
+    return fit, power(fit, problem, estimator, [*parts])
 
 
 def virtual(count: int, draws: int) -> Iterator[dict[str, Any]]:

@@ -13,9 +13,8 @@ from house import MODULES, ROOT, arrows, circles, dotted, imported, imports, sho
 
 ROOMS = (
     "core", "engine", "data", "environment", "forces", "harbour", "actuators", "models", "ships", "sensors",
-    "manoeuvres", "simulate", "identify", "study", "bands", "validate", "campaign", "report", "choosing", "exchange",
-    "realtime",
-    "envs", "bench", "testing", "workflow", "face", "cli",
+    "manoeuvres", "simulate", "identify", "study", "belief", "bands", "validate", "campaign", "report",
+    "choosing", "exchange", "realtime", "envs", "bench", "testing", "workflow", "face", "cli",
 )
 """From left to right: a room may import those before it and itself."""
 

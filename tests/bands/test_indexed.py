@@ -12,8 +12,8 @@ from calibrated_run import calibrated
 from fitted_run import saved, trial
 from seatrial.bands.calibration import load, save
 from seatrial.bands.indexing.scores import LeftIndices
+from seatrial.belief.reading import posterior
 from seatrial.manoeuvres.told import seen
-from seatrial.study.stored import posterior
 from seatrial.workflow.evidence.bands import simulate_with_bands
 
 NAMES = (("turning", "advance"), ("turning", "transfer"), ("zigzag", "first_overshoot"))

@@ -27,7 +27,8 @@ from seatrial.bands.learning import (
     variances,
     windows_of,
 )
-from seatrial.bands.sailing import Lanes, Uncertain, draws_of, sailed
+from seatrial.bands.sailing import Lanes, Uncertain, sailed
+from seatrial.belief.parts import LeftOut
 from seatrial.data import Trial
 from seatrial.environment import Environment
 from seatrial.manoeuvres.turning import Turning
@@ -181,7 +182,7 @@ def test_variances_of_start_and_current_are_those_of_the_kinematics() -> None:
     shape = (40, 3, 6)
     cut: Any = SimpleNamespace(lanes=lanes, rows=np.array([1, 2, 4]), error=np.zeros(shape))
     held = posterior()
-    out: Any = SimpleNamespace(ship=SHIP, names=held.names, mean=held.mean, covariance=1e-12 * held.covariance)
+    out = LeftOut(replace(held, ship=SHIP, covariance=1e-12 * held.covariance), ())
     noise = np.array([0.5, 0.2, 0.0, 0.0, 0.0, 0.0])
     found = variances(out, cut, noise, seed=3)
     # 40 lanes of 12 draws: the standard error of a variance is sqrt(2 / 480), 6.5 %.
@@ -224,26 +225,6 @@ def test_draws_differ_by_what_is_uncertain_and_by_nothing_else() -> None:
     some = sailed(SHIP, lanes, Uncertain(("hull.X_0F",), drawn, quietly.start, quietly.disturbance), 1)
     assert some[0] == pytest.approx(still[0], abs=1e-12)
     assert (some[1, :, 1:, 3] < some[0, :, 1:, 3]).all()  # more resistance, less speed
-
-
-def test_draws_have_the_moments_of_their_law() -> None:
-    held = posterior()
-    root = np.linalg.cholesky(held.covariance)
-    drawn = draws_of(held, 20000, 4)
-    away = np.linalg.solve(root, (drawn - held.mean).T)
-    assert np.abs(away.mean(axis=1)).max() < 4.0 / math.sqrt(20000)
-    assert np.cov(away) == pytest.approx(np.eye(len(held.mean)), abs=0.05)
-
-
-def test_no_draw_is_beyond_the_bounds_of_the_study() -> None:
-    held = posterior()
-    sigma = np.sqrt(np.diag(held.covariance))
-    free = tuple(replace(f, low=m - s, high=m + 2.0 * s)
-                 for f, m, s in zip(held.free, held.mean.tolist(), sigma.tolist(), strict=True))  # fmt: skip
-    away = (draws_of(replace(held, free=free), 2000, 4) - held.mean) / sigma
-    assert away.min() > -1.0 - 1e-9
-    assert away.max() < 2.0 + 1e-9
-    assert (away < -1.0 + 1e-9).mean() == pytest.approx(0.5 * math.erfc(1.0 / math.sqrt(2.0)), abs=0.02)
 
 
 def test_the_usual_error_is_a_root_mean_square_by_trial() -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from virtual_logs import log, ship
 
-from seatrial.bands.left_out import left_out, parted
+from seatrial.belief.parts import left_out, parted
+from seatrial.belief.posterior import Posterior
 from seatrial.core.executors import threads
 from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
@@ -46,15 +47,16 @@ def test_a_part_is_predicted_by_a_fit_that_has_not_seen_it_and_a_killed_run_goes
     problem = Problem(ship(), trials, free, Loss({"psi": 0.002, "u": 0.005, "r": 0.001}, 0.0))
     who = Trajectory(window=20.0, every=4)
     whole = who.fit(problem)
-    found = list(left_out(who, problem, whole, parts=3, folder=tmp_path))
+    held = Posterior(whole.ship, whole.free, whole.values, whole.covariance)
+    found = list(left_out(who, problem, whole, held, parts=3, folder=tmp_path))
     assert sorted(t.name for one in found for t in one.trials) == [t.name for t in trials]
     for one in found:
-        assert one.mean[0] == pytest.approx(value, rel=0.1)
+        assert one.held.mean[0] == pytest.approx(value, rel=0.1)
         seen = tuple(t for t in trials if t.name not in {u.name for u in one.trials})
         again = who.fit(replace(problem, trials=seen))
-        assert one.mean == pytest.approx(again.values, rel=1e-3)
-        assert one.covariance == pytest.approx(again.covariance, rel=0.05)
+        assert one.held.mean == pytest.approx(again.values, rel=1e-3)
+        assert one.held.covariance == pytest.approx(again.covariance, rel=0.05)
     (tmp_path / "part-2-of-3.npz").unlink()
     with threads(1) as pool:
-        resumed = list(left_out(who, problem, whole, parts=3, folder=tmp_path, pool=pool))
-    assert [one.mean.tolist() for one in resumed] == [one.mean.tolist() for one in found]
+        resumed = list(left_out(who, problem, whole, held, parts=3, folder=tmp_path, pool=pool))
+    assert [one.held.mean.tolist() for one in resumed] == [one.held.mean.tolist() for one in found]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from seatrial.bands.left_out import LeftOut
+from seatrial.belief.parts import LeftOut
+from seatrial.belief.posterior import Posterior
 from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
 from seatrial.environment import Uniform
@@ -13,7 +14,6 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships import Ship
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
-from seatrial.study.stored import Posterior
 
 DEGREE = np.pi / 180.0
 NOISE = {"x": 0.03, "y": 0.03, "psi": 0.002, "u": 0.005, "v_m": 0.005, "r": 0.001}
@@ -43,8 +43,8 @@ def log(truth: Ship, number: int, rng: np.random.Generator, current: tuple[float
 
 def left_out(trials: list[Trial], parts: int = 4, sigma: float = 0.01) -> list[LeftOut]:
     """The model as fits of it would be, each with trials that it has not seen: the fits themselves are not at issue."""
-    names, who = ("hull.Y_v", "hull.N_r"), posterior(sigma)
-    return [LeftOut(who.ship, names, who.mean, who.covariance, tuple(trials[k::parts])) for k in range(parts)]
+    who = posterior(sigma)
+    return [LeftOut(who, tuple(trials[k::parts])) for k in range(parts)]
 
 
 def posterior(sigma: float = 0.01) -> Posterior:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from fitted_run import DEGREE, PATHS, covariance, saved, trial
+from seatrial.belief.reading import posterior
 from seatrial.data import Trial
 from seatrial.identify import StudyError
 from seatrial.study.grounds import beyond, covered, trial_digest
 from seatrial.study.store import write_summary
-from seatrial.study.stored import posterior
 
 CONTROLS = ("n_P", "delta")
 

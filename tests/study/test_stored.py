@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import truncnorm
 
+from seatrial.belief.reading import posterior
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Fit, Loss, Problem, StudyError, Verdict
 from seatrial.identify.diagnosis.findings import Channel, Contradiction, Diagnosis, Residuals, Suspicion
 from seatrial.ships.files import load
 from seatrial.study.store import load_fit_summary, save_fit, write_summary
-from seatrial.study.stored import load_fit, posterior
+from seatrial.study.stored import load_fit
 
 FREE = (Free("hull.Y_v", -0.3), Free("hull.N_v", -0.1, -0.2, -0.05, -0.1, 0.02))
 SUSPECT = Suspicion("offset.delta", "an offset", "deg", 0.0174, 30.0, 0.2, 0.01, 0.002, {"hull.Y_v": 1.5})
@@ -165,28 +165,3 @@ def test_a_fit_without_residuals_removes_those_of_one_before(folder: Path) -> No
     save_fit(bare, folder, Problem(ship, (), ()), study="s")
     assert not (folder / "fit.npz").exists()
     assert load_fit(folder).diagnosis is None
-
-
-def test_draws_of_a_posterior_have_its_moments_within_the_bounds(tmp_path: Path) -> None:
-    """A correlated pair, of which one is cut two standard deviations below its estimate: moments of the cut normal."""
-    ship = load("kvlcc2_l7")
-    free = (Free("hull.Y_v", -0.3, -0.34, 1.0), Free("hull.N_v", -0.1))
-    covariance = np.array([[4e-4, 1.5e-4], [1.5e-4, 1e-4]])
-    values = np.array([-0.3, -0.1])
-    fit = Fit(
-        ship.having({"hull.Y_v": -0.3, "hull.N_v": -0.1}), free, values, np.sqrt(np.diag(covariance)), covariance,
-        np.ones(2), (), (), np.zeros((0, 4)), 1.0, 0.1, 1, "done", "d",
-    )  # fmt: skip
-    save_fit(fit, tmp_path, Problem(ship, (Trial("a", np.arange(2.0), {}),), free), study="s")
-    held = posterior(tmp_path / "model.toml")
-    draws = held.draws(20000, 3)
-    assert np.array_equal(draws, held.draws(20000, 3))
-    assert not np.array_equal(draws, held.draws(20000, 4))
-    assert draws[:, 0].min() >= -0.34
-    law = truncnorm(-2.0, np.inf, -0.3, 0.02)
-    assert draws[:, 0].mean() == pytest.approx(law.mean(), abs=5e-4)
-    assert draws[:, 0].std() == pytest.approx(law.std(), rel=0.02)
-    slope = covariance[0, 1] / covariance[0, 0]  # of the other on this one, whatever is cut
-    assert np.polyfit(draws[:, 0], draws[:, 1], 1)[0] == pytest.approx(slope, rel=0.03)
-    rest = draws[:, 1] + 0.1 - slope * (draws[:, 0] + 0.3)
-    assert rest.std() == pytest.approx(np.sqrt(covariance[1, 1] - slope * covariance[0, 1]), rel=0.02)

@@ -193,10 +193,10 @@ def test_what_is_extrapolated_says_so(run: Path) -> None:
 
 
 def left_out(run: Path, factor: float = 9.0, **more: object) -> Path:
-    """The same run with what left-out trials would have said of it."""
-    file = run.with_name("fit.json")
+    """The same run with what few left-out trials would have said of it."""
+    file = calibrated(run, count=4)
     said = {"factor": factor, "trials": 4, "left": 1.0, "errors": {"one": 81.0, "two": 1.0}, **more}
-    write_summary(file.parent, {**json.loads(file.read_text()), "left_out": said})
+    file.write_text(json.dumps({**json.loads(file.read_text()), "left_out": said}))
     return run
 
 
@@ -216,7 +216,7 @@ def test_left_out_trials_widen_bands_and_give_them_beyond_the_trials(run: Path) 
     """The trials go to starboard: to port the fit's own covariance is refused, the widened one is not."""
     settings = {"draws": 300, "side": "port", "rudder": 35.0}
     before = simulate_with_bands(str(run), "turning", 95.0, extrapolate=True, **settings)
-    with pytest.raises(RequestError, match="--left-out"):
+    with pytest.raises(RequestError, match="seatrial calibrate MODEL"):
         simulate_with_bands(str(run), "turning", 95.0, **settings)
     after = simulate_with_bands(str(left_out(run)), "turning", 95.0, **settings)
     assert {one.channel for one in after.sailed.beyond} >= {"delta"}
@@ -240,7 +240,7 @@ def test_no_left_out_trial_tells_of_other_surroundings(run: Path) -> None:
 
 @pytest.mark.parametrize("wrong", [{"factor": 0.0}, {"factor": "nine"}, {"trials": 1}, {"errors": 3}])
 def test_what_left_out_trials_say_is_not_edited(run: Path, wrong: dict[str, object]) -> None:
-    with pytest.raises(StudyError, match=r"fit\.json: left_out cannot be read .* --left-out makes it again"):
+    with pytest.raises(StudyError, match=r"model\.bands\.json: cannot be read .* seatrial calibrate MODEL makes it"):
         simulate_with_bands(str(left_out(run, **wrong)), "turning", 95.0)  # type: ignore[arg-type]
 
 

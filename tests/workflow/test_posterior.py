@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.belief.drawn import read_draws
+from seatrial.belief.reading import posterior
 from seatrial.identify import StudyError
-from seatrial.study.drawn import read_draws
-from seatrial.study.stored import posterior
 from seatrial.workflow import RequestError
 from seatrial.workflow.campaigns.reading import campaign_of
 from seatrial.workflow.evidence.bands import simulate_with_bands
+from seatrial.workflow.evidence.calibrate import calibrate
+from seatrial.workflow.evidence.drawn import Drawing
 from seatrial.workflow.identify import identify
 
 pytestmark = pytest.mark.slow
@@ -132,24 +134,34 @@ def test_a_file_that_holds_no_draws_is_refused(tmp_path):
         read_draws(tmp_path / "posterior.npz")
 
 
-def test_trials_left_out_in_turn_are_kept_with_the_fit(run, tmp_path):
-    with pytest.raises(RequestError, match=r"--left-out: 1 trials are too few to leave each out in turn; train on 3"):
-        identify(run[0], tmp_path / "one", left_out=True)
-    assert not (tmp_path / "one" / "fit.json").exists()
+def test_trials_left_out_in_turn_are_kept_beside_the_fit(run, tmp_path):
+    identify(run[0], tmp_path / "one")
+    with pytest.raises(RequestError, match=r"study\.toml: 1 recordings are too few to leave each out in turn"):
+        calibrate(str(tmp_path / "one" / "model.toml"))
     more = STUDY.replace('["a"]', '["*"]') + "".join(
         f'[virtual.trials.{name}]\ntype = "zigzag:Zigzag"\nrudder = {angle}\nheading = {angle}\n'
         for name, angle in (("b", 20.0), ("c", 5.0))
     )
     study = tmp_path / "study.toml"
     study.write_text(more)
-    identify(study, tmp_path / "run", left_out=True)
-    told = json.loads((tmp_path / "run" / "fit.json").read_text())["left_out"]
+    identify(study, tmp_path / "run")
+    model, summary = tmp_path / "run" / "model.toml", tmp_path / "run" / "fit.json"
+    plain, before = posterior(model), summary.read_bytes()
+    assert plain.power is None
+    found = calibrate(str(model)).result
+    assert summary.read_bytes() == before
+    told = json.loads((tmp_path / "run" / "model.bands.json").read_text())["left_out"]
     assert told["trials"] == 3
     assert set(told["errors"]) == {"a", "b", "c"}
     assert told["factor"] >= 1.0
-    held = posterior(tmp_path / "run" / "model.toml")
+    held = posterior(model)
     assert held.power is not None
     assert held.power.factor == told["factor"]
-    before = (tmp_path / "run" / "fit.json").read_bytes()
-    identify(study, tmp_path / "run", left_out=True)
-    assert (tmp_path / "run" / "fit.json").read_bytes() == before
+    assert posterior(model, weighed=False).power is None
+    assert found.level == 0.75  # three recordings show no more
+    few, wide = (Drawing.of(str(model), level, None, extrapolate=False) for level in (75.0, 95.0))
+    assert few.found is not None
+    assert wide.found is None
+    (tmp_path / "run" / "model.bands.json").write_text('{"fit": "another"}')
+    with pytest.raises(StudyError, match=r"model\.bands\.json: is of fit another, the model beside it of fit"):
+        posterior(model)

@@ -21,8 +21,6 @@ from .sailing import Lanes
 
 # Factors of the noise of the filter's readings, of which the likeliest is taken.
 _DOUBTS = (1.0, 3.0, 10.0, 30.0, 100.0)
-# At this level a calibration is of use at all.
-_LEVEL = 0.95
 
 
 def by_history(grounds: Grounds, span: float) -> Calibration:
@@ -38,7 +36,7 @@ def by_history(grounds: Grounds, span: float) -> Calibration:
     errors: dict[str, list[Array]] = {law: [] for law in LAWS}
     spreads: list[Array] = []
     surprise = 0.0
-    whole = [Filter.of(part.out.ship, lacks, grounds.sigma, span)
+    whole = [Filter.of(part.out.held.ship, lacks, grounds.sigma, span)
              for part, lacks in zip(grounds.parts, grounds.lacks, strict=True)]  # fmt: skip
     doubt = min(_DOUBTS, key=lambda one: _unlikely(grounds, [replace(who, doubt=one) for who in whole]))
     for part, who in zip(grounds.parts, whole, strict=True):
@@ -54,7 +52,7 @@ def by_history(grounds: Grounds, span: float) -> Calibration:
         lacks = who.disturbance
         spreads.append(spread_of(part.out, cut.lanes, lacks, grounds.sigma, past)[:, cut.rows])
         surprise = max(surprise, float(past.surprise.max()))
-    _check(cuts, f"--history {span:g}")
+    _check(cuts, f"--history {span:g}", grounds.level)
     made = {law: grounds.made(begin_of(span, None), cuts, own, spreads) for law, own in errors.items()}
     first = made[LAWS[0]].left.usual
     best = min(LAWS, key=lambda law: float(np.nanmean(np.log(made[law].left.usual / first))))
@@ -118,8 +116,8 @@ def by_first(grounds: Grounds, span: float, first: Callable[[Ship, Trial], First
         own: list[Windows] = []
         for trial in part.out.trials:
             try:
-                one = first(part.out.ship, trial)
-                cut = windows_of(part.out.ship, [one.trial], grounds.horizons, grounds.dt, {trial.name: one.state})
+                one = first(part.out.held.ship, trial)
+                cut = windows_of(part.out.held.ship, [one.trial], grounds.horizons, grounds.dt, {trial.name: one.state})
             except DataError:  # too short: it says nothing of such predictions
                 continue
             own.append(cut)
@@ -129,13 +127,13 @@ def by_first(grounds: Grounds, span: float, first: Callable[[Ship, Trial], First
             spread[:, here] = runs[:, cut.rows[here]]
             spreads.append(spread)
         cuts += [joined(own)] if own else []
-    _check(cuts, f"--fit-first {span:g}")
+    _check(cuts, f"--fit-first {span:g}", grounds.level)
     return grounds.made(begin_of(None, span), cuts, [cut.error for cut in cuts], spreads)
 
 
-def _check(cuts: list[Windows], option: str) -> None:
+def _check(cuts: list[Windows], option: str, level: float) -> None:
     """Refuse what too few trials are long enough for."""
-    count, wanted = len({name for cut in cuts for name in cut.trials}), needed(_LEVEL)
+    count, wanted = len({name for cut in cuts for name in cut.trials}), needed(level)
     if count < wanted:
-        raise RequestError(f"{option}: {count} of the left-out trials last longer, and bands of {100 * _LEVEL:g} % "
+        raise RequestError(f"{option}: {count} of the left-out trials last longer, and bands of {100 * level:.3g} % "
                            f"take at least {wanted}; take fewer seconds")  # fmt: skip

@@ -7,23 +7,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..belief.parts import LeftOut
+from ..belief.posterior import Posterior
 from ..data import Array, Trial
 from ..identify.networks.widths import recordings
 from ..identify.noise import noise
 from ..identify.record import step_of
 from ..models import STATES
 from ..study.grounds import trial_digest
-from ..study.stored import Posterior
-from .calibration import Calibration, Left, best_share, posterior_digest
-from .conformal import needed, too_few
+from .calibration import LEVEL, Calibration, Left, best_share, posterior_digest
+from .conformal import needed, shown, too_few
 from .disturbance import Disturbance
 from .indexing.left_out import left_indices
 from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
-from .left_out import LeftOut
-from .sailing import Begins, Lanes, draws_of, sailed
-
-LEVEL = 0.95
-"""At which a calibration is made; it serves every level that its trials can show."""
+from .sailing import Begins, Lanes, sailed
 
 # Draws of a spread; horizons, the first one over L/U and the ratio of two.
 _DRAWS, _FIRST, _RATIO = 100, 0.7, 1.4
@@ -45,15 +42,15 @@ def horizons_of(trials: Sequence[Trial], time: float, longest: float | None) -> 
 
     Args:
         time: L/U of the ship [s].
-        longest: None takes what as many recordings reach as `LEVEL` needs.
+        longest: None takes what as many recordings reach as `LEVEL` needs, or all of them where they are fewer.
 
     Raises:
-        RequestError: too few recordings for `LEVEL`.
+        RequestError: too few recordings for any level.
     """
     spans = sorted((max(trial.duration for trial in group) for group in recordings(trials)), reverse=True)
-    if len(spans) < needed(LEVEL):
+    if len(spans) < 2:
         raise too_few(len(spans), LEVEL)
-    most = longest or spans[needed(LEVEL) - 1]
+    most = longest or spans[min(needed(LEVEL), len(spans)) - 1]
     dt = step_of(trials)
     unit = _TOGETHER * dt if min(_FIRST * time, most / 8.0) > _TOGETHER * dt else dt
     first = max(round(min(_FIRST * time, most / 8.0) / unit), 1) * unit
@@ -94,7 +91,7 @@ class Grounds:
         sigma = np.array([level.get(name, 0.0) for name in STATES])
         made: list[Part] = []
         for out in every:
-            cut = windows_of(out.ship, out.trials, h, dt)
+            cut = windows_of(out.held.ship, out.trials, h, dt)
             made.append(Part(out, cut, variances(out, cut, sigma)))
         lacks = tuple(_learned([other for other in made if other is not one]) for one in made)
         return Grounds(held, tuple(trials), tuple(made), h, lacks, sigma, dt)
@@ -106,6 +103,11 @@ class Grounds:
         found = self.made("measured", [one.cut for one in self.parts], [one.cut.error for one in self.parts], spreads)
         pairs = [(one.out, who) for one, who in zip(self.parts, self.lacks, strict=True)]
         return replace(found, indices=left_indices(pairs, self.recording))
+
+    @property
+    def level(self) -> float:
+        """The greatest level that its recordings show, `LEVEL` at most."""
+        return min(LEVEL, shown(len({*self.recording.values()})))
 
     @property
     def recording(self) -> dict[str, str]:
@@ -122,7 +124,8 @@ class Grounds:
                     self.horizons, np.concatenate(errors), np.concatenate(spreads))  # fmt: skip
         told = {trial.name: trial_digest(trial) for trial in self.trials if trial.name in names}
         return Calibration(self.held.digest, posterior_digest(self.held), told, begin, self.sigma,
-                           _learned(self.parts), best_share(left, LEVEL), left)  # fmt: skip
+                           _learned(self.parts), best_share(left, self.level), left,
+                           power=self.held.power)  # fmt: skip
 
 
 def calibrated(held: Posterior, parts: Iterable[LeftOut], *, longest: float | None = None) -> Calibration:
@@ -146,16 +149,17 @@ def _learned(parts: Sequence[Part]) -> Disturbance:
     names = tuple(name for cut in cuts for name in cut.trials)
     found = Variances(np.concatenate([one.found.known for one in parts]),
                       np.concatenate([one.found.unit for one in parts], axis=1))  # fmt: skip
-    return learned(parts[0].out.ship, np.concatenate([cut.error for cut in cuts]), found, by_trial(names))
+    return learned(parts[0].out.held.ship, np.concatenate([cut.error for cut in cuts]), found, by_trial(names))
 
 
 def spread_of(
     out: LeftOut, lanes: Lanes, disturbance: Disturbance, sigma: Array, past: Begins | None = None
 ) -> Array:  # fmt: skip
     """Standard deviation of the draws, readings included, shape (lanes, rows, 6); see `sailing.Uncertain`."""
-    uncertain = replace(quiet(out.ship, _DRAWS), names=out.names, draws=draws_of(out, _DRAWS, 1), start=sigma,
+    who = out.held
+    uncertain = replace(quiet(who.ship, _DRAWS), names=who.names, draws=who.draws(_DRAWS, 1), start=sigma,
                         disturbance=disturbance, past=past)  # fmt: skip
-    return spread(sailed(out.ship, lanes, uncertain, 2), sigma)
+    return spread(sailed(who.ship, lanes, uncertain, 2), sigma)
 
 
 def spread(runs: Array, sigma: Array) -> Array:

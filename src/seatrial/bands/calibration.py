@@ -17,18 +17,22 @@ from typing import Any
 
 import numpy as np
 
+from ..belief.posterior import Posterior
+from ..belief.power import Power
+from ..belief.reading import MEASURED, beside
 from ..core.files import plain, write_whole
 from ..core.version import __version__
 from ..data import Array
 from ..identify import StudyError
 from ..models import STATES
-from ..study.stored import Posterior
-from .conformal import Factors, factors, needed
+from .conformal import Factors, factors, shown
 from .disturbance import Disturbance, Process
 from .indexing.scores import LeftIndices
 
-SUFFIX, SCHEMA = ".bands.json", "seatrial-bands/2"
-MEASURED = "measured"
+SCHEMA = "seatrial-bands/2"
+LEVEL = 0.95
+"""At which a calibration is made where its recordings can show it; it serves every level that they can show."""
+
 HOW = "seatrial calibrate MODEL makes them from fits that leave trials out"
 # Spreads of the draws count by this power; the rest is the usual error at the horizon.
 SHARES = (0.0, 0.5, 1.0)
@@ -89,6 +93,7 @@ class Calibration:
         law: of `past.LAWS`, by which what acted before a start acts on; "" where no past is read.
         doubt: `past.Filter.doubt`.
         indices: errors of the indices of left-out turns and zigzags; None where none was left out.
+        power: how much less the likelihood is worth by the left-out trials; None where its estimator has none.
     """
 
     fit: str
@@ -103,7 +108,13 @@ class Calibration:
     law: str = ""
     doubt: float = 1.0
     indices: LeftIndices | None = None
+    power: Power | None = None
     _known: dict[float, Factors] = field(default_factory=dict[float, Factors], compare=False, repr=False)
+
+    @property
+    def level(self) -> float:
+        """`LEVEL`, or the greatest one that so few recordings show."""
+        return min(LEVEL, shown(len(set(self.left.groups))))
 
     def factors(self, level: float) -> Factors:
         """Half widths over the spread at a level of 0 to 1.
@@ -175,25 +186,16 @@ def best_share(left: Left, level: float) -> float:
 
 
 def posterior_digest(held: Posterior) -> str:
-    """Fingerprint of names, means and covariance."""
+    """Fingerprint of what is drawn from: names, means, covariance and samples."""
     text = ",".join(one.path for one in held.free).encode()
-    return hashlib.sha256(text + held.mean.tobytes() + held.covariance.tobytes()).hexdigest()[:16]
+    sampled = b"" if held.samples is None else held.samples.tobytes()
+    return hashlib.sha256(text + held.mean.tobytes() + held.covariance.tobytes() + sampled).hexdigest()[:16]
 
 
 def begin_of(history: float | None, fit_first: float | None) -> str:
     """`Calibration.begin` of predictions by these options."""
     known = (("history", history), ("fit-first", fit_first))
     return next((f"{name} {seconds:g}" for name, seconds in known if seconds is not None), MEASURED)
-
-
-def beside(model: str | Path, begin: str = MEASURED) -> Path:
-    """Where the calibration of a model is kept for predictions that begin so."""
-    path = Path(model)
-    return (
-        path.with_suffix(SUFFIX)
-        if begin == MEASURED
-        else path.with_name(f"{path.stem}.{begin.replace(' ', '-')}{SUFFIX}")
-    )
 
 
 def save(found: Calibration, path: Path) -> Path:
@@ -212,6 +214,7 @@ def save(found: Calibration, path: Path) -> Path:
                     "windows": left.trials.count(name)} for name, k in zip(names, first, strict=True)],
         **({} if math.isinf(found.surprise) else {"surprise": found.surprise, "law": found.law, "doubt": found.doubt}),
         **({} if found.indices is None else {"indices": _rows(found.indices)}),
+        **({} if found.power is None else {"left_out": found.power.numbers()}),
         "error": _listed(left.error), "spread": _listed(left.spread),
     }  # fmt: skip
     return write_whole(path, json.dumps(plain(document)) + "\n")
@@ -287,9 +290,5 @@ def _read(given: Mapping[str, Any]) -> Calibration:
         Disturbance(processes, float(said["current"])), float(given["share"]),
         Left(trials, groups, kinds, horizons, error, spread), float(given.get("surprise", math.inf)),
         str(given.get("law", "")), float(given.get("doubt", 1.0)), _indices(given.get("indices", ())),
+        None if (told := given.get("left_out")) is None else Power.read(told),
     )  # fmt: skip
-
-
-def enough(count: int, level: float) -> bool:
-    """Whether so many recordings can show a level."""
-    return count >= needed(level)

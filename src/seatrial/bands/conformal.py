@@ -37,6 +37,15 @@ def needed(level: float) -> int:
     return max(math.ceil(1.0 / (1.0 - level) - 1e-9) - 1, 2)
 
 
+def shown(count: int) -> float:
+    """The greatest level that so many recordings can show, of 0 to 1; 0 where they show none.
+
+    >>> shown(19), shown(4), shown(1)
+    (0.95, 0.8, 0.0)
+    """
+    return round(1.0 - 1.0 / (count + 1), 9) if count >= 2 else 0.0
+
+
 @dataclass(frozen=True)
 class Factors:
     """Half widths of bands over the spread.
@@ -94,7 +103,7 @@ def too_few(count: int, level: float) -> RequestError:
 
 
 def _possible(count: int) -> str:
-    best = math.floor(100.0 * (1.0 - 1.0 / (count + 1)))
+    best = math.floor(100.0 * shown(count))
     return f"{best} % or less" if best >= 50 else "no bands"
 
 

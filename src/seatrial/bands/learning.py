@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..belief.parts import LeftOut
 from ..data import Array, Trial
 from ..identify import Loss
 from ..identify.record import Record, even, windows
@@ -21,8 +22,7 @@ from ..models import STATES
 from ..ships import Ship
 from ..study.grounds import kind_of
 from .disturbance import ACTS, Disturbance, Process
-from .left_out import LeftOut
-from .sailing import Lanes, Uncertain, draws_of, sailed
+from .sailing import Lanes, Uncertain, sailed
 
 TAUS = (0.3, 2.0, 12.0)
 """Correlation times over L/U."""
@@ -168,17 +168,17 @@ def variances(out: LeftOut, cut: Windows, noise: Array, seed: int = 1) -> Varian
     Args:
         noise: standard deviation of the readings of each state, at the start and at the end.
     """
-    plain = sailed(out.ship, cut.lanes, quiet(out.ship, 1), 0)
+    plain = sailed(out.held.ship, cut.lanes, quiet(out.held.ship, 1), 0)
 
     def variance(uncertain: Uncertain) -> Array:
         with np.errstate(all="ignore"):
-            away = np.mean((sailed(out.ship, cut.lanes, uncertain, seed) - plain) ** 2, axis=0)[:, cut.rows]
+            away = np.mean((sailed(out.held.ship, cut.lanes, uncertain, seed) - plain) ** 2, axis=0)[:, cut.rows]
         return np.where(np.isfinite(away), away, np.nanmax(np.where(np.isfinite(away), away, np.nan), initial=0.0))
 
-    none = quiet(out.ship, _DRAWS)
+    none = quiet(out.held.ship, _DRAWS)
     known = variance(replace(none, start=noise)) + noise**2
-    known = known + variance(replace(none, names=out.names, draws=draws_of(out, _DRAWS, seed)))
-    unit = [variance(replace(none, disturbance=one)) / size(one) ** 2 for one in sources(out.ship)]
+    known = known + variance(replace(none, names=out.held.names, draws=out.held.draws(_DRAWS, seed)))
+    unit = [variance(replace(none, disturbance=one)) / size(one) ** 2 for one in sources(out.held.ship)]
     return Variances(known, np.stack(unit))
 
 

@@ -10,19 +10,19 @@ from statistics import NormalDist
 
 import numpy as np
 
+from ..belief.posterior import Posterior
 from ..data import Array, Trial
 from ..environment import CHANNELS, Weather
 from ..manoeuvres import Policy
 from ..models import STATES
 from ..simulate.replay import Prepared, prepared
 from ..study.grounds import kind_of
-from ..study.stored import Posterior
 from .calibrating import spread
 from .calibration import Calibration
 from .disturbance import Disturbance
 from .indexing.loop import Loop
 from .past import Past, disturbing
-from .sailing import Lanes, Uncertain, check_traced, draws_of, sailed
+from .sailing import Lanes, Uncertain, check_traced, sailed
 
 # Rows of each run at which draws are kept.
 _ROWS = 200
@@ -157,8 +157,9 @@ def _notes(found: Calibration, kind: str, level: float, longest: float) -> tuple
 
 
 def uncertain(held: Posterior, found: Calibration, draws: int, seed: int) -> Uncertain:
-    """What differs between draws of a calibrated ship."""
-    return Uncertain(held.names, draws_of(held, draws, seed), found.noise, found.disturbance)
+    """What differs between draws of a calibrated ship; its factors count the errors of left-out trials already."""
+    plain = replace(held, power=None)
+    return Uncertain(held.names, plain.draws(draws, seed), found.noise, found.disturbance)
 
 
 @dataclass(frozen=True)

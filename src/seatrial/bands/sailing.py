@@ -7,7 +7,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..core.parameters import specs
 from ..data import Array
 from ..engine.rollout import simulator
 from ..models import STATES, Sampled, Stepped
@@ -131,30 +130,3 @@ def sailed(ship: Ship, lanes: Lanes, uncertain: Uncertain, seed: int, method: st
             )  # fmt: skip
         out[low : low + len(some)] = run[:, :, : len(STATES)].reshape(len(some), count, -1, len(STATES))
     return out
-
-
-class Normal(Protocol):
-    """Parameters of a ship with a normal density."""
-
-    @property
-    def ship(self) -> Ship: ...
-    @property
-    def names(self) -> tuple[str, ...]: ...
-    @property
-    def mean(self) -> Array: ...
-    @property
-    def covariance(self) -> Array: ...
-
-
-def draws_of(one: Normal, count: int, seed: int) -> Array:
-    """Draws of the parameters, held within its physical range and bounds each, shape (count, names).
-
-    The bounds are those of a fit that has declared them; fits of trials left out in turn have the same.
-    """
-    weight, vectors = np.linalg.eigh(0.5 * (one.covariance + one.covariance.T))
-    root = vectors * np.sqrt(np.clip(weight, 0.0, None))
-    drawn = one.mean + np.random.default_rng(seed).standard_normal((count, len(one.mean))) @ root.T
-    known, free = specs(one.ship.model), getattr(one, "free", ())
-    ends = {each.path: (max(each.low, known[each.path].low), min(each.high, known[each.path].high)) for each in free}
-    low, high = zip(*(ends.get(name, (known[name].low, known[name].high)) for name in one.names), strict=True)
-    return np.clip(drawn, low, high)

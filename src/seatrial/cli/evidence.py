@@ -28,7 +28,7 @@ def card(
 
 
 def calibrate(
-    model: o.FittedModel, parts: o.LeftOutParts = 5, horizon: o.BandHorizon = None,
+    model: o.FittedModel, parts: o.LeftOutParts = None, horizon: o.BandHorizon = None,
     history: o.CalibratedHistory = None, fit_first: o.CalibratedFirst = None, dask: o.Dask = None,
     json: o.Json = False,
 ) -> None:  # fmt: skip

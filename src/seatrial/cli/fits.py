@@ -46,7 +46,7 @@ def check(
 def identify(
     study: o.StudyFile, out: o.RunFolder, quick: o.Quick = False, only: o.OnlyFits = None,
     free_suspects: o.FreeSuspects = False, dask: o.Dask = None, sample: o.Sample = None,
-    left_out: o.LeftOut = False, page: o.FitPage = False, port: o.FitPort = None, json: o.Json = False,
+    page: o.FitPage = False, port: o.FitPort = None, json: o.Json = False,
 ) -> None:  # fmt: skip
     """Fit a ship to trials; write the model and a report."""
     from ..identify import FitError
@@ -57,7 +57,7 @@ def identify(
     with watching(port_of(page, port)) as sink:
         try:
             outcome = run(study, out, quick=quick, only=only or (), free_suspects=free_suspects, dask=dask,
-                          sample=sample, left_out=left_out, sink=sink)  # fmt: skip
+                          sample=sample, sink=sink)  # fmt: skip
         except KeyboardInterrupt:
             again = f" to go on in {out}" if resumes(out) else ""
             raise Stopped(f"interrupted; run the same command again{again}") from None

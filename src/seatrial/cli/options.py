@@ -157,7 +157,6 @@ Instruments = Annotated[
 ]  # fmt: skip
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
 Sample = Annotated[int | None, Option("--sample", metavar="N", help="Add N samples of the posterior of the fit.")]
-LeftOut = Annotated[bool, Option("--left-out", help="Set the width of bands by leaving out trials in turn.")]
 FitFor = Annotated[
     str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.")
 ]  # fmt: skip
@@ -175,7 +174,7 @@ Unseen = Annotated[
 ]  # fmt: skip
 Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
 
-LeftOutParts = Annotated[int, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
+LeftOutParts = Annotated[int | None, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
 BandHorizon = Annotated[
     float | None, Option("--horizon", help="Set the longest time ahead that bands reach [s].")
 ]  # fmt: skip

@@ -1,7 +1,4 @@
-"""A saved fit as the value that it was: model.toml, fit.json, history.csv and fit.npz to a `Fit`.
-
-`posterior` gives the covariance that a fitted ship carries in the fit.json beside it, held to its file by the digest.
-"""
+"""A saved fit as the value that it was: model.toml, fit.json, history.csv and fit.npz to a `Fit`."""
 
 from __future__ import annotations
 
@@ -15,14 +12,11 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import ShipError
-from ..core.parameters import Free, ParameterError, read, specs
+from ..core.parameters import Free, ParameterError
 from ..data import Array
 from ..identify import Fit, StudyError, Verdict
-from ..identify.posterior.left_out import Power
-from ..ships import Ship
 from ..ships.files import load
 from .arrays import ARRAYS, Held, read_arrays
-from .drawn import DRAWS, drawn_of, read_draws, read_power
 from .store import COLUMNS, HISTORY, MODEL, SUMMARY, check_seal, read_summary
 
 _ABSENT = {"low": -math.inf, "high": math.inf, "prior": math.nan, "prior_sigma": math.inf}
@@ -127,131 +121,6 @@ def _held(where: Path, digest: str) -> Held:
     if held.digest != digest:
         raise StudyError(f"{path}: of fit {held.digest}, {SUMMARY} is of {digest}; delete the one that is not wanted")
     return held
-
-
-@dataclass(frozen=True)
-class Posterior:
-    """Parameters of a fitted ship with the normal approximation of their joint density.
-
-    Attributes:
-        ship: the fitted ship, as its file has it.
-        free: the parameters as they were declared.
-        mean: estimates, shape (free,).
-        covariance: shape (free, free).
-        digest: of the fit.
-        grounds: trials of the fit and the ranges they cover (`grounds.grounds`); empty for a fit of before they were
-            kept.
-        power: how much less the likelihood is worth by trials left out in turn; None where none were.
-        samples: draws of its sampled posterior (`identify --sample`), shape (draws, free); None where it was not.
-    """
-
-    ship: Ship
-    free: tuple[Free, ...]
-    mean: Array
-    covariance: Array
-    digest: str
-    grounds: Mapping[str, Any]
-    power: Power | None = None
-    samples: Array | None = None
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Paths of the parameters."""
-        return tuple(one.path for one in self.free)
-
-    @property
-    def covered(self) -> dict[str, tuple[float, float]]:
-        """Range of each channel in the trials of the fit, SI units; null is infinite (deep water)."""
-        found = self.grounds.get("covered", {})
-        return {name: (_open(low), _open(high)) for name, (low, high) in found.items()}
-
-    def draws(self, count: int, seed: int) -> Array:
-        """So many draws within the bounds of the study and the physical ranges, shape (count, free).
-
-        Raises:
-            StudyError: hardly any draw is within them.
-        """
-        known = specs(self.ship.model)
-        low = np.array([max(one.low, known[one.path].low) for one in self.free])
-        high = np.array([min(one.high, known[one.path].high) for one in self.free])
-        rng, kept = np.random.default_rng(seed), np.zeros((0, len(self.free)))
-        for _ in range(_TRIES):
-            drawn = self._normal(count, rng)
-            inside = np.all((drawn >= low) & (drawn <= high), axis=1)
-            kept = np.vstack([kept, drawn[inside]])
-            if len(kept) >= count:
-                return kept[:count]
-        raise StudyError(
-            f"{self.ship.name}: {len(kept)} of {_TRIES * count} draws of the posterior are within the bounds of the "
-            "study; it is not normal there: fix or free the parameters at a bound, and fit again"
-        )
-
-    def _normal(self, count: int, rng: np.random.Generator) -> Array:
-        """Draws whatever the bounds, shape (count, free): widened by left-out trials, else sampled, else normal."""
-        if self.power is not None:
-            return self.power.draws(self.free, self.mean, self.covariance, count, rng)
-        if self.samples is not None:
-            return self.samples[rng.integers(0, len(self.samples), count)]
-        values, vectors = np.linalg.eigh(self.covariance)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
-        return self.mean + rng.standard_normal((count, len(self.free))) @ root.T
-
-
-# Draws are thrown away outside the bounds; fewer than one in so many within them is no normal density.
-_TRIES = 200
-HOW = "seatrial identify STUDY.toml -o RUN writes RUN/model.toml with its posterior beside"
-
-
-def posterior(model: str | Path) -> Posterior:
-    """The posterior of a fitted ship, from the fit.json beside its file.
-
-    Raises:
-        StudyError: no posterior is beside, or that of another fit or of other numbers; says which command makes one.
-        ShipError: the ship file cannot be read.
-    """
-    file = Path(model)
-    if file.suffix != ".toml" or not file.is_file():
-        raise StudyError(f"{model}: has no posterior, as it is no fitted ship file; {HOW}")
-    if file.name != MODEL or not (file.parent / SUMMARY).is_file():
-        raise StudyError(f"{model}: has no posterior ({file.with_name(SUMMARY)} of a {MODEL}); {HOW}")
-    ship, fit, summary = load(file), load_fit(file.parent), read_summary(file.parent)
-    made = ship.notes.get("provenance", {}).get("digest", "none")
-    if made != fit.digest:
-        raise StudyError(f"{file}: is of fit {made}, the {SUMMARY} beside it of fit {fit.digest}; keep the two files "
-                         "of one run together")  # fmt: skip
-    for free, value in zip(fit.free, fit.values, strict=True):
-        own = float(read(ship.model, free.path))
-        if not math.isclose(own, value, rel_tol=1e-6, abs_tol=1e-12):
-            raise StudyError(f"{file}: {free.path} is {own:.6g}, and {value:.6g} in the {SUMMARY} beside it: one was "
-                             "edited after the fit; fit again, or take the file as it was written")  # fmt: skip
-    if not fit.free or not np.all(np.isfinite(fit.covariance)) or not np.any(fit.covariance):
-        raise StudyError(f"{file}: its fit has no covariance ({SUMMARY}); {HOW} with an estimator that gives one, "
-                         "such as shooting:Trajectory")  # fmt: skip
-    return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.get("grounds") or {},
-                     read_power(summary, file.parent / SUMMARY), _samples(file.parent, fit))  # fmt: skip
-
-
-def _samples(where: Path, fit: Fit) -> Array | None:
-    """Draws of the sampled posterior that lie beside a fit; None where there are none.
-
-    Raises:
-        StudyError: they cannot be read, or are of other parameters.
-    """
-    file = where / DRAWS
-    if not file.is_file():
-        return None
-    paths, draws = read_draws(file)
-    if drawn_of(file) != fit.digest:
-        raise StudyError(f"{file}: is of fit {drawn_of(file) or 'none'}, the {SUMMARY} beside it of fit {fit.digest}; "
-                         "keep the files of one run together, or delete the draws")  # fmt: skip
-    if set(paths) != set(fit.vector.paths):
-        raise StudyError(f"{file}: holds {len(paths)} parameters, the fit beside it {len(fit.free)} others; keep the "
-                         "files of one run together")  # fmt: skip
-    return draws[:, [paths.index(path) for path in fit.vector.paths]]
-
-
-def _open(value: float | None) -> float:
-    return math.inf if value is None else float(value)
 
 
 class _Reading:

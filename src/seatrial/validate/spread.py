@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ..belief.posterior import Posterior
 from ..core.files import write_whole
 from ..core.parameters import values
 from ..core.unpacking import unpacked
@@ -146,10 +147,8 @@ def members(
         _, free, covariance = freer(fit, problem, estimator, seed=seed)
         units = seed
     middle = np.append(fit.values, np.zeros(len(free) - len(fit.values)))
-    weight, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T))
-    root = vectors * np.sqrt(np.clip(weight, 0.0, None))
-    drawn = middle + np.random.default_rng(seed).standard_normal((count, len(middle))) @ root.T
-    drawn = np.clip(drawn, [f.low for f in free], [f.high for f in free])
+    wide = fit.ship if units is None else with_units(fit.ship, UNITS, units)[0]
+    drawn = Posterior(wide, free, middle, covariance).draws(count, seed)
     channels = usual(problem.trials)
     reference = Reference.of(problem.trials, channels) if channels else None
     paths = tuple(f.path for f in free)

@@ -24,7 +24,6 @@ from .plans import Job, Plan, read_plan
 from .reports import leads, shown
 from .request import Note
 from .sampling.drawing import check_sample, drawn_for
-from .sampling.leaving_out import check_left_out, leave_out
 
 CHECKPOINT = "checkpoint.npz"
 
@@ -34,7 +33,7 @@ _Ended = Fit | FitError | StudyError
 
 def identify(
     path: Path, out: Path, *, quick: bool = False, only: Sequence[str] = (), free_suspects: bool = False,
-    dask: str | None = None, sample: int | None = None, left_out: bool = False,
+    dask: str | None = None, sample: int | None = None,
     sink: Sink = SILENT,
 ) -> Outcome[Mapping[str, Fit]]:  # fmt: skip
     """Fit what a study or a table of fits asks for, save it, and write the report; a killed run resumes.
@@ -44,7 +43,6 @@ def identify(
         out: folder of the run.  What is done in it, with the same data and settings, is not run again.
         quick, only: of a table of fits: its rehearsal, and the models to fit.
         sample: draws of the posterior of a study's fit that are wanted; None draws none.
-        left_out: leave each trial of a study out in turn, and widen the bands of its manoeuvres by what that shows.
         free_suspects: as `suspects = "auto"` in [nuisance] of the study, or of the fits of a table that are asked for.
         dask: address of a Dask scheduler, or ``local:N``: the fits of a table, or the independent searches of a study
             (starts, ranges, trials left out, repetitions, profiles), are computed there, with the same numbers.
@@ -63,16 +61,12 @@ def identify(
     with held_alone(out):
         plan = read_plan(path, out, quick, only, free_suspects)
         check_sample(plan, sample)
-        if left_out:
-            check_left_out(plan)
         jobs, todo = plan.jobs(), plan.left()
         for line in plan.lint() if todo else ():
             sink.note(line)
         _note_done(len(jobs) - len(todo), len(jobs), out, sink)
         with executors.dask(dask, sink.note) if dask and todo else nullcontext(None) as pool:
             fits, failed = _fits(plan, jobs, todo, sink, pool) if todo else ({}, [])
-            if left_out:
-                leave_out(jobs[0], fits, sink)
             drawn = drawn_for(jobs[0], fits, sample, sink) if sample else {}
             if todo or plan.partial or drawn:
                 plan.report({**fits, **drawn}, failed, sink, pool)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ...belief.parts import LeftOut
 from ...data import Array, DataError, Trial
 from ...manoeuvres import Manoeuvre
 from ...manoeuvres.reading import after
@@ -23,8 +24,6 @@ from ...ships.steering import by_angle
 from ...simulate.approach import time_step
 from ...simulate.replay import prepared
 from ..disturbance import Disturbance
-from ..left_out import LeftOut
-from ..sailing import draws_of
 from .loop import Loop
 from .scores import LeftIndices
 
@@ -53,13 +52,13 @@ def left_indices(parts: Sequence[tuple[LeftOut, Disturbance]], of: dict[str, str
 
 def _rows(out: LeftOut, lacks: Disturbance, trial: Trial) -> Iterator[tuple[str, str, float, float]]:
     """Kind, index, error and spread of one left-out trial."""
-    policy = seen(trial) if by_angle(out.ship) else None
+    policy = seen(trial) if by_angle(out.held.ship) else None
     if policy is None:
         return
     angle = float(policy.delta) * (float(policy.side) if isinstance(policy, Zigzag) else 1.0)
     try:
         run = after(trial, angle)
-        measured = _read(policy, run, out.ship.L_pp)
+        measured = _read(policy, run, out.held.ship.L_pp)
     except DataError:
         return
     predicted, drawn = _sailed(out, lacks, policy, run)
@@ -74,7 +73,7 @@ def _sailed(
     out: LeftOut, lacks: Disturbance, policy: Manoeuvre, run: Trial
 ) -> tuple[dict[str, float], list[dict[str, float]]]:
     """Indices by the fit itself, and by draws of it."""
-    ship = out.ship
+    ship = out.held.ship
     ready = prepared(ship, run, restart=None)
     channels = ready.lanes.shape[2] - len(ship.model.controls)
     around = np.nanmean(ready.lanes[:1, :, -channels:], axis=1, keepdims=True)
@@ -84,8 +83,8 @@ def _sailed(
     start = np.array([ready.begun[0, : len(STATES)]])
     loop = Loop(ship, policy, dt, around, start, every, every * (steps // every) + 1)
     calm = Disturbance(tuple(replace(one, sigma=0.0) for one in lacks.processes))
-    middle = loop.run(out.names, out.mean[None], calm, _SEED)
-    drawn = loop.run(out.names, draws_of(out, _DRAWS, _SEED), lacks, _SEED)
+    middle = loop.run(out.held.names, out.held.mean[None], calm, _SEED)
+    drawn = loop.run(out.held.names, out.held.draws(_DRAWS, _SEED), lacks, _SEED)
     t = dt * every * np.arange(middle.shape[1])
     (own,), each = ([_figures(policy, ship, loop.stored, t, rows) for rows in some] for some in (middle, drawn))
     return own, each

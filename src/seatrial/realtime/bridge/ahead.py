@@ -21,13 +21,13 @@ from ...bands.calibration import Calibration
 from ...bands.learning import quiet
 from ...bands.prediction import uncertain
 from ...bands.sailing import Lanes, Uncertain, check_traced, sailed
+from ...belief.posterior import Posterior
 from ...data import Array, Trial
 from ...engine import SimulationError
 from ...models import STATES
 from ...ships import Ship
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop
-from ...study.stored import Posterior
 from ..plant import Plant
 
 PERIOD = 1.0

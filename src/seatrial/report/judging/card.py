@@ -25,7 +25,7 @@ _CLAIMED, _HOLDS, _CHANCE = 0.95, 0.9, 3.0
 _BANDS = (
     "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise "
     "of the instruments at the start and at the reading. Errors of the form of the model, of weather and controls are "
-    "in these bands only as far as trials left out of the fit in turn have widened it (identify --left-out): where "
+    "in these bands only as far as trials left out of the fit in turn have widened it (seatrial calibrate): where "
     "they hold less often than 95 %, take the errors, not the bands."
 )
 _NOT_CALIBRATED = (
@@ -68,6 +68,7 @@ class Card:
         missing: what could not be judged, one line each.
         unseen: name, kind and length [s] of the trials that judged it.
         banded: whether its fit has a covariance.
+        widened: whether trials left out of the fit have widened its posterior.
         calibrated: its bands by left-out trials; None where no calibration is beside the model.
         repeat, versions: commands and digests; programs.
     """
@@ -82,6 +83,7 @@ class Card:
     missing: tuple[str, ...]
     unseen: tuple[tuple[str, str, float], ...]
     banded: bool
+    widened: bool
     calibrated: Calibrated | None
     repeat: Mapping[str, str]
     versions: Mapping[str, str]
@@ -139,7 +141,7 @@ def _head(card: Card) -> str:
     warned = [*card.missing]
     if _explained(card) is False:
         warned.insert(0, "The model does not explain the trials of its fit: its sigmas are too narrow"
-                      + ("." if "left_out" in card.summary else ", and its bands."))  # fmt: skip
+                      + ("." if card.widened else ", and its bands."))  # fmt: skip
     best = [row for row in card.rows if row.horizon == card.rows[-1].horizon][-1:]
     shown = [(f"{number(row.error['position'], 2)} m", f"position error after {row.horizon:.4g} s") for row in best]
     shown += [(f"{number(_DEGREES * row.error['heading'], 2)}°", "heading error") for row in best]
@@ -153,7 +155,7 @@ def _validity(card: Card) -> str:
     if not card.covered:
         return soft("This fit did not keep the ranges of its trials (an older version): fit it again.")
     rows = [_range(name, ends) for name, ends in card.covered.items()]
-    refused = "" if "left_out" in card.summary else ", and seatrial simulate --bands refuses it"
+    refused = "" if card.widened else ", and seatrial simulate --bands refuses it"
     words = ("Lowest and highest value in the trials of the fit, without a thousandth of outliers at either end. "
              "Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there"
              f"{refused}.")  # fmt: skip

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from ...belief.drawn import read_draws
 from ...campaign import Campaign, Case, Correlated, Criterion, Tracks, usual_chunk
 from ...campaign import chunk as chunks
 from ...campaign.columns import index_units, meanings, shown
@@ -23,7 +24,6 @@ from ...environment import Uniform
 from ...identify import StudyError
 from ...ships import Ship
 from ...simulate.approach import approach, time_step
-from ...study.drawn import read_draws
 from ...study.schema import checked
 from ...study.stored import read_numbers
 from .. import RequestError

@@ -13,6 +13,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
+from ...belief.posterior import Posterior
 from ...core.files import packed, write_together
 from ...data.trialfile import write_trial
 from ...manoeuvres import Index, by_demand
@@ -20,7 +21,6 @@ from ...models import STATES
 from ...report.judging.bands import page
 from ...report.page import write
 from ...ships.steering import by_angle
-from ...study.stored import Posterior
 from .. import RequestError
 from ..request import Around, Note, make_folder, silent, surroundings
 from ..simulation import Simulated, simulate

@@ -6,6 +6,7 @@ import re
 import shutil
 from collections.abc import Mapping
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,31 +14,38 @@ from typing import Any
 import numpy as np
 
 from ...bands.beginnings import First, by_first, by_history
-from ...bands.calibrating import LEVEL, Grounds
-from ...bands.calibration import MEASURED, Calibration, beside, save
-from ...bands.left_out import left_out
+from ...bands.calibrating import Grounds
+from ...bands.calibration import LEVEL, Calibration, save
+from ...bands.conformal import needed
+from ...belief.parts import left_out
+from ...belief.power import LEAST
+from ...belief.reading import HOW, MEASURED, beside, posterior
+from ...belief.weighing import power
 from ...core import executors
 from ...core.files import held_alone
 from ...data import Array, Trial
+from ...identify import StudyError
+from ...identify.networks.widths import recordings
 from ...models import STATES
 from ...ships import Ship
 from ...study.grounds import trial_digest
 from ...study.store import load_fit_summary
-from ...study.stored import HOW, load_fit, posterior
+from ...study.stored import load_fit
 from ...study.study import Study, read_study
 from ...validate.fit_first import between_trials, fit_first
 from .. import SILENT, Outcome, RequestError, Sink, Table, figure
 from ..request import positive
 from .fans import DEGREES, current_of
 
-PARTS = 5
+# Recordings that show 95 % are left out in so many parts; of fewer each is left out alone.
+_PARTS = 5
 _FOLDER = "left-out"
 # A day in the name of a recording: 06-Aug-2020, 2020-08-06, 20200806.
 _DAY = re.compile(r"(?<!\d)(?:\d{2}[-_.][A-Za-z]{3}[-_.]\d{4}|\d{4}[-_.]?\d{2}[-_.]?\d{2})(?!\d)")
 
 
 def calibrate(
-    model: str, *, parts: int = PARTS, horizon: float | None = None, history: float | None = None,
+    model: str, *, parts: int | None = None, horizon: float | None = None, history: float | None = None,
     first: float | None = None, dask: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[Calibration]:  # fmt: skip
     """Fit again without some of the trials, for every part of them, and keep how well these are predicted.
@@ -46,7 +54,7 @@ def calibrate(
 
     Args:
         model: model.toml of a run of a study.
-        parts: into how many parts the recordings are dealt.
+        parts: into how many parts the recordings are dealt; None leaves each of few recordings out alone.
         horizon: longest one [s]; None takes what as many recordings reach as 95 % needs.
         history, first: also calibrate predictions that begin so; a file of its own beside the first one.
         dask: as of `identify`; the parts are computed there.
@@ -58,18 +66,22 @@ def calibrate(
         BusyError: another process calibrates this model.
     """
     positive(horizon=horizon, history=history, fit_first=first)
-    if parts < 2:
+    if parts is not None and parts < 2:
         raise RequestError(f"--parts is {parts}; two or more leave trials out")
-    held = posterior(model)
+    held = posterior(model, weighed=False)
     where = Path(model).parent
     study, fit = _study(load_fit_summary(where), model), load_fit(where)
-    folder = where / _FOLDER
+    folder, parts = where / _FOLDER, parts or _parts(study)
 
     def told(done: int) -> None:
         sink.note(f"{done} of {parts} parts of the recordings left out and fitted without")
 
     with held_alone(folder), executors.dask(dask, sink.note) if dask else nullcontext(None) as pool:
-        out = left_out(study.estimator, study.problem, fit, parts=parts, folder=folder, pool=pool, each=told)
+        out = [*left_out(study.estimator, study.problem, fit, held, parts=parts, folder=folder, pool=pool, each=told)]
+        try:
+            held = replace(held, power=power(fit, study.problem, study.estimator, out))
+        except StudyError as error:
+            sink.note(f"beyond the trials of the fit no bands are known: {error}")
         grounds = Grounds.of(held, out, horizon)
         made = [grounds.measured()]
         if history is not None:
@@ -82,6 +94,19 @@ def calibrate(
     document = {**_document(made[0], beside(model)), **{one.begin: _document(one, beside(model, one.begin))
                                                         for one in made[1:]}}  # fmt: skip
     return Outcome(made[0], document, tuple(line for one in made for line in _shown(one)))
+
+
+def _parts(study: Study) -> int:
+    """How many parts the recordings are dealt into.
+
+    Raises:
+        RequestError: too few of them to leave any out.
+    """
+    count = len(recordings(study.problem.trials))
+    if count < LEAST:
+        raise RequestError(f"{study.path}: {count} recordings are too few to leave each out in turn; train on {LEAST} "
+                           "or more")  # fmt: skip
+    return count if count < needed(LEVEL) else _PARTS
 
 
 def _first(span: float, differing: Mapping[str, float], ship: Ship, trial: Trial) -> First:
@@ -112,12 +137,13 @@ def _study(summary: Mapping[str, Any], model: str) -> Study:
 
 
 def _document(found: Calibration, path: Path) -> dict[str, Any]:
-    made = found.factors(LEVEL)
+    made = found.factors(found.level)
     return {
         "written": str(path), "fit": found.fit, "trials": len(found.trials), "recordings": len(set(found.left.groups)),
-        "windows": len(found.left.trials), "kinds": sorted(set(found.left.kinds)), "level": LEVEL,
-        "reach": found.reach(LEVEL), "of_one_day": list(of_one_day(found)), "share": found.share,
+        "windows": len(found.left.trials), "kinds": sorted(set(found.left.kinds)), "level": found.level,
+        "reach": found.reach(found.level), "of_one_day": list(of_one_day(found)), "share": found.share,
         "horizons": found.left.horizons.tolist(),
+        "left_out": None if found.power is None else found.power.numbers(),
         "disturbance": {"current": found.disturbance.current, "accelerations": [
             vars(one) for one in found.disturbance.processes if one.sigma > 0]},
         "half_width": {kind or "any other": {name: (made.factor[k, :, c] * _usual(found)[:, c]).tolist()
@@ -151,7 +177,7 @@ def _begun(found: Calibration) -> str:
 
 
 def _shown(found: Calibration) -> tuple[Table | str, ...]:
-    made, usual = found.factors(LEVEL), _usual(found)
+    made, usual = found.factors(found.level), _usual(found)
     rows = [(kind or "any other", figure(float(h), 3), str(made.recordings[k, j]),
              *(figure(DEGREES.get(name, 1.0) * float(made.factor[k, j, c] * usual[j, c]), 2)
                for c, name in enumerate(STATES)))
@@ -159,5 +185,6 @@ def _shown(found: Calibration) -> tuple[Table | str, ...]:
             if j in (0, len(found.left.horizons) // 2, len(found.left.horizons) - 1)]  # fmt: skip
     head = ("left out", "ahead [s]", "recordings", "x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
     return (Table(head, tuple(rows), tuple(range(1, 9))),
-            f"half widths of usual bands of {100 * LEVEL:g} %, by kind of manoeuvre{_begun(found)}",
-            f"bands hold up to {found.reach(LEVEL):.4g} s from a start", *of_one_day(found))  # fmt: skip
+            f"half widths of usual bands of {100 * found.level:.3g} %, by kind of manoeuvre{_begun(found)}",
+            f"bands hold up to {found.reach(found.level):.4g} s from a start", *of_one_day(found),
+            *(() if found.power is None else found.power.words))  # fmt: skip

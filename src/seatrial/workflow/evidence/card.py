@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ...belief.reading import HOW
+from ...belief.reading import posterior as posterior_of
 from ...choosing.purposes import PURPOSES
 from ...core.errors import SeatrialError
 from ...core.version import __version__
@@ -23,8 +25,7 @@ from ...report.page import write
 from ...simulate.approach import rounded_down
 from ...study.grounds import kind_of, trial_digest
 from ...study.store import load_fit_summary
-from ...study.stored import HOW, load_fit
-from ...study.stored import posterior as posterior_of
+from ...study.stored import load_fit
 from ...study.study import read_study
 from ...validate import Comparison
 from ...validate.ahead import Ahead, ahead, by_kind
@@ -71,7 +72,7 @@ def card(
     found = Card(
         fit, summary, seconds, by_kind(ahead_of), _pooled(comparisons), uses,
         {**unjudged}, (*missing, *failed, *lost), tuple((t.name, kind_of(t), t.duration) for t in right),
-        ship is not None, calibrated_of(model, ship, right, seconds, sink),
+        ship is not None, ship is not None and ship.power is not None, calibrated_of(model, ship, right, seconds, sink),
         _repeat(model, summary, trials), _versions(summary),
     )  # fmt: skip
     made = page(found)

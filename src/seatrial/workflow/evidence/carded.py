@@ -9,6 +9,7 @@ from ...bands.calibration import Calibration, beside, load
 from ...bands.crossed import crossed
 from ...bands.held import SHARES, Held, held, windows
 from ...bands.prediction import fan
+from ...belief.posterior import Posterior
 from ...core.errors import SeatrialError
 from ...data import Trial
 from ...engine import SimulationError
@@ -16,7 +17,6 @@ from ...report.judging.bands import reach
 from ...report.judging.card import Calibrated
 from ...simulate.replay import replay
 from ...study.grounds import beyond
-from ...study.stored import Posterior
 from .. import Sink
 from .calibrate import of_one_day
 

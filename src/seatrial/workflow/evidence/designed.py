@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ...bands.sailing import draws_of
+from ...belief.posterior import Posterior
+from ...belief.reading import posterior
 from ...campaign.bands import Bands, bands
 from ...data import Array
 from ...environment import Uniform
 from ...identify import StudyError
 from ...identify.design.excitation import Plan, before
 from ...ships import Ship
-from ...study.stored import posterior
 from ...validate.imo import Criterion, ImoTable, imo_table
 from .. import RequestError
 from ..request import Note, silent
@@ -53,14 +53,6 @@ class Foreseen:
         return widths[0] / widths[1] if widths[1] > 0.0 else math.nan
 
 
-@dataclass(frozen=True)
-class _Gauss:
-    ship: Ship
-    names: tuple[str, ...]
-    mean: Array
-    covariance: Array
-
-
 def foreseen(
     ship: Ship, plan: Plan, level: float, *, draws: int | None = None, model: str | Path | None = None,
     note: Note = silent,
@@ -80,12 +72,11 @@ def foreseen(
     count = DRAWS if draws is None else draws
     if not _LEAST <= count <= _MOST:
         raise RequestError(f"--draws is {count}; bands of a design take {_LEAST} to {_MOST}")
-    names = tuple(one.path for one in plan.free)
     mean = np.array([one.start for one in plan.free])
     now = _known(plan, model, note)
     then: Array = np.asarray(np.linalg.inv(np.linalg.inv(now) + plan.information), dtype=np.float64)
     table = imo_table(ship)
-    sides = [dict(_banded(table, _Gauss(ship, names, mean, one), count)) for one in (now, then)]
+    sides = [dict(_banded(table, Posterior(ship, plan.free, mean, one), count)) for one in (now, then)]
     return tuple(_row(row, level, table.L_pp, *(side[row.title] for side in sides))
                  for row in table.rows if row.title in sides[0])  # fmt: skip
 
@@ -109,9 +100,9 @@ def _known(plan: Plan, model: str | Path | None, note: Note) -> Array:
     return out
 
 
-def _banded(table: ImoTable, one: _Gauss, count: int) -> Iterator[tuple[str, Bands]]:
+def _banded(table: ImoTable, one: Posterior, count: int) -> Iterator[tuple[str, Bands]]:
     """Draws of each run of the table, by the titles of its rows."""
-    drawn, made = draws_of(one, count, _SEED), dict[int, Bands]()
+    drawn, made = one.draws(count, _SEED), dict[int, Bands]()
     for row in table.rows:
         source = row.source
         if source is None or row.value is None:

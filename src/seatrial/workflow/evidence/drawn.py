@@ -14,7 +14,8 @@ import numpy as np
 
 from ...bands.calibration import Calibration, beside, load
 from ...bands.prediction import Runs, manoeuvre, scale_of
-from ...bands.sailing import draws_of
+from ...belief.posterior import Posterior
+from ...belief.reading import posterior
 from ...campaign.bands import Bands, bands, read, step_of
 from ...data import Array, Trial
 from ...environment import Weather
@@ -25,7 +26,6 @@ from ...ships import Ship
 from ...simulate.run import recorded
 from ...study.grounds import SURROUNDINGS, Beyond, beyond, kind_of
 from ...study.store import load_fit_summary
-from ...study.stored import Posterior, posterior
 from .. import RequestError
 
 DRAWS, MOST = 1000, 20_000
@@ -35,7 +35,7 @@ SEED = 1
 # A parameter is left open where so much of its prior variance stays.
 _LOOSE = 0.5
 UNKNOWN = "; nothing is known of the error there; "
-LEAVE_OUT = "; or let trials left out in turn widen them (seatrial identify STUDY -o RUN --left-out)"
+LEAVE_OUT = "; or let trials left out in turn widen them (seatrial calibrate MODEL)"
 # Rows of each calibrated run: indices of a manoeuvre with memory hang on the instant of its reversals.
 _ROWS, _SWITCHED = 200, 600
 
@@ -94,8 +94,10 @@ class Drawing:
             raise RequestError(f"--draws is {count}; bands of {level:g} percent take {least} to {MOST}")
         held = posterior(model)
         found = load(model, held) if beside(model).is_file() else None
-        if found is not None:
+        if found is not None and (found.power is None or 0.01 * level <= found.level):
             found.factors(0.01 * level)
+        elif found is not None:  # too few recordings for this level: the widened posterior has it
+            found = None
         tested = load_fit_summary(Path(model).parent).get("diagnosis")
         return Drawing(held, found, 0.01 * level, count, extrapolate,
                        tested is None or bool(tested.get("explained", True)))  # fmt: skip
@@ -165,7 +167,7 @@ class Drawing:
             basis = PARAMETERS_ONLY if self.held.power is None else LEFT_OUT
             lines = (self._law,) if self.held.power is None else self.held.power.words
         else:
-            drawn, kind = draws_of(self.held, self.count, SEED), kind_of(run)
+            drawn, kind = self.held.draws(self.count, SEED), kind_of(run)
             made, scale, sure = _calibrated(self, found, policy, run, speed, dt, weather, kind)
             basis = CALIBRATED.on(len(set(found.left.groups)))
             lines = _unsure(found, self.level, kind, run.duration, scale, sure, made)

@@ -14,6 +14,8 @@ from ...bands.calibration import Calibration, begin_of, load
 from ...bands.held import GROUPS, SHARES, held, windows
 from ...bands.past import Filter, carried
 from ...bands.prediction import Fan, fan
+from ...belief.posterior import Posterior
+from ...belief.reading import posterior
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...models import STATES
@@ -21,7 +23,6 @@ from ...report.judging.bands import reach
 from ...report.judging.fans import BandsHeld, words
 from ...simulate.replay import replay
 from ...study.grounds import beyond
-from ...study.stored import Posterior, posterior
 from ...validate.fit_first import Beginning
 from .. import RequestError, Table, figure
 from ..request import DEGREE, Note, make_folder

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...belief.posterior import Posterior
+from ...belief.reading import posterior
 from ...core.parameters import update
 from ...environment import Uniform
 from ...report.judging.bands import LEFT_OUT, PARAMETERS_ONLY
@@ -20,7 +22,6 @@ from ...report.judging.imo import page
 from ...report.page import write
 from ...ships import Ship
 from ...simulate.run import simulate
-from ...study.stored import Posterior, posterior
 from ...validate.imo import NOT_APPLICABLE, UNDECIDED, Band, Criterion, ImoTable, Source, imo_table
 from ...validate.requirements import Elsewhere, Table
 from ...validate.requirements.draws import judged_by

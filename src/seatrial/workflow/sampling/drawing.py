@@ -47,8 +47,8 @@ def drawn_for(job: Job, fits: Mapping[str, Fit], count: int, sink: Sink) -> dict
     Args:
         fits: made in this run; one that is not among them is read from its folder.
     """
+    from ...belief.drawn import DRAWS, save_draws
     from ...identify.posterior.sampling.sampling import sample
-    from ...study.drawn import DRAWS, save_draws
     from ...study.stored import load_fit
 
     fit = fits.get(job.name) or load_fit(job.where)

@@ -4,14 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from suzaku_turns import GNSS, SHIP, TRUTH, problem, turn
 
+from seatrial.belief.parts import left_out
+from seatrial.belief.posterior import Posterior
+from seatrial.belief.power import Power, directions
+from seatrial.belief.weighing import power
 from seatrial.core.parameters import Free, near
 from seatrial.data import Trial
 from seatrial.identify import Loss, StudyError
-from seatrial.identify.posterior.left_out import Power, directions, power
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.sensors import Sensors
+from suzaku_turns import GNSS, SHIP, TRUTH, problem, turn
 
 ESTIMATOR = Trajectory(window=200.0, every=10, method="euler", initial="measured", threads=2)
 PATHS = ("hull.R_0", "rudder.kappa", "hull.N_r")
@@ -34,7 +37,17 @@ def turns(ships, seed=1):
 
 
 def drawn(factor, left=1.0, trials=SURE, count=60_000):
-    return Power(factor, trials, {}, left).draws(FREE, MEAN, COVARIANCE, count, np.random.default_rng(0))
+    rng = np.random.default_rng(0)
+    across, fixed = directions(FREE, COVARIANCE)
+    wide = Power(factor, trials, {}, left).deviations(fixed, count, rng)
+    return MEAN + (wide * rng.standard_normal((count, 3))) @ across.T
+
+
+def judged(told):
+    """Power of a fit by each trial left out in turn."""
+    fit = ESTIMATOR.fit(told)
+    held = Posterior(fit.ship, fit.free, fit.values, fit.covariance)
+    return fit, power(fit, told, ESTIMATOR, [*left_out(ESTIMATOR, told, fit, held, parts=len(told.trials))])
 
 
 def test_a_likelihood_that_counts_in_full_leaves_the_posterior_as_it_is():
@@ -61,8 +74,7 @@ def test_few_trials_make_the_tails_heavy_but_those_of_the_prior():
 
 def test_priors_that_are_too_narrow_are_widened_and_told():
     found = Power(1e8, SURE, {"one": 50.0}, 4.0)
-    assert found.draws(FREE, MEAN, COVARIANCE, 60_000, np.random.default_rng(0)).std(axis=0)[:2] == pytest.approx(
-        [1.0, 0.2], rel=0.02)  # fmt: skip
+    assert drawn(1e8, 4.0).std(axis=0)[:2] == pytest.approx([1.0, 0.2], rel=0.02)
     assert "the priors are too narrow" in found.words[1]
     assert len(Power(2.0, 4, {"one": 2.0}, 1.0).words) == 1
 
@@ -75,7 +87,7 @@ def test_directions_are_those_of_the_covariance():
 @pytest.mark.slow
 def test_a_ship_that_the_model_can_be_needs_no_widening():
     told = turns([SHIP])
-    found = power(ESTIMATOR.fit(told), told, ESTIMATOR)
+    _, found = judged(told)
     assert found.trials == 6
     assert found.factor < 6.0
     assert found.left < 1.5
@@ -85,8 +97,7 @@ def test_a_ship_that_the_model_can_be_needs_no_widening():
 def test_trials_of_two_ships_do_not_make_one_that_is_known_well():
     """The fit is as sure as before, and misses each trial that it has not seen."""
     told = turns([SHIP, TRUTH])
-    fit = ESTIMATOR.fit(told)
-    found = power(fit, told, ESTIMATOR)
+    fit, found = judged(told)
     assert found.factor > 30.0
     assert min(found.errors.values()) > 5.0
     wide = np.sqrt(np.diag(found.covariance(fit.free, fit.covariance)))
@@ -98,7 +109,7 @@ def test_trials_of_two_ships_do_not_make_one_that_is_known_well():
 def test_two_trials_are_too_few():
     told = turns([SHIP])
     with pytest.raises(StudyError, match="2 trials are too few to leave each out in turn; fit 3 or more"):
-        power(ESTIMATOR.fit(told), replace(told, trials=told.trials[:2]), ESTIMATOR)
+        power(ESTIMATOR.fit(told), replace(told, trials=told.trials[:2]), ESTIMATOR, [])
 
 
 def test_what_is_kept_is_what_was_found():

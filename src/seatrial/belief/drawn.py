@@ -1,13 +1,8 @@
-"""What is found of a posterior after the fit, on disk.
-
-Draws: posterior.npz, posterior.nc where ArviZ is there, and their summary in fit.json; and there what trials that were
-left out in turn say of it.
-"""
+"""Samples of a posterior on disk: posterior.npz, posterior.nc where ArviZ is there, and their summary in fit.json."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +12,10 @@ from ..core.files import packed, write_whole
 from ..core.unpacking import unpacked
 from ..data import Array
 from ..identify import StudyError
-from ..identify.posterior.left_out import Power
 from ..identify.posterior.sampling.sampled import Sampled
-from .store import load_fit_summary, write_summary
+from ..study.store import load_fit_summary, write_summary
 
-DRAWS, NETCDF, KEY, LEFT_OUT = "posterior.npz", "posterior.nc", "posterior", "left_out"
+DRAWS, NETCDF, KEY = "posterior.npz", "posterior.nc", "posterior"
 
 
 def save_draws(found: Sampled, folder: str | Path) -> Path:
@@ -79,28 +73,3 @@ def read_draws(path: str | Path) -> tuple[tuple[str, ...], Array]:
 def drawn_of(path: str | Path) -> str:
     """Digest of the fit whose posterior the draws are of, of a file that `read_draws` has read."""
     return str(unpacked(Path(path).read_bytes()).get("fit", ""))
-
-
-def save_power(found: Power, folder: str | Path) -> None:
-    """Write what left-out trials say into the fit.json of their fit.
-
-    Raises:
-        StudyError: no fit in the folder.
-    """
-    write_summary(folder, {**load_fit_summary(folder), LEFT_OUT: found.numbers()})
-
-
-def read_power(document: Mapping[str, Any], path: Path) -> Power | None:
-    """What left-out trials say, from the content of a fit.json; None where it has nothing.
-
-    Raises:
-        StudyError: it was edited to what it cannot be.
-    """
-    table = document.get(LEFT_OUT)
-    if table is None:
-        return None
-    try:
-        return Power.read(table)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise StudyError(f"{path}: {LEFT_OUT} cannot be read ({error}); seatrial identify STUDY --left-out makes it "
-                         "again") from None  # fmt: skip

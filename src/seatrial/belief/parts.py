@@ -20,8 +20,8 @@ from ..identify import Fit, Problem, StudyError
 from ..identify.digest import digest
 from ..identify.networks.widths import recordings
 from ..identify.resume import kept_arrays
-from ..ships import Ship
 from ..study.grounds import kind_of
+from .posterior import Posterior
 
 
 @dataclass(frozen=True)
@@ -29,15 +29,11 @@ class LeftOut:
     """A fit and the trials that it has not seen.
 
     Attributes:
-        ship: fitted to the others.
-        names, mean, covariance: its free parameters with their posterior, shapes (free,), (free, free).
+        held: posterior of the fit to the others.
         trials: those left out.
     """
 
-    ship: Ship
-    names: tuple[str, ...]
-    mean: Array
-    covariance: Array
+    held: Posterior
     trials: tuple[Trial, ...]
 
 
@@ -64,13 +60,15 @@ def begun(estimator: Any, problem: Problem, fit: Fit) -> tuple[Any, Problem]:
 
 
 def left_out(
-    estimator: Any, problem: Problem, fit: Fit, *, parts: int, folder: Path | None = None, pool: Pool | None = None,
+    estimator: Any, problem: Problem, fit: Fit, held: Posterior, *, parts: int, folder: Path | None = None,
+    pool: Pool | None = None,
     each: Callable[[int], object] = lambda done: None,
 ) -> Iterator[LeftOut]:  # fmt: skip
     """Fits to all trials but one part, for every part in turn.
 
     Args:
         fit: the whole one, of `problem` by `estimator`.
+        held: its posterior; where that was sampled, those of the parts are as wide, about their own estimates.
         folder: where parts that are done are kept, so that a killed run goes on; None keeps nothing.
         pool: computes the parts; None does so here.
         each: called with the number of parts that are done.
@@ -95,7 +93,8 @@ def left_out(
         each(k + 1)
         names = inner[k].vector.paths
         ship = inner[k].ship.having(dict(zip(names, mean.tolist(), strict=True)))
-        yield LeftOut(ship, tuple(names), mean, covariance, tuple(some))
+        samples = None if held.samples is None else held.samples - held.mean + mean
+        yield LeftOut(Posterior(ship, inner[k].free, mean, covariance, samples=samples), tuple(some))
 
 
 def _here(work: Callable[..., Any], pieces: Sequence[tuple[Any, ...]]) -> Iterator[Any]:

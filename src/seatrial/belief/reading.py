@@ -1,0 +1,100 @@
+"""The posterior of a fitted ship, from the files of its fit, which are held to each other by the digest."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from ..core.parameters import read
+from ..data import Array
+from ..identify import Fit, StudyError
+from ..ships.files import load
+from ..study.store import MODEL, SUMMARY, read_summary
+from ..study.stored import load_fit
+from .drawn import DRAWS, drawn_of, read_draws
+from .posterior import Posterior
+from .power import Power
+
+HOW = "seatrial identify STUDY.toml -o RUN writes RUN/model.toml with its posterior beside"
+CALIBRATE = "seatrial calibrate MODEL makes it from fits that leave trials out"
+SUFFIX, MEASURED = ".bands.json", "measured"
+
+
+def beside(model: str | Path, begin: str = MEASURED) -> Path:
+    """Where the calibration of a model is kept for predictions that begin so (`bands.calibration`)."""
+    path = Path(model)
+    return path.with_suffix(SUFFIX) if begin == MEASURED else path.with_name(
+        f"{path.stem}.{begin.replace(' ', '-')}{SUFFIX}")
+
+
+def posterior(model: str | Path, *, weighed: bool = True) -> Posterior:
+    """The posterior of a fitted ship, from the fit.json beside its file.
+
+    Args:
+        weighed: whether it is widened by what trials left out of the fit say, where they were (`calibrate`).
+
+    Raises:
+        StudyError: no posterior is beside, or that of another fit or of other numbers; says which command makes one.
+        ShipError: the ship file cannot be read.
+    """
+    file = Path(model)
+    if file.suffix != ".toml" or not file.is_file():
+        raise StudyError(f"{model}: has no posterior, as it is no fitted ship file; {HOW}")
+    if file.name != MODEL or not (file.parent / SUMMARY).is_file():
+        raise StudyError(f"{model}: has no posterior ({file.with_name(SUMMARY)} of a {MODEL}); {HOW}")
+    ship, fit, summary = load(file), load_fit(file.parent), read_summary(file.parent)
+    made = ship.notes.get("provenance", {}).get("digest", "none")
+    if made != fit.digest:
+        raise StudyError(f"{file}: is of fit {made}, the {SUMMARY} beside it of fit {fit.digest}; keep the two files "
+                         "of one run together")  # fmt: skip
+    for free, value in zip(fit.free, fit.values, strict=True):
+        own = float(read(ship.model, free.path))
+        if not math.isclose(own, value, rel_tol=1e-6, abs_tol=1e-12):
+            raise StudyError(f"{file}: {free.path} is {own:.6g}, and {value:.6g} in the {SUMMARY} beside it: one was "
+                             "edited after the fit; fit again, or take the file as it was written")  # fmt: skip
+    if not fit.free or not np.all(np.isfinite(fit.covariance)) or not np.any(fit.covariance):
+        raise StudyError(f"{file}: its fit has no covariance ({SUMMARY}); {HOW} with an estimator that gives one, "
+                         "such as shooting:Trajectory")  # fmt: skip
+    return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.get("grounds") or {},
+                     _power(beside(file), fit.digest) if weighed else None, _samples(file.parent, fit))  # fmt: skip
+
+
+def _power(path: Path, digest: str) -> Power | None:
+    """What trials left out say of the likelihood, from the calibration beside a model; None where none is there.
+
+    Raises:
+        StudyError: it cannot be read, or is of another fit.
+    """
+    if not path.is_file():
+        return None
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        table, fit = document.get("left_out"), str(document["fit"])
+        found = None if table is None else Power.read(table)
+    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise StudyError(f"{path}: cannot be read ({error}); {CALIBRATE}") from None
+    if fit != digest:
+        raise StudyError(f"{path}: is of fit {fit}, the model beside it of fit {digest}; {CALIBRATE}")
+    return found
+
+
+def _samples(where: Path, fit: Fit) -> Array | None:
+    """Draws of the sampled posterior that lie beside a fit; None where there are none.
+
+    Raises:
+        StudyError: they cannot be read, or are of other parameters.
+    """
+    file = where / DRAWS
+    if not file.is_file():
+        return None
+    paths, draws = read_draws(file)
+    if drawn_of(file) != fit.digest:
+        raise StudyError(f"{file}: is of fit {drawn_of(file) or 'none'}, the {SUMMARY} beside it of fit {fit.digest}; "
+                         "keep the files of one run together, or delete the draws")  # fmt: skip
+    if set(paths) != set(fit.vector.paths):
+        raise StudyError(f"{file}: holds {len(paths)} parameters, the fit beside it {len(fit.free)} others; keep the "
+                         "files of one run together")  # fmt: skip
+    return draws[:, [paths.index(path) for path in fit.vector.paths]]
