@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from suzaku_turns import PAPER, PATHS, SHIP, problem
 
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
@@ -15,6 +14,7 @@ from seatrial.identify.trajectory.gauss_newton import steps
 from seatrial.identify.trajectory.multistart import MultiStart, drawn
 from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.identify.trajectory.shooting import Trajectory
+from suzaku_turns import PAPER, PATHS, SHIP, problem
 
 ESTIMATOR = MultiStart(method="euler", initial="measured")
 

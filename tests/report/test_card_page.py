@@ -47,8 +47,8 @@ def card(**changes: Any) -> Card:
             Row("all kinds", 10.0, 900, 3, {**ERRORS, "position": 6.0}, HELD),
             Row("all kinds", 20.0, 700, 3, {**ERRORS, "position": 15.0}, {**HELD, "speeds": 0.91}))  # fmt: skip
     given = {"fit": own, "summary": summary, "restart": 20.0, "rows": rows, "pooled": {"fitted": 0.25}, "uses": (),
-             "unjudged": {}, "missing": (), "unseen": (("d", "spiral", 70.0), ("new", "turning", 31.4)), "banded": True,
-             "calibrated": None, "repeat": {"digest of the model": "m"}, "versions": {"seatrial": "1"}}  # fmt: skip
+             "unjudged": {}, "missing": (), "unseen": (("d", "spiral", 70.0), ("new", "turning", 31.4)),
+             "banded": True, "widened": False, "calibrated": None, "repeat": {"digest of the model": "m"}, "versions": {"seatrial": "1"}}  # fmt: skip
     return Card(**{**given, **changes})
 
 
@@ -69,7 +69,7 @@ def test_the_head_counts_trials_of_the_fit_by_kind_and_shows_the_last_horizon_of
     told = items(page(bad).sections[0].body)
     assert told == ["The model does not explain the trials of its fit: its sigmas are too narrow, and its bands.",
                     "gone: x"]  # fmt: skip
-    wide = replace(bad, summary={**bad.summary, "left_out": {}})
+    wide = replace(bad, widened=True)
     assert items(page(wide).sections[0].body)[0].endswith("its sigmas are too narrow.")
     assert page(bad).document["explained"] is False
     assert page(card(summary={"study": "S"})).document["explained"] is None
@@ -108,7 +108,7 @@ def test_ranges_stand_in_two_halves_in_the_units_of_people() -> None:
     assert right == [["wind", "0", "8.00", "m/s"], ["wave height", "0", "0", "m"], ["depth", "deep", "deep", "m"]]
     assert "Kinds of manoeuvre: zigzag, turning." in body
     assert "seatrial simulate --bands refuses it" in body
-    assert "refuses" not in page(card(summary={**card().summary, "left_out": {}})).sections[1].body
+    assert "refuses" not in page(card(widened=True)).sections[1].body
     assert card().covered["depth"] == (math.inf, math.inf)
 
 

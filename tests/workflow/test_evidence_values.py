@@ -16,13 +16,14 @@ from calibrated_run import RECORDINGS, WINDOWS, H, calibrated
 from fitted_run import PATHS, covariance, saved, trial, truth
 from seatrial.bands.calibration import beside, load
 from seatrial.bands.held import SHARES
+from seatrial.belief.posterior import Posterior
+from seatrial.belief.reading import posterior
 from seatrial.campaign.bands import Bands
 from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
 from seatrial.models import STATES
 from seatrial.study.grounds import Beyond, covered
-from seatrial.study.stored import Posterior, posterior
 from seatrial.workflow import Table
 from seatrial.workflow.evidence import ahead as paths_ahead
 from seatrial.workflow.evidence import calibrate as calibrating
