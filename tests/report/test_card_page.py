@@ -48,7 +48,8 @@ def card(**changes: Any) -> Card:
             Row("all kinds", 20.0, 700, 3, {**ERRORS, "position": 15.0}, {**HELD, "speeds": 0.91}))  # fmt: skip
     given = {"fit": own, "summary": summary, "restart": 20.0, "rows": rows, "pooled": {"fitted": 0.25}, "uses": (),
              "unjudged": {}, "missing": (), "unseen": (("d", "spiral", 70.0), ("new", "turning", 31.4)),
-             "banded": True, "widened": False, "calibrated": None, "repeat": {"digest of the model": "m"}, "versions": {"seatrial": "1"}}  # fmt: skip
+             "banded": True, "widened": False, "calibrated": None, "repeat": {"digest of the model": "m"},
+             "versions": {"seatrial": "1"}}  # fmt: skip
     return Card(**{**given, **changes})
 
 
