@@ -64,7 +64,7 @@ def spectrum(windows: int, seed: int) -> tuple[Variances, np.random.Generator, n
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tau", [0, 2])
+@pytest.mark.parametrize("tau", [0, 1, 2])
 def test_sizes_of_known_errors_are_found(tau: int) -> None:
     """Two accelerations and a current, each of known size; what is not there is left out, and its time is told."""
     found, rng, _ = spectrum(400, tau)
@@ -86,6 +86,39 @@ def test_sizes_of_known_errors_are_found(tau: int) -> None:
     assert (made[:, 1] < 0.02 * true[:, 0]).all()
     assert times[0] == times[2] == TAUS[tau]
     assert [(one.on, one.by) for one in out.processes] == list(LAYOUT)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tau", [0, 1, 2])
+def test_simulated_accelerations_are_told_with_their_time_and_grow_as_it_does(tau: int) -> None:
+    """Ornstein-Uhlenbeck accelerations of surge and yaw, by exact steps, and the velocities that they add up to.
+
+    In t a velocity has the variance 2 sigma^2 T^2 (t/T - 1 + exp(-t/T)); a sum of a short and a long time is near to
+    one of the middle, but each of them alone is not: at the longest horizon its variance is half or twice as large.
+    """
+    rng, windows, dt = np.random.default_rng(tau), 300, 0.1
+    horizons, times = np.array([5.0, 20.0, 80.0]), np.array(TAUS) * SHIP.L_pp / SHIP.speed
+    grown = np.array([2.0 * T**2 * (horizons / T - 1.0 + np.exp(-horizons / T)) for T in times])
+    unit = np.zeros((len(LAYOUT) * len(TAUS) + 1, windows, len(horizons), 6))
+    for k, (on, by) in enumerate(LAYOUT):
+        for j in range(len(TAUS)):
+            column = {"u": 3, "v_m": 4, "r": 5}[on]
+            unit[k * len(TAUS) + j, :, :, column] = grown[j] * (by == "")
+    error, sigma, kept = np.zeros((windows, len(horizons), 6)), 0.01, math.exp(-dt / times[tau])
+    for column in (3, 5):
+        a, v = sigma * rng.standard_normal(windows), np.zeros(windows)
+        for step in range(1, round(horizons[-1] / dt) + 1):
+            after = kept * a + math.sqrt(1.0 - kept**2) * sigma * rng.standard_normal(windows)
+            a, v = after, v + 0.5 * dt * (a + after)
+            here = np.isclose(horizons, step * dt)
+            error[:, here, column] = v[:, None]
+    out = learned(SHIP, error, Variances(np.full(error.shape, 1e-8), unit), np.ones(windows))
+    for k in (LAYOUT.index(("u", "")), LAYOUT.index(("r", ""))):
+        one = out.processes[k]
+        assert one.tau == pytest.approx(times[tau])
+        # a law of t takes a variance of normal errors for .75 of it, whatever the horizon; 300 windows show some 6 %
+        assert one.sigma**2 == pytest.approx(0.75 * sigma**2, rel=0.2)
+    assert max(out.processes[k].sigma for k, (on, by) in enumerate(LAYOUT) if on == "v_m" and not by) < 1e-3 * sigma
 
 
 @pytest.mark.slow

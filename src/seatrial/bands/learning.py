@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,8 @@ _DRAWS, _SMALL, _CURRENT = 12, 1e-2, 0.05
 _FREEDOM, _ROUNDS, _CLOSE = 4.0, 300, 1e-3
 # A source below this share of the variance everywhere is left out.
 _LEAST = 1e-3
+# Kinds below this share of all are not tried at other times, which have to gain so much log-likelihood.
+_SHARE, _TOLD = 0.01, 0.5
 # Most windows that are taken of a trial.
 _MOST = 9
 
@@ -194,35 +197,66 @@ def learned(ship: Ship, error: Array, found: Variances, weights: Array) -> Distu
         error: shape (windows, horizons, 6), NaN where unknown.
         weights: of each window, shape (windows,).
     """
-    first = _likely(error, found, weights, np.ones(len(found.unit), dtype=np.bool_))
-    matters = first * np.nanmean(found.unit / found.known, axis=(1, 2, 3))
-    best = np.argmax(matters[:-1].reshape(len(LAYOUT), len(TAUS)), axis=1)
-    allowed = np.append((np.arange(len(TAUS)) == best[:, None]).ravel(), True)
-    theta = np.sqrt(_likely(error, found, weights, allowed))
-    sizes, time = theta[:-1].reshape(len(LAYOUT), len(TAUS)), ship.L_pp / max(ship.speed, 1e-3)
+    first, _ = _likely(error, found, weights, np.ones(len(found.unit), dtype=np.bool_))
+    matters = (first * np.nanmean(found.unit / found.known, axis=(1, 2, 3)))[:-1].reshape(len(LAYOUT), len(TAUS))
+    best, theta = _times(error, found, weights, matters)
+    sizes, time = np.sqrt(theta[:-1]).reshape(len(LAYOUT), len(TAUS)), ship.L_pp / max(ship.speed, 1e-3)
     return Disturbance(tuple(Process(on, float(sizes[k, best[k]]), TAUS[best[k]] * time, by)
-                             for k, (on, by) in enumerate(LAYOUT)), float(theta[-1]))  # fmt: skip
+                             for k, (on, by) in enumerate(LAYOUT)), float(np.sqrt(theta[-1])))  # fmt: skip
 
 
-def _likely(error: Array, found: Variances, weights: Array, allowed: NDArray[np.bool_]) -> Array:
-    """Squared sizes of the sources of greatest likelihood, shape (sources,); zero of those that are not allowed."""
-    known = np.isfinite(error)
+def _times(error: Array, found: Variances, weights: Array, matters: Array) -> tuple[NDArray[np.intp], Array]:
+    """Correlation time of each kind of acceleration, shape (kinds,), and squared sizes with those times alone.
+
+    Begun where each kind matters most, one time is changed as long as the errors become more likely: where all times
+    are free, a middle one is a sum of a short and a long one, neither of which grows with the horizon as it does.
+
+    Args:
+        matters: what each kind and time does where all are free, shape (kinds, times).
+    """
+    best = np.argmax(matters, axis=1)
+    theta, least = _likely(error, found, weights, _alone(best))
+    kinds = [k for k in np.argsort(-matters.sum(axis=1)) if matters[k].sum() > _SHARE * matters.sum()]
+    moved = True
+    while moved:
+        moved = False
+        for k, onward in product(kinds, range(1, len(TAUS))):
+            other = (best + onward * (np.arange(len(best)) == k)) % len(TAUS)
+            sizes, unlikely = _likely(error, found, weights, _alone(other))
+            if unlikely < least - _TOLD:
+                best, theta, least, moved = other, sizes, unlikely, True
+    return best, theta
+
+
+def _alone(best: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Sources of one time a kind, and the current, shape (sources,)."""
+    return np.append((np.arange(len(TAUS)) == best[:, None]).ravel(), True)
+
+
+def _likely(error: Array, found: Variances, weights: Array, allowed: NDArray[np.bool_]) -> tuple[Array, float]:
+    """Squared sizes of the sources of greatest likelihood, shape (sources,), and its negative logarithm.
+
+    Sizes are zero of sources that are not allowed, or that are next to nothing.
+    """
+    known, unit = np.isfinite(error), found.unit[allowed]
     square, weight = np.where(known, error, 0.0) ** 2, weights[:, None, None] * known
     usual = (weight * square).sum(axis=(0, 1)) / np.maximum(weight.sum(axis=(0, 1)), 1e-300)
     usual = np.where(usual > 0, usual, 1.0)
-    share = (weight * square / usual).sum() / len(found.unit)
-    theta = np.array([share / max(float((weight * one / usual).sum()), 1e-300) for one in found.unit]) * allowed
-    means = np.array([float((weight * one / usual).sum()) for one in found.unit])
+    means = np.array([float((weight * one / usual).sum()) for one in unit])
+    theta = (weight * square / usual).sum() / len(found.unit) / np.maximum(means, 1e-300)
     for _ in range(_ROUNDS):  # each step raises the likelihood: a majorisation, as for mixtures of variances
-        total = found.known + np.tensordot(theta, found.unit, 1)
+        total = found.known + np.tensordot(theta, unit, 1)
         pull = weight * square * (_FREEDOM + 1.0) / (_FREEDOM + square / total) / total**2
-        up, down = np.tensordot(found.unit, pull, 3), np.tensordot(found.unit, weight / total, 3)
+        up, down = np.tensordot(unit, pull, 3), np.tensordot(unit, weight / total, 3)
         before, theta = theta, theta * np.sqrt(up / np.maximum(down, 1e-300))
         if np.abs(theta - before) @ means <= _CLOSE * (theta @ means):
             break
-    total = found.known + np.tensordot(theta, found.unit, 1)
-    most = (theta[:, None, None, None] * found.unit / total).max(axis=(1, 2, 3))
-    return np.where(most > _LEAST, theta, 0.0)
+    total = found.known + np.tensordot(theta, unit, 1)
+    most = (theta[:, None, None, None] * unit / total).max(axis=(1, 2, 3))
+    out = np.zeros(len(found.unit))
+    out[allowed] = np.where(most > _LEAST, theta, 0.0)
+    tail = (_FREEDOM + 1.0) * np.log1p(square / (_FREEDOM * total))
+    return out, 0.5 * float((weight * (np.log(total) + tail)).sum())
 
 
 def by_trial(trials: Sequence[str]) -> Array:
