@@ -1,0 +1,266 @@
+"""Tables of captive tests, of criteria, of ships with more motions and of families; and what pages are served at."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import math
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE
+from seatrial.cli import app, fits, judging, options, ships, simulation
+from seatrial.cli.app import main
+from seatrial.core.parameters import update
+from seatrial.ships.files import load
+from seatrial.validate.imo import Criterion
+
+Said = pytest.CaptureFixture[str]
+
+
+def cells(out: str, first: str) -> list[str]:
+    """The cells of the row that begins so."""
+    line = next(line for line in out.splitlines() if line.strip().startswith(first))
+    return re.split(r"\s{2,}", line.strip())
+
+
+def ends(out: str, *texts: str) -> set[int]:
+    """Where each of these cells ends in its line; of a column of numbers all end alike."""
+    return {next(m.end() for line in out.splitlines() if (m := re.search(rf"(?<!\S){re.escape(text)}(?!\S)", line)))
+            for text in texts}  # fmt: skip
+
+
+def test_captive_coefficients_are_shown_before_and_after_with_lengths_over_the_ship_s(
+    monkeypatch: pytest.MonkeyPatch, capsys: Said
+) -> None:
+    before = load("kvlcc2_l7")
+    after = before.having({"rudder.a_H": 0.41234567, "rudder.l_R": -3.5, "rudder.t_R": 0.5})
+    verdicts = [SimpleNamespace(subject=path, status=status, text="") for path, status in (
+        ("rudder.a_H", "identified"), ("rudder.l_R", "weak"), ("rudder.t_R", "not tested"))]  # fmt: skip
+    verdicts.append(SimpleNamespace(subject="rudder.a_H and rudder.l_R", status="open", text="only together"))
+    found = SimpleNamespace(
+        ship=after, began=before, verdicts=verdicts, paths=("rudder.a_H", "rudder.l_R"), values=(0.41234567, -3.5),
+        sigma=(0.0123456, 0.7), determined_by={"rudder.a_H": {"rudder": 1.0}, "rudder.l_R": {"yaw": 1.0, "drift": 2.0}},
+        held={"rudder.t_R": "needs a run with the rudder over"},
+    )  # fmt: skip
+    monkeypatch.setattr("seatrial.workflow.judging.captive", lambda *_, **__: found)
+    assert main(["captive", "kvlcc2_l7", "a.csv"]) == 0
+    out, err = capsys.readouterr()
+    assert cells(out, "rudder.a_H ") == ["rudder.a_H", "0.312", "0.4123", "0.012", "identified", "rudder"]
+    assert cells(out, "rudder.l_R") == ["rudder.l_R", "-0.71", "-0.5", "0.1", "weak", "yaw, drift"]
+    assert cells(out, "rudder.t_R") == [
+        "rudder.t_R",
+        "0.387",
+        "0.5",
+        "–",
+        "not tested",
+        "needs a run with the rudder over",
+    ]
+    assert len(ends(out, "0.312", "-0.71", "before")) == len(ends(out, "0.4123", "-0.5", "captive")) == 1
+    assert len(ends(out, "0.012", "0.1", "sigma")) == 1
+    assert err == "note: rudder.a_H and rudder.l_R: only together\n"
+    assert update(before.model, {}) == before.model
+
+
+def test_criteria_are_shown_with_bands_where_draws_were_made(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
+    rows = [
+        Criterion("advance", "port", 3.14159, "L", 4.5, "pass"),
+        Criterion("reach", "", None, "L", 15.0, "fail", "why"),
+    ]
+    table = SimpleNamespace(rows=rows, conditions={"speed": "15.5 kn"}, caveats=("shallow",), verdict="fails")
+    monkeypatch.setattr("seatrial.workflow.judging.imo", lambda *_, **__: table)
+    assert main(["imo", "kvlcc2"]) == 0
+    out = capsys.readouterr().out
+    assert cells(out, "advance") == ["advance", "port", "3.142", "4.5", "L", "pass"]
+    assert cells(out, "reach") == ["reach", "–", "–", "15", "L", "fail", "why"]
+    assert len(ends(out, "3.142", "value")) == len(ends(out, "4.5", "15", "limit")) == 1
+    assert out.endswith("speed: 15.5 kn\ncaveat: shallow\nfails\n")
+    starts = {line.index(" L ") for line in out.splitlines() if " L " in line}
+    assert len(starts) == 1
+    band: Any = SimpleNamespace(low=2.95, high=math.nan, met=0.5)
+    from dataclasses import replace
+
+    table.rows = [replace(rows[0], band=band), rows[1]]
+    assert main(["imo", "kvlcc2"]) == 0
+    out = capsys.readouterr().out
+    assert cells(out, "criterion") == ["criterion", "side", "value", "from", "to", "limit", "unit", "verdict", "why"]
+    assert cells(out, "advance") == ["advance", "port", "3.142", "2.95", "–", "4.5", "L", "pass"]
+    assert len(ends(out, "2.95", "from")) == len(ends(out, "4.5", "limit")) == 1
+
+
+def test_a_requirement_is_shown_with_its_verdict(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
+    item, said = SimpleNamespace(number="3", text="stops"), SimpleNamespace(verdict="met", reason="15 L")
+    found = SimpleNamespace(rows=[(item, said)], ship="kvlcc2", scope="berthing")
+    monkeypatch.setattr("seatrial.workflow.judging.requirements", lambda *_, **__: found)
+    monkeypatch.setattr("seatrial.report.judging.requirements.verdict", lambda one: "all met")
+    assert main(["requirements", "kvlcc2"]) == 0
+    out = capsys.readouterr().out
+    assert cells(out, "3 ") == ["3", "stops", "met", "15 L"]
+    assert out.endswith("kvlcc2, berthing: all met\n")
+
+
+def test_more_motions_are_shown_from_their_tables_alone(capsys: Said) -> None:
+    made = load("kvlcc2_l7")
+    ships._more(made, ("rudder", "propeller"), Path("x.toml"), json=True)
+    told = json.loads(capsys.readouterr().out)
+    groups = {path.partition(".")[0] for path in told["parameters"]}
+    assert groups == {"rudder", "propeller"}
+    assert told["parameters"]["propeller.D_P"]["value"] == 0.216
+    assert told["parameters"]["propeller.D_P"]["unit"] == "m"
+    assert "yasukawa2015" in told["parameters"]["propeller.D_P"]["source"]
+    assert told["file"] == "x.toml"
+    ships._more(made, ("propeller",), None, json=False)
+    out = capsys.readouterr().out
+    assert cells(out, "propeller.D_P")[:3] == ["propeller.D_P", "0.216", "m"]
+    assert "rudder" not in out.replace("(rudder", "")
+    assert len(ends(out, "0.216", "-0.2753", "value")) == 1
+
+
+def test_seakeeping_adds_roll_and_heave(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[Any] = []
+    monkeypatch.setattr(ships, "_more", lambda made, tables, out, json: shown.append((made, tables, out, json)))
+    monkeypatch.setattr("seatrial.workflow.seaway.making.seakeeping", lambda *_, **__: "ship")
+    assert main(["seakeeping", "kvlcc2", "x.nc", "-o", "y.toml"]) == 0
+    assert shown == [("ship", ("roll", "heave"), Path("y.toml"), False)]
+
+
+def test_a_family_is_told_with_what_it_cannot_meet() -> None:
+    """Of the lists of section 6.2, items by their own numbers: those not met, and those met in part."""
+
+    def answered(keys: Any) -> str:
+        return {"no": "no", "part": "partly"}.get(answers.get(tuple(keys), ""), "yes")
+
+    answers = {tuple(COLLISION_AVOIDANCE[0].keys): "no", tuple(COLLISION_AVOIDANCE[1].keys): "part"}
+    about = SimpleNamespace(
+        key="a", name="A", classes=(), form="f", section="3", source="s", routes=("r",), next=("n",)
+    )
+    study = SimpleNamespace(reference=1, model="m", length=(2.0, 3.0))
+    from seatrial.choosing import CAPABILITIES
+
+    findings = {one.key: SimpleNamespace(answer="yes", how="measured") for one in CAPABILITIES}
+    family: Any = SimpleNamespace(
+        family=about, controls=("delta",), environment=("wind",), outputs=("r",), coefficients=(2, 3),
+        length=(1.0, 2.0),
+        studies=(study,), cost=7.5, example="kvlcc2", ships=("kvlcc2",), findings=findings, answer=answered,
+    )  # fmt: skip
+    told = judging._document(family)
+    assert told["status"] == "planned"
+    assert told["items_unmet"]["collision-avoidance"] == tuple(
+        one.item for one in COLLISION_AVOIDANCE if one.item and answered(one.keys) == "no")  # fmt: skip
+    assert COLLISION_AVOIDANCE[0].item in told["items_unmet"]["collision-avoidance"]
+    assert COLLISION_AVOIDANCE[1].item in told["items_in_part"]["collision-avoidance"]
+    assert set(told["items_unmet"]["berthing"]) <= {one.item for one in BERTHING}
+    assert told["data"] == {"length": (1.0, 2.0), "routes": ("r",), "studies": [{"reference": 1, "length": (2.0, 3.0)}]}
+    assert told["represents"][CAPABILITIES[0].key] == {
+        "about": CAPABILITIES[0].about,
+        "answer": "yes",
+        "how": "measured",
+    }
+    about.classes = ("x",)
+    assert judging._document(family)["status"] == "available"
+
+
+@pytest.mark.parametrize("failure", [None, "the line is gone"])
+def test_a_page_with_a_line_ends_with_1_where_it_failed(failure: str | None, monkeypatch: Any, capsys: Said) -> None:
+    rigged = SimpleNamespace(written=("a.csv",), failure=failure)
+    monkeypatch.setattr("seatrial.workflow.ranges.rig.rig", lambda *_, **__: rigged)
+    assert main(["bridge", "kvlcc2", "--signalk"]) == (1 if failure else 0)
+    assert capsys.readouterr() == ("a.csv\n", f"error: {failure}\n" if failure else "")
+    assert main(["bridge", "kvlcc2", "--signalk", "--ghost", "a.csv"]) == 2
+    for option in (["--to", "udp://x"], ["--framed"], ["--only", "HDT"], ["--commander", "x"], ["--mmsi", "123456789"],
+                   ["--simulator"], ["--log", "x.nmea"]):  # fmt: skip
+        assert main(["bridge", "kvlcc2", *option]) == 2
+        assert "need --nmea" in capsys.readouterr().err
+    monkeypatch.setattr("seatrial.workflow.realtime.bridge", lambda *_, **__: ("r.csv",))
+    assert main(["bridge", "kvlcc2"]) == 0
+    assert capsys.readouterr().out == "r.csv\n"
+
+
+def test_pages_of_three_commands_are_at_ports_of_their_own() -> None:
+    ports = [inspect.signature(one).parameters["port"].default for one in (simulation.bridge, simulation.twin)]
+    assert sorted([*ports, fits.PORT]) == [8020, 8021, 8022]
+    assert f"default: {fits.PORT}" in options.FitPort.__metadata__[0].help
+
+
+def test_a_twin_listens_only_for_a_page_and_lets_go(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
+    closed: list[int] = []
+    asked: list[Any] = []
+    given: list[Any] = []
+
+    def listen(host: str, port: int, *, anywhere: bool) -> Any:
+        asked.append((host, port, anywhere))
+        return SimpleNamespace(close=lambda: closed.append(port))
+
+    outcome = SimpleNamespace(document={"a": 1}, shown=("told",))
+    monkeypatch.setattr("seatrial.workflow.realtime.listen", listen)
+    monkeypatch.setattr("seatrial.workflow.realtime.address", lambda one: "http://here")
+    monkeypatch.setattr("seatrial.workflow.live.twin.twin", lambda *_, **more: given.append(more["page"]) or outcome)
+    assert main(["twin", "kvlcc2", "--trial", "a.csv"]) == 0
+    assert (asked, closed, given) == ([], [], [None])
+    assert main(["twin", "kvlcc2", "--trial", "a.csv", "--page"]) == 0
+    assert (asked, closed, given[1] is None) == ([("127.0.0.1", 8022, False)], [8022], False)
+    assert capsys.readouterr() == ("told\ntold\n", "page: http://here\n")
+
+
+def test_the_demo_is_told_in_lines_or_one_object(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: Said) -> None:
+    asked: list[Any] = []
+    monkeypatch.setattr("seatrial.workflow.demo.tell", lambda out, note: asked.append(out) or {"lines": ["a", "b"]})
+    assert main(["demo", "-o", str(tmp_path / "d")]) == 0
+    assert capsys.readouterr().out == "a\nb\n"
+    assert main(["demo", "-o", str(tmp_path / "d"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"lines": ["a", "b"]}
+    assert asked == [tmp_path / "d"] * 2
+    monkeypatch.chdir(tmp_path)
+    assert main(["demo"]) == 0
+    assert asked[2] == Path("demo")
+
+
+@pytest.mark.parametrize(("state", "status"), [("ok", 0), ("missing", 0), ("error", 1)])
+def test_the_doctor_fails_where_a_command_would(state: str, status: int, monkeypatch: Any, capsys: Said) -> None:
+    one = SimpleNamespace(area="kernel", what="compiler", state=state, found="gcc 14", remedy="install gcc")
+    two = SimpleNamespace(area="data", what="data", state="ok", found="here", remedy="")
+    monkeypatch.setattr("seatrial.workflow.installation.examine", lambda: (one, two))
+    assert main(["doctor"]) == status
+    out = capsys.readouterr().out
+    assert cells(out, "kernel") == ["kernel", "compiler", state, "gcc 14"]
+    assert out.endswith("compiler: install gcc\n")
+    assert main(["doctor", "--json"]) == status
+    told = json.loads(capsys.readouterr().out)
+    assert told["ok"] is (status == 0)
+    assert told["findings"][0] == {"area": "kernel", "what": "compiler", "state": state, "found": "gcc 14",
+                                   "remedy": "install gcc"}  # fmt: skip
+
+
+def test_a_harbour_run_is_told_by_its_indices(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
+    from seatrial.manoeuvres import Index
+
+    ran = SimpleNamespace(ship=SimpleNamespace(name="kvlcc2_harbour"), chart=SimpleNamespace(name="quay"),
+                          trial=SimpleNamespace(duration=321.0),
+                          indices={"contact_speed": Index(0.0712341, "m/s")})  # fmt: skip
+    asked: list[Any] = []
+    monkeypatch.setattr("seatrial.workflow.harbour.harbour", lambda *given, **_: asked.append(given) or ran)
+    assert main(["harbour", "berthing"]) == 0
+    out = capsys.readouterr().out
+    assert cells(out, "contact speed") == ["contact speed", "0.071234", "m/s", "–"]
+    assert "kvlcc2_harbour, berthing, quay" in out
+    assert asked == [("berthing", "kvlcc2_harbour", None)]
+    assert main(["harbour", "berthing", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {
+        "ship": "kvlcc2_harbour", "run": "berthing", "chart": "quay", "time": 321.0,
+        "indices": {"contact_speed": {"value": 0.0712341, "unit": "m/s"}}}  # fmt: skip
+
+
+def test_lists_stand_at_the_end_of_the_help_of_their_commands(capsys: Said) -> None:
+    for words, title, listed in ((["simulate"], "Manoeuvres", ("zigzag", "turning")),
+                                 (["import"], "Formats", ("csv (with --mapping)", "usv-asw"))):  # fmt: skip
+        assert main([*words, "--help"]) == 0
+        said = capsys.readouterr().out.rstrip()
+        at_end = said[said.index(f"\n{title}:\n") :]
+        assert all(one in " ".join(at_end.split()) for one in listed)
+        assert at_end.endswith(".")
+        assert max(map(len, at_end.splitlines())) <= 78
+    assert app.Listing.names() == ()
