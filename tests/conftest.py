@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import logging
 import os
 from dataclasses import replace
 from functools import cache, wraps
@@ -64,7 +65,12 @@ def pytest_configure() -> None:
     os.fsync = lambda fd: None
 
 
-def pytest_collection_finish() -> None:
+def pytest_collection_finish(session: pytest.Session) -> None:
+    # The level of the root logger is set once: set three times a test, every logger forgets as often what it passes on.
+    logs = session.config.pluginmanager.get_plugin("logging-plugin")
+    if logs is not None and logs.log_level is not None:
+        logging.getLogger().setLevel(logs.log_level)
+        logs.log_level = None
     gc.enable()
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)

@@ -28,7 +28,7 @@ def sail(
         t, n = k * dt, engine(k * dt)
         rows[k] = t, x, y, psi, u, r, delta, n
         order = helm(t, psi, r)
-        delta += float(np.clip(order - delta, -RATE * dt, RATE * dt))
+        delta += min(max(order - delta, -RATE * dt), RATE * dt)
         r += dt * (K * delta * u / SPEED - r) / LAG
         u += dt * ((SPEED * n / 10.0 - u) / 10.0 - 2.0 * abs(r) * u)
         x, y, psi = x + dt * u * math.cos(psi), y + dt * u * math.sin(psi), psi + dt * r
@@ -66,4 +66,4 @@ def steps(*orders: tuple[float, float]) -> Helm:
 
 def autopilot(course: Callable[[float], float], most: float = 10.0) -> Helm:
     """A PD law on a course [deg] by time, with a greatest rudder [deg]."""
-    return lambda t, psi, r: float(np.clip(1.5 * (deg(course(t)) - psi) - 8.0 * r, -deg(most), deg(most)))
+    return lambda t, psi, r: min(max(1.5 * (deg(course(t)) - psi) - 8.0 * r, -deg(most)), deg(most))

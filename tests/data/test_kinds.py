@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -50,23 +51,24 @@ def test_headings_that_wrap_change_nothing() -> None:
 
 
 OTHERS = {
-    "straight": sail(steps((0.0, 0.0)), 200.0),
-    "acceleration": sail(steps((0.0, 0.0)), 120.0, start=0.02),
-    "stopping": sail(steps((0.0, 0.0)), 100.0, engine=lambda t: 10.0 if t < 10 else 0.0),
-    "astern": sail(steps((0.0, 0.0)), 150.0, engine=lambda t: -6.0, start=0.0),
-    "course-keeping": sail(autopilot(lambda t: 0.0 if t < 100 else 30.0 if t < 200 else 0.0), 300.0),
-    "initial-turning": sail(steps((0.0, 10.0)), 35.0),
-    "pull-out": sail(steps((0.0, 0.0), (10.0, 15.0), (150.0, 0.0), (220.0, -15.0), (360.0, 0.0)), 430.0),
-    "recovery": sail(lambda t, psi, r: deg(0 if t < 10 else 35 if t < 36 else -35 if t < 125 else 0), 150.0),
-    "spiral": sail(lambda t, psi, r: deg(20 - 4 * int(t / 80) if t < 880 else 4 * int((t - 880) / 80) - 20), 1700.0),
-    "berthing": sail(autopilot(lambda t: 5.0 * math.sin(t / 7), 30.0), 120.0, start=0.05,
-                     engine=lambda t: 8.0 if t < 60 else -7.0 if t < 75 else 0.0),
+    "straight": partial(sail, steps((0.0, 0.0)), 200.0),
+    "acceleration": partial(sail, steps((0.0, 0.0)), 120.0, start=0.02),
+    "stopping": partial(sail, steps((0.0, 0.0)), 100.0, engine=lambda t: 10.0 if t < 10 else 0.0),
+    "astern": partial(sail, steps((0.0, 0.0)), 150.0, engine=lambda t: -6.0, start=0.0),
+    "course-keeping": partial(sail, autopilot(lambda t: 0.0 if t < 100 else 30.0 if t < 200 else 0.0), 300.0),
+    "initial-turning": partial(sail, steps((0.0, 10.0)), 35.0),
+    "pull-out": partial(sail, steps((0.0, 0.0), (10.0, 15.0), (150.0, 0.0), (220.0, -15.0), (360.0, 0.0)), 430.0),
+    "recovery": partial(sail, lambda t, psi, r: deg(0 if t < 10 else 35 if t < 36 else -35 if t < 125 else 0), 150.0),
+    "spiral": partial(
+        sail, lambda t, psi, r: deg(20 - 4 * int(t / 80) if t < 880 else 4 * int((t - 880) / 80) - 20), 1700.0),
+    "berthing": partial(sail, autopilot(lambda t: 5.0 * math.sin(t / 7), 30.0), 120.0, start=0.05,
+                        engine=lambda t: 8.0 if t < 60 else -7.0 if t < 75 else 0.0),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", OTHERS)
 def test_other_kinds(kind: str) -> None:
-    found = recognised(OTHERS[kind])
+    found = recognised(OTHERS[kind]())
     assert found.name == kind, (found.evidence, found.doubts)
     assert found.evidence
     assert kind in ABOUT

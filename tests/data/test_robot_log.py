@@ -49,8 +49,10 @@ def log(path: Path, rows: int = 3, *, frames: Mapping[str, str] = FRAMES, topics
 
 
 @pytest.mark.parametrize("format", FORMATS)
-@pytest.mark.parametrize("meta", [{}, {"start": "2024-05-01T12:00:00.250000+00:00",
-                                       "datum": {"latitude": 35.0, "longitude": 139.0}}])  # fmt: skip
+@pytest.mark.parametrize("meta", [
+    pytest.param({}, marks=pytest.mark.slow),
+    {"start": "2024-05-01T12:00:00.250000+00:00", "datum": {"latitude": 35.0, "longitude": 139.0}},
+])  # fmt: skip
 def test_round_trip(tmp_path: Path, format: str, meta: Mapping[str, Any]) -> None:
     before = trial(**meta)
     saved = save_robot_log(before, format, tmp_path)

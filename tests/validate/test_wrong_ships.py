@@ -10,6 +10,7 @@ from wrong_ships import GALLERY, ONLY_WITH_WAVES, Wrong
 from seatrial.ships.files import load
 from seatrial.validate.requirements.probe import Probe
 from seatrial.validate.requirements.scopes import BERTHING, COLLISION_AVOIDANCE, checked, judge
+from tiers import slow_but
 
 SAMPLE = (
     "resistance ahead zero, hidden by a stopped propeller", "negative share of revolutions on rudder force",
@@ -32,7 +33,13 @@ def test_the_gallery_has_forty_defects_each_once() -> None:
     assert set(SAMPLE) <= {wrong.defect for wrong in GALLERY}
 
 
-@pytest.mark.parametrize("wrong", [w for w in GALLERY if w.defect in SAMPLE], ids=lambda w: w.defect)
+QUICK = ("no race at the rudder", "rudder stops short of its limit", "rudder rate of a hundredth")
+
+
+@pytest.mark.parametrize(
+    "wrong", slow_but([w for w in GALLERY if w.defect in SAMPLE], *(w for w in GALLERY if w.defect in QUICK)),
+    ids=lambda w: w.defect,
+)  # fmt: skip
 def test_a_sample_of_wrong_ships(wrong: Wrong) -> None:
     assert named(wrong, 0)
 
