@@ -94,8 +94,10 @@ def toml_of(text: str) -> dict[str, Any]:
         _usable(document, "")
     except RecursionError:
         raise TomlError("tables or lists are nested too deep") from None
-    except tomllib.TOMLDecodeError:
+    except TomlError:
         raise
+    except tomllib.TOMLDecodeError as error:
+        raise TomlError(str(error)) from None
     except ValueError as error:  # an invalid date, an integer of thousands of digits
         raise TomlError(f"an invalid value: {str(error).partition(';')[0]}") from None
     return document
