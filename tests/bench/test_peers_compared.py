@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sys
 import types
 from collections.abc import Callable, Iterator
@@ -27,6 +28,7 @@ from seatrial.bench import PEERS, Row, fossen, shipmmg, timing, turn
 from seatrial.engine import SimulationError
 from seatrial.environment import CALM
 from seatrial.ships.files import load
+from seatrial.simulate.approach import approach
 
 
 class Watch:
@@ -312,6 +314,22 @@ def test_a_zigzag_at_equal_error_is_the_quickest_way_that_is_near_enough(
         assert given["δ_rad_rate"] == pytest.approx(math.radians(15.8))
         assert (given["u0"], given["ρ"]) == (1.179, 1000.0)
     assert [len(t) - 1 for _, _, t, _, _ in asked[1:]] == [800, 16000, 800]
+
+
+def test_what_is_measured_is_what_the_page_of_benchmarks_says() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "benchmarks.md").read_text()
+    zigzags = re.search(r"\| ([0-9 ]+) random ships, each a (\d+)/\2 zigzag of (\d+) s", page)
+    lanes = re.search(r"our engine, 1 thread, (\d+) ships", page)
+    assert zigzags
+    assert lanes
+    assert (shipmmg.SHIPS, math.degrees(shipmmg.ANGLE), shipmmg.SECONDS) == (
+        int(zigzags[1].replace(" ", "")), pytest.approx(float(zigzags[2])), float(zigzags[3]))  # fmt: skip
+    assert turn.LANES == fossen.LANES == int(lanes[1])
+    assert approach(load("kvlcc2_l7"))[1] == pytest.approx(turn.N_P, abs=0.005)  # it holds its speed before the turn
+    assert turn.DURATION * turn.ship().speed > 30 * turn.ship().L_pp  # more than a circle
+    assert 3 * load("esso_190k_tanker").L_pp < fossen.STEPS * fossen.DT * 4.8
+    assert tuple(sorted(turn.STEPS, reverse=True)) == turn.STEPS
+    assert all(abs(200.0 / dt - round(200.0 / dt)) < 1e-9 for dt in turn.STEPS)  # each ends where the turn ends
 
 
 def test_random_ships_are_within_a_tenth_of_the_published(monkeypatch: pytest.MonkeyPatch) -> None:
