@@ -43,7 +43,8 @@ def shown(count: int) -> float:
     >>> shown(19), shown(4), shown(1)
     (0.95, 0.8, 0.0)
     """
-    return round(1.0 - 1.0 / (count + 1), 9) if count >= 2 else 0.0
+    # rounded downwards: a level above what they show would be refused
+    return math.floor(1e9 * (1.0 - 1.0 / (count + 1)) + 1e-3) / 1e9 if count >= 2 else 0.0
 
 
 @dataclass(frozen=True)
