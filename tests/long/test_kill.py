@@ -1,7 +1,11 @@
-"""kill -9 at 42 random moments over six kinds of long work: begun again, it ends with the same results."""
+"""kill -9 at random moments over nine kinds of long work: begun again, it ends with the same results.
+
+``SEATRIAL_KILLS`` sets how many kills each kind suffers (5: forty-five together).
+"""
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import subprocess
@@ -12,13 +16,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from campaign.killed import CAMPAIGN
 from interrupted import STUDY, TRAJECTORY, lasting, seatrial, write_trials
 from network_trials import untrained, virtual
 from seatrial.data.trialfile import write_trial
 from seatrial.ships.writing import save
 
 pytestmark = pytest.mark.long
-KILLS = 7
+KILLS = int(os.environ.get("SEATRIAL_KILLS", "5"))
 ENDS = (0, 1)
 """Exit status of a run that came to its end: 1 where the ship does not meet the requirements."""
 EVOLUTION = STUDY.replace('"hull.*"', '"hull.N_*"') + """type = "evolution:Evolution"
@@ -88,6 +93,29 @@ def requirements(_: Path, out: Path) -> list[str | Path]:
     return ["requirements", "esso_osaka_3m", "-o", out / "page.html"]
 
 
+def campaign(folder: Path, out: Path) -> list[str | Path]:
+    (folder / "campaign.toml").write_text(CAMPAIGN.format(runs=6000, chunk=500, duration=200.0))
+    return ["campaign", folder / "campaign.toml", "-o", out, "--json"]
+
+
+def sampling(folder: Path, out: Path) -> list[str | Path]:
+    text = STUDY.replace('"hull.*"', '"hull.N_*"') + TRAJECTORY
+    return [*identify("sampled.toml", text)(folder, out), "--sample", "400"]
+
+
+def imported(folder: Path, out: Path) -> list[str | Path]:
+    """Forty logs of a table of their own."""
+    logs = folder / "logs"
+    if not logs.exists():
+        logs.mkdir()
+        (folder / "logs.toml").write_text('schema = "seatrial-mapping/1"\ntime = { column = "time", unit = "s" }\n'
+                                          '[channels]\npsi = { column = "heading", unit = "deg" }\n')  # fmt: skip
+        for k in range(40):
+            rows = "\n".join(f"{0.1 * j:.1f},{(30.0 + 0.01 * j * k) % 360.0:.3f}" for j in range(20_000))
+            (logs / f"log_{k}.csv").write_text(f"time,heading\n{rows}\n")
+    return ["import", "csv", logs, "--mapping", folder / "logs.toml", "-o", out]
+
+
 KINDS: dict[str, Callable[[Path, Path], list[str | Path]]] = {
     "trajectory": identify("trajectory.toml", STUDY + TRAJECTORY.replace("starts = 2", "starts = 4")),
     "evolution": identify("evolution.toml", EVOLUTION),
@@ -95,6 +123,9 @@ KINDS: dict[str, Callable[[Path, Path], list[str | Path]]] = {
     "networks": identify("networks.toml", NETWORKS),
     "series": identify("series.toml", SERIES),
     "requirements": requirements,
+    "campaign": campaign,
+    "sampling": sampling,
+    "import": imported,
 }
 
 
@@ -121,7 +152,9 @@ def killed(command: list[str | Path], after: float) -> bool:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_killed_at_random_moments_it_ends_with_the_same_results(kind: str, folder: Path, tmp_path: Path) -> None:
+def test_killed_at_random_moments_it_ends_with_the_same_results(
+    kind: str, folder: Path, tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
     """Moments are even over a whole run; one that ends before its kill is judged, and another begins."""
     at, draw = tmp_path / "killed", np.random.default_rng()
     finished(KINDS[kind](folder, tmp_path / "first"))  # whatever has to be compiled
@@ -137,3 +170,4 @@ def test_killed_at_random_moments_it_ends_with_the_same_results(kind: str, folde
             KINDS[kind](folder, at)
     finished(command)
     assert lasting(at) == wanted
+    record_property("kills", kills)
