@@ -14,7 +14,7 @@ import pytest
 
 from seatrial.engine import EngineNotice, System, cache
 from seatrial.engine.cache import CompilerError
-from seatrial.engine.rollout import simulator
+from seatrial.engine.rollout import sensitivity, simulator
 from seatrial.ships.files import load
 from seatrial.simulate.run import open_loop, open_loop_parameters
 
@@ -25,7 +25,7 @@ SCRIPT = """
 import sys, warnings
 import numpy as np
 from seatrial.engine import System
-from seatrial.engine.rollout import simulator
+from seatrial.engine.rollout import sensitivity, simulator
 warnings.simplefilter("always")
 s = System(("a",), ("c",), ("k",), lambda z, a, p: (-p[0] * z[0] + a[0],))
 with warnings.catch_warnings(record=True) as said:
@@ -235,3 +235,19 @@ def test_what_a_killed_compiler_left_is_swept(monkeypatch: pytest.MonkeyPatch, t
     with pytest.raises(CompilerError):
         cache.library("no C")
     assert [p.name for p in kernels.iterdir()] == ["tmpnew"]
+
+
+@pytest.mark.parametrize("held", [True, False])
+@pytest.mark.parametrize(("one", "other"), [("simd", "virtual"), ("virtual", "simd")])
+def test_series_packed_by_one_back_end_run_on_another(one: str, other: str, held: bool) -> None:
+    """A compiler that gives out between two kernels of one fit leaves them on back ends that differ."""
+    rng = np.random.default_rng(3)
+    z, k, steps = rng.uniform(-1.0, 0.0, (11, 2)), np.array([0.4]), 20
+    series = rng.normal(size=(11, 1 if held else steps, 1))
+    given: dict[str, Any] = {"dt": 0.05, "steps": steps}
+    packed = simulator(DECAY, back_end=one).pack(series)
+    ahead = simulator(DECAY, back_end=other)
+    assert np.array_equal(ahead.run(z, packed, k, **given).values, ahead.run(z, series, k, **given).values)
+    slopes = sensitivity(DECAY, ("k",), back_end=other)
+    for got, wanted in zip(slopes.run(z, packed, k, **given), slopes.run(z, series, k, **given), strict=True):
+        assert np.array_equal(got, wanted)

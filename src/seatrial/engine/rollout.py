@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -57,6 +57,8 @@ class _Compiled:
     def _fitting(self, series: Array | Packed, lanes: int, steps: int) -> Packed:
         """Packed series; those that a kernel would read past the end of are refused."""
         packed = self.pack(series) if isinstance(series, np.ndarray) else series
+        if self.virtual != isinstance(packed, virtual.Packed):  # of a back end that compiled where this one did not
+            packed = self.pack(cast("virtual.Packed | simd.Packed", packed).series)
         if packed.lanes != lanes or (packed.steps != 1 and packed.steps < steps):
             raise ValueError(
                 f"series hold {packed.lanes} lanes of {packed.steps} steps; the run has {lanes} of {steps}, "

@@ -10,7 +10,7 @@ import ctypes
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -41,6 +41,11 @@ class Packed:
     def channels(self) -> int:
         """Channels of the series."""
         return self.blocks.shape[2]
+
+    @cached_property
+    def series(self) -> Array:
+        """As they were given, shape (lanes, steps, channels); what another back end packs."""
+        return np.moveaxis(self.blocks, -1, 1).reshape(-1, self.steps, self.channels)[: self.lanes]
 
     @property
     def strides(self) -> tuple[int, int, int]:
