@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,8 @@ from killed import CAMPAIGN
 
 from seatrial import __version__
 from seatrial.campaign import Campaign, CampaignError, Case
-from seatrial.campaign.folder import begin, open_folder, part_name, write_part
+from seatrial.campaign.analysis import analyse
+from seatrial.campaign.folder import Held, begin, open_folder, part_name, write_part
 from seatrial.campaign.inputs import Input
 from seatrial.campaign.running import Ran, Shard
 from seatrial.campaign.running import run as run_in
@@ -84,13 +86,46 @@ def test_another_campaign_is_refused(campaign: Campaign, whole: Path) -> None:
         begin(replace(campaign, seed=2), whole)
 
 
-def test_another_version_is_refused(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
+def test_another_version_is_refused(
+    campaign: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "run"
+    with monkeypatch.context() as older:
+        older.setattr("seatrial.campaign.folder.__version__", "9")
+        begin(campaign, folder)
+    with pytest.raises(CampaignError, match="begun with seatrial 9"):
+        begin(campaign, folder)
+
+
+@pytest.mark.parametrize(("was", "now"), [('"rows": ', '"rows": 1'), ('"seed": ', '"send": '), ('"seal"', '"seel"')])
+def test_a_manifest_that_was_changed_is_refused(whole: Path, tmp_path: Path, was: str, now: str) -> None:
+    """Whatever a key says now, each command answers in one line: the manifest is sealed as a whole."""
     folder = tmp_path / "run"
     shutil.copytree(whole, folder)
     manifest = folder / "campaign.json"
-    manifest.write_text(manifest.read_text().replace(f'"version": "{__version__}"', '"version": "9"'))
-    with pytest.raises(CampaignError, match="begun with seatrial 9"):
-        begin(campaign, folder)
+    text = manifest.read_text()
+    assert was in text
+    manifest.write_text(text.replace(was, now, 1))
+    with pytest.raises(CampaignError, match="was changed after it was written"):
+        open_folder(folder)
+    manifest.write_text("[" * 100_000)
+    with pytest.raises(CampaignError, match="holds no campaign"):
+        open_folder(folder)
+
+
+@pytest.mark.parametrize("work", [analyse, lambda held: merge(held, Path(held.folder).with_name("all.parquet"))])
+def test_a_damaged_part_is_one_line(whole: Path, tmp_path: Path, work: Callable[[Held], object]) -> None:
+    """Every part is cut short by a byte, then to its first ones; what is whole still reads."""
+    folder = tmp_path / "run"
+    shutil.copytree(whole, folder)
+    part = sorted(folder.glob("parts/*/*.parquet"))[0]
+    content = part.read_bytes()
+    for damaged in (content[:-1], content[:40], b"", content[:60] + b"\xff" * 40 + content[100:]):
+        part.write_bytes(damaged)
+        with pytest.raises(CampaignError, match="cannot be read.* --verify"):
+            work(open_folder(folder))
+    part.write_bytes(content)
+    work(open_folder(folder))
 
 
 def test_a_folder_with_other_files_is_refused(campaign: Campaign, tmp_path: Path) -> None:

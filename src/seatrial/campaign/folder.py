@@ -32,8 +32,8 @@ from .tracks import FIRST
 if TYPE_CHECKING:
     import polars as pl
 
-SCHEMA = "seatrial-campaign-folder/2"
-MANIFEST = "campaign.json"
+SCHEMA = "seatrial-campaign-folder/3"
+MANIFEST, SEAL = "campaign.json", "seal"
 PARTS, TRACKS = "parts", "tracks"
 _A_FOLDER = 1000
 # A column that no run fills costs nothing, others up to eight bytes a run; random numbers do not compress.
@@ -107,19 +107,26 @@ def open_folder(where: str | Path | Place) -> Held:
     """The campaign that a folder or store holds.
 
     Raises:
-        CampaignError: it holds none, or one of another version.
+        CampaignError: it holds none, one of another version, or one whose manifest was changed.
     """
     place = place_of(where) if isinstance(where, str | Path) else where
     try:
         document = json.loads(place.read(MANIFEST))
     except CampaignError:  # the store is out of reach
         raise
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         wanted = f"seatrial campaign CAMPAIGN.toml -o {place} starts one"
         raise CampaignError(f"{place}: holds no campaign; {wanted}") from None
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise CampaignError(f"{place}/{MANIFEST}: is not of schema '{SCHEMA}'")
+    if document.pop(SEAL, None) != _sealed(document):
+        raise CampaignError(f"{place}/{MANIFEST}: was changed after it was written; put back what the campaign wrote")
     return Held(place, document)
+
+
+def _sealed(document: Mapping[str, Any]) -> str:
+    """Digest of a manifest: whoever reads it need not ask of each key whether it is there and makes sense."""
+    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:32]
 
 
 def begin(campaign: Campaign, where: str | Path | Place, source: Path | None = None) -> Held:
@@ -138,7 +145,7 @@ def begin(campaign: Campaign, where: str | Path | Place, source: Path | None = N
         return _again(campaign, place)
     first = _first(campaign)
     _check_room(campaign, place, len(first))
-    document = {
+    document: dict[str, Any] = plain({
         "schema": SCHEMA, "name": campaign.name, "version": __version__, "digest": campaign.digest,
         "cases": [case.name for case in campaign.cases], "runs": campaign.runs, "rows": campaign.rows,
         "parts": campaign.parts, "chunk": campaign.chunk, "design": campaign.design, "seed": campaign.seed,
@@ -148,8 +155,8 @@ def begin(campaign: Campaign, where: str | Path | Place, source: Path | None = N
         "devices": [case.device for case in campaign.cases],
         "source": None if source is None else str(source.resolve()),
         "text": None if source is None else source.read_text(encoding="utf-8"),
-    }  # fmt: skip
-    place.write({MANIFEST: (json.dumps(plain(document), indent=1) + "\n").encode()})
+    })  # fmt: skip
+    place.write({MANIFEST: (json.dumps({**document, SEAL: _sealed(document)}, indent=1) + "\n").encode()})
     return open_folder(place)
 
 

@@ -58,21 +58,28 @@ def merge(held: Held, out: Path) -> tuple[Path, ...]:
     tables = {out: scan(held)}
     if TRACKS in held.kinds:
         tables[out.with_suffix(".tracks.parquet")] = scan_tracks(held)
-    units = held.document["units"]
-    return write_together({path: lambda scratch, path=path: _sink(tables[path], units, scratch, path)
+    return write_together({path: lambda scratch, path=path: _sink(held, tables[path], scratch, path)
                            for path in tables})  # fmt: skip
 
 
-def _sink(table: pl.LazyFrame, units: Mapping[str, str], scratch: str, out: Path) -> None:
+def _sink(held: Held, table: pl.LazyFrame, scratch: str, out: Path) -> None:
     import polars as pl
 
-    own = {name: units.get(name, "-") for name in table.collect_schema().names()}
+    units = held.document["units"]
     try:
+        own = {name: units.get(name, "-") for name in table.collect_schema().names()}
         table.sink_parquet(scratch, compression="zstd", metadata=about(own))
     except pl.exceptions.PolarsError as error:
         if "os error" not in str(error):
-            raise
+            raise damaged(held, error) from None
         raise OSError(errno.ENOSPC if "os error 28" in str(error) else errno.EIO, str(error), str(out)) from None
+
+
+def damaged(held: Held, error: Exception) -> CampaignError:
+    """What a part that Polars cannot read is answered with."""
+    why = str(error).splitlines()[0]
+    return CampaignError(f"{held.folder}: a part cannot be read ({why}); seatrial campaign {held.folder} --verify "
+                         "says which")  # fmt: skip
 
 
 def wrong_parts(held: Held) -> Iterator[str]:

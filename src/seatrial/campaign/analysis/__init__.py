@@ -18,7 +18,7 @@ from ...data import Array
 from ...models import STATES
 from ..chunk import WEATHER
 from ..folder import Held
-from ..tables import scan
+from ..tables import damaged, scan
 from .proportion import Proportion
 from .sensitivity import Sensitivity, given_data, saltelli
 from .spread import Histogram, Spread, histogram, spread
@@ -152,7 +152,10 @@ class _Rows:
         """One column, shape (runs,)."""
         import polars as pl
 
-        found = self.table.filter(pl.col("case") == self.case).select(name).collect()[name]
+        try:
+            found = self.table.filter(pl.col("case") == self.case).select(name).collect()[name]
+        except pl.exceptions.PolarsError as error:
+            raise damaged(self.held, error) from None
         return found.to_numpy() if found.dtype == pl.Int64 else found.cast(pl.Float64).to_numpy()  # NaN for null
 
     def single(self, values: Array, runs: Array) -> Array:
@@ -167,7 +170,7 @@ def analyse(held: Held) -> Analysis:
     """Read all that the runs of a folder show; parts may be missing.
 
     Raises:
-        CampaignError: no part is there.
+        CampaignError: no part is there, or one is damaged.
     """
     table = scan(held)
     cases = [_Rows(held, table, number) for number in range(len(held.document["cases"]))]
