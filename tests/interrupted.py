@@ -34,8 +34,8 @@ every = 2
 starts = 2
 tolerance = 1e-10
 """
-MOMENTARY = ("date", "seconds", "command", "real-time factor, one ship", "time per step")
-"""Keys of a result that differ between two runs of the same work in two folders."""
+MOMENTARY = ("date", "seconds", "command", "real-time factor, one ship", "time per step", "seal")
+"""Keys of a result that differ between two runs of the same work in two folders; a seal is over dates too."""
 CLOCK = "times as fast as the clock"
 """What a text says that has a measured time in it."""
 
@@ -70,6 +70,8 @@ def lasting(out: Path) -> dict[str, object]:
         elif path.suffix == ".npz":
             with np.load(path) as arrays:
                 found[name] = {key: arrays[key].tobytes() for key in sorted(arrays)}
+        elif path.suffix in (".csv", ".yaml", ".parquet") and path.name != "history.csv":
+            found[name] = path.read_bytes()
         elif path.name != "history.csv":  # its rows end with the seconds
             found[name] = path.suffix
     return found
