@@ -99,7 +99,7 @@ def campaign(folder: Path, out: Path) -> list[str | Path]:
 
 
 def sampling(folder: Path, out: Path) -> list[str | Path]:
-    text = STUDY.replace('"hull.*"', '"hull.N_*"') + TRAJECTORY
+    text = STUDY.replace('"hull.*"', '"hull.N_[rv]"').replace('["*"]', '["t2"]') + TRAJECTORY
     return [*identify("sampled.toml", text)(folder, out), "--sample", "400"]
 
 
