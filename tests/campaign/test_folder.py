@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 from killed import CAMPAIGN
 
-from seatrial import __version__
 from seatrial.campaign import Campaign, CampaignError, Case
 from seatrial.campaign.analysis import analyse
 from seatrial.campaign.folder import Held, begin, open_folder, part_name, write_part
@@ -122,7 +121,7 @@ def test_a_damaged_part_is_one_line(whole: Path, tmp_path: Path, work: Callable[
     content = part.read_bytes()
     for damaged in (content[:-1], content[:40], b"", content[:60] + b"\xff" * 40 + content[100:]):
         part.write_bytes(damaged)
-        with pytest.raises(CampaignError, match="cannot be read.* --verify"):
+        with pytest.raises(CampaignError, match=r"cannot be read.* --verify"):
             work(open_folder(folder))
     part.write_bytes(content)
     work(open_folder(folder))

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from suzaku_turns import GNSS, SHIP, TRUTH, manoeuvre, problem, turn, unmodelled
 
 from seatrial.identify import Loss
 from seatrial.identify.posterior.ensemble import bands, ensemble, white
@@ -11,6 +10,7 @@ from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.models import STATES
 from seatrial.simulate.replay import replay
+from suzaku_turns import GNSS, SHIP, TRUTH, manoeuvre, problem, turn, unmodelled
 
 pytestmark = pytest.mark.slow
 

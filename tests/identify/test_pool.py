@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from suzaku_turns import problem
 
 from seatrial import __version__
 from seatrial.core.errors import RunError
@@ -21,6 +20,7 @@ from seatrial.identify.posterior.profile import profiles
 from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.identify.tuning.fine_tuning import FineTuning
+from suzaku_turns import problem
 
 PATHS = ("hull.R_0", "rudder.kappa")
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from suzaku_turns import GNSS, PATHS, SHIP, TRUTH, problem
 
 from seatrial.core.parameters import read
 from seatrial.identify import Loss
 from seatrial.identify.posterior.profile import THRESHOLD, profiles
 from seatrial.identify.trajectory.batch import Many
 from seatrial.identify.trajectory.multistart import MultiStart
+from suzaku_turns import GNSS, PATHS, SHIP, TRUTH, problem
 
 ESTIMATOR = MultiStart(starts=6, method="euler", initial="measured")
 SENSORS = Loss(GNSS, correlation=0.0)

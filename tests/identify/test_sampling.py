@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import kstest, truncnorm
-from suzaku_turns import GNSS, SHIP, problem
 
 from seatrial.core.parameters import Free, near
 from seatrial.identify import Loss, Nuisance, StudyError
@@ -22,6 +21,7 @@ from seatrial.identify.posterior.sampling.walking import Walker
 from seatrial.identify.resume import ResumeError
 from seatrial.identify.trajectory.gauss_newton import Normal
 from seatrial.identify.trajectory.shooting import Trajectory
+from suzaku_turns import GNSS, SHIP, problem
 
 pytestmark = pytest.mark.slow
 

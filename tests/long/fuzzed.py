@@ -122,7 +122,8 @@ def _of_campaign(*options: str) -> Callable[[Path, Path], list[str]]:
 def _rare(folder: Path) -> Path:
     """What a search of a rare event has left beside its levels."""
     file = _campaign(folder)
-    assert main(["campaign", str(file), "-o", str(folder / "runs"), "--rare", "first_overshoot", "--runs", "100", "--json"]) == 0
+    sought = ["--rare", "first_overshoot", "--runs", "100"]
+    assert main(["campaign", str(file), "-o", str(folder / "runs"), *sought, "--json"]) == 0
     return sorted((folder / "runs").rglob("*.json"))[0]
 
 
@@ -149,7 +150,7 @@ def _tank(folder: Path) -> Path:
 
 def _fitted(file: Path, _: Path) -> list[str]:
     table, mapping = file.with_name("tank.csv"), file.with_name("map.toml")
-    return ["captive", SHIP, str(table), "--mapping", str(mapping), "--free", "hull.Y_v", "--free", "hull.N_v", "--json"]
+    return ["captive", SHIP, str(table), "--mapping", str(mapping), "--free", "hull.Y_v", "--free", "hull.N_v"]
 
 
 def _open_water(folder: Path) -> Path:
@@ -180,15 +181,17 @@ def _classic(folder: Path) -> Path:
     import xarray as xr
 
     with xr.open_dataset(_netcdf(folder), engine="h5netcdf") as data:
-        kept = data[["added_mass", "radiation_damping", "inertia_matrix", "hydrostatic_stiffness", "excitation_force", "center_of_mass"]]
-        for name in [name for name in kept.coords if kept[name].dtype == object or kept[name].dtype.kind == "U"]:
+        kept = data[["added_mass", "radiation_damping", "inertia_matrix", "hydrostatic_stiffness", "excitation_force",
+                     "center_of_mass"]]  # fmt: skip
+        for name in [name for name in kept.coords if kept[name].dtype.kind in "OU"]:
             kept[name] = kept[name].astype(str)
         kept.to_netcdf(folder / "old.nc", engine="scipy")
     return folder / "old.nc"
 
 
 def _coefficients(folder: Path) -> Path:
-    names = ["omega [rad/s]", "z_G [m]", "M_35 [kg m]", "M_53 [kg m]", *(f"M_{k}{k} [{u}]" for k, u in ((3, "kg"), (4, "kg m^2"), (5, "kg m^2"))),
+    names = ["omega [rad/s]", "z_G [m]", "M_35 [kg m]", "M_53 [kg m]",
+             *(f"M_{k}{k} [{u}]" for k, u in ((3, "kg"), (4, "kg m^2"), (5, "kg m^2"))),
              *(f"C_{k}{k} [{u}]" for k, u in ((3, "N/m"), (4, "N m"), (5, "N m"))),
              *(f"A_{k}{k} [{u}]" for k, u in ((3, "kg"), (4, "kg m^2"), (5, "kg m^2"))),
              *(f"B_{k}{k} [{u}]" for k, u in ((3, "kg/s"), (4, "kg m^2/s"), (5, "kg m^2/s")))]  # fmt: skip
@@ -264,8 +267,8 @@ def _of_a_fit(name: str) -> Callable[[Path], Path]:
         if name == "model.bands.json":
             calibrated(model)
         if name == "spread.npz":
-            save_members(Members(PATHS, middle, draws, None, dict.fromkeys(("x", "y", "psi", "u", "v_m", "r"), 1.0), 30.0, {"log": 0.1}, None),
-                         model.with_name(name))  # fmt: skip
+            scale = dict.fromkeys(("x", "y", "psi", "u", "v_m", "r"), 1.0)
+            save_members(Members(PATHS, middle, draws, None, scale, 30.0, {"log": 0.1}, None), model.with_name(name))
         small_trial(folder)
         return model.with_name(name)
 

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
-from suzaku_turns import SHIP, TRUTH, manoeuvre, problem, turn, unmodelled
-
 from seatrial.identify.posterior.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import misfit
 from seatrial.identify.trajectory.multistart import MultiStart
+from suzaku_turns import SHIP, TRUTH, manoeuvre, problem, turn, unmodelled
 
 pytestmark = pytest.mark.long
 ESTIMATOR = MultiStart(starts=4, method="euler", initial="measured")

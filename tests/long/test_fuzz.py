@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-
 from fuzzed import MORE, SLOW
+
 from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.environment.geojson import FOLDER as CHARTS

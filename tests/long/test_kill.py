@@ -152,9 +152,7 @@ def killed(command: list[str | Path], after: float) -> bool:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_killed_at_random_moments_it_ends_with_the_same_results(
-    kind: str, folder: Path, tmp_path: Path, record_property: Callable[[str, object], None]
-) -> None:
+def test_killed_at_random_moments_it_ends_with_the_same_results(kind: str, folder: Path, tmp_path: Path) -> None:
     """Moments are even over a whole run; one that ends before its kill is judged, and another begins."""
     at, draw = tmp_path / "killed", np.random.default_rng()
     finished(KINDS[kind](folder, tmp_path / "first"))  # whatever has to be compiled
@@ -170,4 +168,3 @@ def test_killed_at_random_moments_it_ends_with_the_same_results(
             KINDS[kind](folder, at)
     finished(command)
     assert lasting(at) == wanted
-    record_property("kills", kills)

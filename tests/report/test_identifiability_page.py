@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
-from suzaku_turns import GNSS, TRUTH, manoeuvre, problem, turn
-
 from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.identify.posterior.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import Misfit, Remainder, misfit
@@ -20,6 +18,7 @@ from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.report.identifiability import sections
 from seatrial.report.page import Page
 from seatrial.sensors import Sensors
+from suzaku_turns import GNSS, TRUTH, manoeuvre, problem, turn
 
 pytestmark = pytest.mark.slow
 
