@@ -6,8 +6,6 @@ import math
 
 import pytest
 from exact_instruments import told_by_exact
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from seatrial.data import DataError
 from seatrial.data.geodesy import Datum
@@ -272,32 +270,45 @@ def test_datagrams_fit_a_frame():
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None)
-@given(st.binary(max_size=200))
-def test_any_bytes_are_refused_politely(data):
-    refused: set[str] = set()
-    for one in split(data):
-        try:
-            decode(read_line(one).sentence)
-        except NmeaError as error:
-            refused.add(error.reason)
-    assert refused <= {"length", "form", "checksum", "kind", "field"}
+def test_any_bytes_are_refused_politely() -> None:
+    from hypothesis import given, settings, strategies
+
+    @settings(max_examples=300, deadline=None)
+    @given(strategies.binary(max_size=200))
+    def bytes_are(data: bytes) -> None:
+        refused: set[str] = set()
+        for one in split(data):
+            try:
+                decode(read_line(one).sentence)
+            except NmeaError as error:
+                refused.add(error.reason)
+        assert refused <= {"length", "form", "checksum", "kind", "field"}
+
+    bytes_are()
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None)
-@given(st.sampled_from(sorted(SENTENCES)), st.lists(st.text("0123456789.-AVNSEWTMK", max_size=8), max_size=20))
-def test_any_fields_are_read_or_refused_and_what_is_read_is_written_the_same_in_value(kind, parts):
-    try:
-        found = decode(line(f"II{kind}," + ",".join(parts)))
-    except NmeaError:
-        return
-    again = decode(encode(found))
-    for name, value in found.fields.items():
-        rule = SENTENCES[kind].fields[name]
-        tolerance = 0.51 * 10.0**-rule.decimals if isinstance(rule, Number) else 0.006
-        same = again[name] == value or math.isclose(float(again[name]) % 360.0, float(value) % 360.0, abs_tol=tolerance)
-        assert same, name
+def test_any_fields_are_read_or_refused_and_what_is_read_is_written_the_same_in_value() -> None:
+    from hypothesis import given, settings, strategies
+
+    texts = strategies.lists(strategies.text("0123456789.-AVNSEWTMK", max_size=8), max_size=20)
+
+    @settings(max_examples=300, deadline=None)
+    @given(strategies.sampled_from(sorted(SENTENCES)), texts)
+    def fields_are(kind: str, parts: list[str]) -> None:
+        try:
+            found = decode(line(f"II{kind}," + ",".join(parts)))
+        except NmeaError:
+            return
+        again = decode(encode(found))
+        for name, value in found.fields.items():
+            rule = SENTENCES[kind].fields[name]
+            tolerance = 0.51 * 10.0**-rule.decimals if isinstance(rule, Number) else 0.006
+            back = again[name]
+            same = back == value or math.isclose(float(back) % 360.0, float(value) % 360.0, abs_tol=tolerance)
+            assert same, name
+
+    fields_are()
 
 
 def test_without_pynmeagps_the_extra_is_named(monkeypatch):
