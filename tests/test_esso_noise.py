@@ -107,6 +107,7 @@ def test_a_smoothed_start_is_nearer_to_the_truth(ship, calm):
     assert (better.state0[0] == cut.state0[0]).all()
 
 
+@pytest.mark.slow
 def test_a_current_is_found_in_its_window_and_carried_to_the_next(ship, calm):
     n, (north, east) = len(calm), DRIFTING
     trial = blown(ship, calm, U_C=np.full(n, np.hypot(north, east)), gamma_C=np.full(n, np.arctan2(east, north)))

@@ -51,6 +51,7 @@ def test_every_type_of_the_library_has_its_section(path: Path) -> None:
         assert f"### `{name.rpartition('.')[2]}`\n" in CODE, name
 
 
+@pytest.mark.slow
 def test_every_section_can_be_named_in_a_file() -> None:
     headings = [line.split("`")[1] for line in CODE.splitlines() if line.startswith("### `") and ":" in line]
     assert len(headings) == len(set(headings))

@@ -79,6 +79,7 @@ def test_a_force_is_read_off_and_forgotten_in_its_own_time() -> None:
     assert filters.span == SPAN
 
 
+@pytest.mark.slow
 def test_a_gap_says_nothing_and_too_short_a_past_counts_as_none() -> None:
     trial = log(ship(), 1, np.random.default_rng(0))
     torn = trial.having(v_m=np.where((trial.t > 25.0) & (trial.t < 39.0), np.nan, trial["v_m"]))

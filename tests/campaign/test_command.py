@@ -99,6 +99,7 @@ def test_a_folder_that_holds_none(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main(["campaign", written(tmp_path, GOOD)]) == 2
 
 
+@pytest.mark.slow
 def test_a_run_is_replayed_from_the_folder_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     import polars as pl
 

@@ -77,6 +77,7 @@ def test_any_stride(campaign: Campaign, every: int) -> None:
     assert part.columns["first_overshoot"] == pytest.approx(bare.columns["first_overshoot"], rel=1e-12, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_stored_runs_have_the_same_tracks(campaign: Campaign) -> None:
     few = replace(campaign, cases=campaign.cases[:1], runs=5)
     tally, stored = compute(few, 0), compute(replace(few, cases=(replace(few.cases[0], whole=True),)), 0)
@@ -182,6 +183,7 @@ dt = 0.2
 """
 
 
+@pytest.mark.slow
 def test_the_command_keeps_shows_and_merges_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "campaign.toml").write_text(FILE)
     out = str(tmp_path / "run")

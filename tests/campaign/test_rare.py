@@ -141,6 +141,7 @@ def test_a_search_that_was_cut_off_ends_with_the_same_numbers(campaign: Campaign
         rare(campaign, "first_overshoot", tmp_path / "a", runs=200)
 
 
+@pytest.mark.slow
 def test_another_search_in_the_folder_is_refused(campaign: Campaign, tmp_path: Path) -> None:
     rare(campaign, "first_overshoot", tmp_path / "a", runs=100)
     with pytest.raises(CampaignError, match="another search"):

@@ -45,6 +45,7 @@ def test_doctor_says_what_is_here(capsys: pytest.CaptureFixture[str], monkeypatc
     assert {area for area, _ in found} == {"python", "libraries", "compiler", "cache", "extras", "gpu", "data"}
 
 
+@pytest.mark.slow
 def test_doctor_fails_where_commands_would(capsys: pytest.CaptureFixture[str], monkeypatch, tmp_path: Path) -> None:
     monkeypatch.setenv("SEATRIAL_DATA", str(tmp_path / "away"))
     assert main(["doctor"]) == 1

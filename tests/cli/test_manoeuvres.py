@@ -15,6 +15,7 @@ def told(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, dict
     return status, json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 def test_a_straight_run_that_the_wind_ends_early_is_not_complete(capsys) -> None:
     status, said = told(capsys, "esso_osaka_3m", "straight", "--wind", "15,90", "--duration", "300")
     assert (status, said["complete"]) == (1, False)
@@ -22,6 +23,7 @@ def test_a_straight_run_that_the_wind_ends_early_is_not_complete(capsys) -> None
     assert said["time"] == said["settings"]["duration"] < 10.0
 
 
+@pytest.mark.slow
 def test_a_manoeuvre_that_is_not_over_fails_and_a_timed_one_is_whole_at_any_length(capsys) -> None:
     status, said = told(capsys, "kvlcc2_l7", "zigzag", "--duration", "20")
     assert (status, said["complete"], said["time"]) == (1, False, pytest.approx(20.0))

@@ -282,6 +282,7 @@ def turning(t: Trial, degrees: bool, rate: float = 0.3, most: float = 9.0) -> Tr
     return t.having(alpha_1=np.degrees(angle) if degrees else angle)
 
 
+@pytest.mark.slow
 def test_a_thruster_that_goes_round_is_not_in_degrees(made):
     [finding] = [f for f in check(turning(made, degrees=False)) if "alpha_1" in f.where]
     assert (finding.severity, finding.what) == ("info", "direction beyond one turn")

@@ -257,6 +257,7 @@ def test_what_is_no_table_is_refused(rows: str, about: str, tmp_path: Path) -> N
         guess(tmp_path)
 
 
+@pytest.mark.slow
 def test_constant_columns_and_few_rows_give_doubts_and_no_crash(tmp_path: Path) -> None:
     log = straight(20.0)
     assert guess(log_of(tmp_path / "few", basin(log.rows(slice(0, 4))))).asks

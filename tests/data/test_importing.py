@@ -90,6 +90,7 @@ def test_an_offset_is_in_the_unit_of_the_column(tmp_path):
     assert trial.t.tolist() == [1800.0, 1860.0, 1920.0]
 
 
+@pytest.mark.slow
 def test_what_a_person_added_to_a_sidecar_outlives_the_next_import(tmp_path):
     (tmp_path / "m.toml").write_text(MAPPING)
     (tmp_path / "log.csv").write_text(LOG)

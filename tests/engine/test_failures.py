@@ -51,7 +51,7 @@ def heard(process: subprocess.Popen[str]) -> str:
     return out
 
 
-@pytest.mark.parametrize("back_end", ["simd", "virtual"])
+@pytest.mark.parametrize("back_end", ["simd", pytest.param("virtual", marks=pytest.mark.slow)])
 def test_a_lane_that_blows_up_is_named_and_the_others_go_on(back_end: str) -> None:
     """a' = a^2 from 1 blows up at t = 1; the other lanes decay."""
     z = np.tile([-1.0, 0.5], (20, 1))

@@ -109,6 +109,7 @@ def test_steps_are_short_enough() -> None:
     assert np.hypot(*(ends[1] - ends[0])) < 1e-3 * 320.0
 
 
+@pytest.mark.slow
 def test_seeds_and_lanes() -> None:
     envs = vector("seatrial/Track-v0", 20, current=(0.0, 0.2), randomise={"hull.Y_v": 0.2, "hull.N_v": 0.2})
     fewer = vector("seatrial/Track-v0", 5, current=(0.0, 0.2), randomise={"hull.Y_v": 0.2, "hull.N_v": 0.2})

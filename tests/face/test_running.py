@@ -164,6 +164,7 @@ def test_plant_equations_and_linear_model_are_one_ship(ship: st.Ship) -> None:
     assert linear.input("delta")[linear.states.index("r")] == pytest.approx(float(slope[5, 0]), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_craft_without_a_rudder_is_steered_by_a_demand() -> None:
     """As on the command line, and messages name what is given here."""
     otter = st.load("otter")

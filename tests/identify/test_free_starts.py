@@ -145,6 +145,7 @@ def test_a_trial_that_is_only_predicted_starts_by_its_first_length(short: Proble
     assert not np.array_equal(one[:, ~later], other[:, ~later])
 
 
+@pytest.mark.slow
 def test_what_is_not_compared_starts_as_recorded(short: Problem) -> None:
     """Nothing is known of its errors."""
     told = replace(short, loss=Loss({"x": 1.0, "y": 1.0, "psi": 0.003}, 0.0))

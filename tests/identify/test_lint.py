@@ -76,6 +76,7 @@ def test_a_sound_problem_has_no_errors(problem: Problem) -> None:
     assert any((issue.severity, issue.where) == ("warning", "validation") for issue in issues)
 
 
+@pytest.mark.slow
 def test_white_noise_and_measured_starts_make_sigma_too_small(problem: Problem) -> None:
     sure, measured = replace(problem, loss=Loss(correlation=0.0)), Trajectory(initial="measured")
     assert any((i.severity, i.where) == ("warning", "estimator.initial") for i in lint(sure, (), measured))

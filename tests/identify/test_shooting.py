@@ -167,6 +167,7 @@ def test_validation_is_watched_and_never_fitted(trials):
     assert np.isfinite(watched.history[:, 2]).all()
 
 
+@pytest.mark.slow
 def test_a_model_that_blows_up_is_named_with_trial_state_and_time(trials):
     free = (Free("hull.N_r", 500.0),)
     with pytest.raises(FitError, match=r"blows up at every start; trial t0, window lane 0: \w+ = .* at t ="):

@@ -138,6 +138,7 @@ def test_a_polynomial_that_falls_is_not_taken() -> None:
     assert not all(one.monotone for one in found.candidates)
 
 
+@pytest.mark.slow
 def test_two_tested_together() -> None:
     both = fit_thrust(LEVELS, 2 * pull(LEVELS))
     one = shared("1", both, 2)

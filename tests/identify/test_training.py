@@ -172,6 +172,7 @@ def test_seed_decides_and_threads_do_not() -> None:
     assert best.ends[0, 0] == one.objective
 
 
+@pytest.mark.slow
 def test_mixture_curriculum_and_a_trained_start() -> None:
     told = problem()
     first = Training(**SMALL, curriculum=[10], acceleration=0.3, wind="true", start="held", schedule="cosine").fit(told)
@@ -232,6 +233,7 @@ def test_goes_on_within_an_epoch(moment: int, tmp_path: Path, monkeypatch: pytes
     assert np.array_equal(again.history[:, :3], whole.history[:, :3])
 
 
+@pytest.mark.slow
 def test_stops_early_and_keeps_the_best() -> None:
     fit = Training(**{**SMALL, "epochs": 40, "learning_rate": 0.3}, patience=2).fit(problem())
     assert "no better for 2 epochs" in fit.status
@@ -299,6 +301,7 @@ def test_settings_that_cannot_be(settings: dict[str, Any], said: str) -> None:
         Training(**settings)
 
 
+@pytest.mark.slow
 def test_a_gap_is_left_out() -> None:
     r = virtual(1)["r"].copy()
     r[300] = np.nan

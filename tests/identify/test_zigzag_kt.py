@@ -65,6 +65,7 @@ def test_noise_is_told_by_the_deviations(way: Any) -> None:
         assert np.mean(np.abs(off) < 3.0) > 0.98
 
 
+@pytest.mark.slow
 def test_mariner_step_of_five_degrees_as_mss_fits_it() -> None:
     ship = replace(load("mariner"), actuators=Actuators({"rudder": Actuator(rate=math.radians(5.0))}))
     run = simulate(ship, Turning(n_P=0.0, delta=math.radians(5.0)), duration=200.0, dt=0.1, method="euler")

@@ -68,6 +68,7 @@ def test_levels_do_not_depend_on_the_time_step_and_differ_by_seed_and_axis():
     assert set(np.unique(fine)) <= {-1.0, -0.5, 0.0, 0.5, 1.0}
 
 
+@pytest.mark.slow
 def test_a_ship_gets_it_by_name(tmp_path, capsys):
     out = tmp_path / "run.csv"
     assert main(["simulate", "milliampere_aft", "thrust-steps", "--seed", "3", "-o", str(out)]) == 0

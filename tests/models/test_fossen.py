@@ -159,6 +159,7 @@ def test_matrices_as_written(coriolis: str) -> None:
     assert rates == pytest.approx(np.linalg.solve(M, -C @ nu - D @ nu), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_consistent_coriolis_keeps_energy_and_momentum() -> None:
     body = Fossen(body=BODY, inertia=replace(FREE, coriolis="consistent"), damping=NO_DAMPING)
     M = np.array(FREE.matrix)

@@ -46,6 +46,7 @@ def test_every_ship_of_the_library_has_a_linear_form(name: str) -> None:
     assert text.startswith(word)
 
 
+@pytest.mark.slow
 def test_mariner_has_the_constants_of_mss() -> None:
     model: Any = load("mariner").model
     # About the exact design point, as MSS linearises: its own Y_0 and N_0 ask for a little helm otherwise.
@@ -86,6 +87,7 @@ def straight_at(model: Any, like: Linear) -> Linear:
     return linearise(model, point(model, like.at.state, like.at.orders))
 
 
+@pytest.mark.slow
 def test_response_models_give_back_what_they_were_made_of() -> None:
     second: Any = load("mariner_nomoto2").model
     assert about("mariner_nomoto2").nomoto() == pytest.approx(second.constants, rel=1e-10)
@@ -167,6 +169,7 @@ def test_sampled_model_gives_the_map_of_a_sample() -> None:
         found.nomoto()
 
 
+@pytest.mark.slow
 def test_a_step_of_a_sampled_model_is_that_of_its_transfer_function() -> None:
     from control import step_response
 
@@ -206,6 +209,7 @@ def test_the_equations_are_traced_once_for_all_first_guesses(monkeypatch: pytest
     assert sum(symbolic) == 1
 
 
+@pytest.mark.slow
 def test_what_cannot_be_trimmed_is_said() -> None:
     model = load("kvlcc2_l7").model
     with pytest.raises(ParameterError, match="needs a speed"):

@@ -212,6 +212,7 @@ def test_indices_of_container_turns(rpm: int, angle: int) -> None:
     assert heels[2] == pytest.approx(wanted[5], abs=5e-3)  # read over the last quarter turn, there at the end
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rpm", "angle", "overshoots", "reversals", "heels"),
     [

@@ -132,6 +132,7 @@ def test_propeller_is_the_printed_one(u: float, n_P: float) -> None:
     assert 0.92 * thrust == pytest.approx(force.X, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_propeller_is_continuous_all_round_but_for_its_printed_step() -> None:
     module = propeller()
     angles = np.radians(np.arange(-180.0, 180.0, 0.05)) + 1e-7

@@ -38,6 +38,7 @@ def test_a_ship_that_tells_another_heading_fails(monkeypatch: pytest.MonkeyPatch
     assert "HDT" in found.reason
 
 
+@pytest.mark.slow
 def test_a_ship_of_ordered_forces_obeys_no_sentence() -> None:
     found = connection.connection(load("cybership2"))
     assert found.verdict == "fail"

@@ -71,6 +71,7 @@ def test_the_recorded_orders_give_the_recorded_states_bit_for_bit(compiled, tmp_
     same(rerun(tmp_path / "run.csv", compiled.ship), trial)
 
 
+@pytest.mark.slow
 def test_in_gusts_the_same_weather_is_needed(compiled, tmp_path):
     weather = Gust(Uniform(U_T=3.0, gamma_T=0.5), seed=4)
     steered(compiled.plant(environment=weather), tmp_path / "run.csv")
@@ -157,7 +158,7 @@ def test_nothing_is_overwritten_and_nothing_made_before_the_first_row(compiled, 
             Recording(plant, path)
 
 
-@pytest.mark.parametrize("every", [1, 3])
+@pytest.mark.parametrize("every", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_whatever_is_there_at_any_moment_is_a_trial(compiled, tmp_path, every):
     """Looked at after each step, as a process that is killed there would leave it."""
     plant = compiled.plant()

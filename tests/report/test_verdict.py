@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from example_report import report
 
 from seatrial.report.evidence import assumptions
@@ -23,6 +24,7 @@ def test_the_head_names_every_score_and_how_it_was_predicted():
     assert "%" not in said
 
 
+@pytest.mark.slow
 def test_what_speaks_against_the_subject_stands_at_the_head():
     """Better by the score, worse in y: the head says both."""
     one = report()

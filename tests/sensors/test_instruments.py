@@ -13,6 +13,7 @@ from seatrial.sensors.instruments import Anemometer, EchoSounder, Feedback, Gnss
 from seatrial.sensors.stream import Errors
 from seatrial.sensors.suite import Suite, usual
 from seatrial.ships.files import load
+from tiers import slow_but
 
 DT = 0.01
 REST = {
@@ -185,7 +186,7 @@ def test_instruments_of_a_suite_err_independently_and_are_saved_and_restored():
             watch.restore(wrong)
 
 
-@pytest.mark.parametrize("rate", [0.2, 1.0, 5.0])
+@pytest.mark.parametrize("rate", slow_but([0.2, 1.0, 5.0], 0.2))
 def test_a_bias_that_is_called_back_has_the_same_variance_at_any_rate(rate):
     error = Errors(walk=1.0, memory=1.0)
     x = values(RateGyro(rate=rate, rate_of_turn=error), 8000.0 / rate, "r", dt=1.0 / rate)

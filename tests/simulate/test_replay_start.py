@@ -82,6 +82,7 @@ def test_replay_starts_from_the_past_where_asked(turn):
     assert (better["u"][:300] == plain["u"][:300]).all()
 
 
+@pytest.mark.slow
 def test_the_command_takes_the_past(turn, tmp_path, capsys):
     noisy = turn.having(u=turn["u"] + 0.01 * np.random.default_rng(3).normal(size=len(turn)))
     write_trial(noisy, tmp_path / "turn.csv")

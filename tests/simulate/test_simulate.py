@@ -132,6 +132,7 @@ def test_replay_without_controls_or_rows_is_refused(l7: Any, turn: Trial) -> Non
         replay(l7, turn.rows(slice(0, 1)))
 
 
+@pytest.mark.slow
 def test_a_campaign_is_one_run_per_lane(l7: Any) -> None:
     angles = np.radians([5.0, 10.0, 20.0])
     policy = Zigzag(n_P=11.85, delta=0.1, psi=0.1)

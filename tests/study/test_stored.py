@@ -158,6 +158,7 @@ def test_an_empty_folder_and_a_table_of_fits_are_told_apart(tmp_path: Path) -> N
         load_fit(tmp_path)
 
 
+@pytest.mark.slow
 def test_a_fit_without_residuals_removes_those_of_one_before(folder: Path) -> None:
     ship = load("kvlcc2_l7")
     bare = Fit(ship, (), np.zeros(0), np.zeros(0), np.zeros((0, 0)), np.zeros(0), (), (), np.zeros((0, 4)), 1.0, 0.1, 1,

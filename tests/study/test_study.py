@@ -17,6 +17,7 @@ from seatrial.simulate.run import approach, simulate
 from seatrial.study.freedom import freedom, stated
 from seatrial.study.series import read_series
 from seatrial.study.study import read_study
+from tiers import slow_but
 
 STUDY = """
 schema = "seatrial-study/1"
@@ -147,8 +148,10 @@ def test_suspects_of_the_option_are_those_of_the_study(study) -> None:
     assert asked.digest == said.digest != plain.digest
 
 
-@pytest.mark.parametrize("kind", ["multistart:MultiStart", "evolution:Evolution",
-                                  "fine_tuning:FineTuning", "logo:Shooting"])  # fmt: skip
+@pytest.mark.parametrize("kind", slow_but(
+    ("multistart:MultiStart", "evolution:Evolution", "fine_tuning:FineTuning", "logo:Shooting"),
+    "fine_tuning:FineTuning",
+))  # fmt: skip
 def test_suspects_are_refused_where_the_estimator_cannot_estimate_them(study, kind: str) -> None:
     other = STUDY[: STUDY.index("[estimator]")] + f'[estimator]\ntype = "{kind}"\n'
     assert read_study(study(other)).problem.nuisance.suspects == ""

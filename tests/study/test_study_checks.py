@@ -72,6 +72,7 @@ def test_a_sigma_that_is_none_names_file_and_key(study: Callable[..., Path]) -> 
         read_study(path)
 
 
+@pytest.mark.slow
 def test_what_an_estimator_refuses_names_the_file(
     study: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

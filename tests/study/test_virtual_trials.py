@@ -54,6 +54,7 @@ def test_the_log_holds_states_and_orders_and_nothing_else(trials):
         assert "ship" not in trial.meta
 
 
+@pytest.mark.slow
 def test_the_rudder_lags_behind_its_order():
     acting = replace(document(), orders=False).run()[0]
     angle = acting["delta"] / math.radians(10.0)

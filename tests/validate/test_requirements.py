@@ -145,6 +145,7 @@ def test_thrusters_without_loss_fail() -> None:
     assert 0.3 < share < 0.95
 
 
+@pytest.mark.slow
 def test_a_screw_without_a_hand_fails() -> None:
     ship = load("esso_osaka_3m")
     sided = [f"propeller.{a}_{k}" for a in "AB" for k in range(1, 9)]

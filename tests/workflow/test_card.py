@@ -158,6 +158,7 @@ def test_wrong_requests_end_in_one_line(
     assert sorted(tmp_path.rglob("*")) == before
 
 
+@pytest.mark.slow
 def test_a_card_of_two_runs_is_refused(run: Path) -> None:
     file = run.with_name("fit.json")
     write_summary(file.parent, {**json.loads(file.read_text()), "digest": "of-another"})

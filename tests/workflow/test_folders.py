@@ -48,6 +48,7 @@ def test_kinds_overlaps_and_wrong_sidecars_are_told(folder: Path, capsys) -> Non
     assert (low, high) == pytest.approx((np.radians(35.0), np.radians(35.0)), abs=0.3)
 
 
+@pytest.mark.slow
 def test_the_table_is_for_people(folder: Path, capsys) -> None:
     assert main(["trials", str(folder)]) == 0
     told = capsys.readouterr().out

@@ -124,6 +124,7 @@ def test_calibrated_bands_are_those_of_the_calibration(sure: Path) -> None:
     assert np.sqrt(rows[1:, [4, 6]]) == pytest.approx(half[1:] * CHI / 1.95996, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_path_beyond_the_trials_has_no_bands(model: Path) -> None:
     slow = looked(model, speed=0.3, seconds=0.0)
     assert "beyond the trials of the fit in propeller" in slow["why"]

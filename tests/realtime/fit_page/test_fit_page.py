@@ -100,6 +100,7 @@ def hear(ws: ClientConnection, key: str, seconds: float = 10.0) -> dict[str, Any
     raise TimeoutError(key)
 
 
+@pytest.mark.slow
 def test_every_file_is_there_and_nothing_comes_from_elsewhere(served: Served) -> None:
     for folder, files in ((server.STATIC, "/"), (SHARED, "/shared/")):
         for path in folder.iterdir():
