@@ -22,6 +22,7 @@ from seatrial.environment.weather import Gust, Measured, Together
 from seatrial.realtime.fit_page.board import Part, _number, _range, shown
 from seatrial.realtime.fleet import Fleet, Waiting
 from seatrial.realtime.helm import Range
+from seatrial.realtime.helm import _range as _reach_of
 from seatrial.realtime.links.orders import Orders
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.on_wire import _HELD, RATES, OnWire, Speech, Voice, exact, fitted, steers, told, unsaid
@@ -299,6 +300,34 @@ def test_an_order_out_of_range_counts_as_clipped_until_one_within(compiled: Comp
 def test_an_order_all_round_is_wrapped_beyond_half_a_turn(order: float, taken: float) -> None:
     assert Range(-math.pi, math.pi, math.pi, True).taken(order) == pytest.approx(taken)
     assert Range(-1.0, 2.0, 2.0).taken(order) == min(max(order, -1.0), 2.0)
+
+
+@pytest.mark.parametrize(("control", "order", "factor", "low", "high", "wanted"), [
+    ("n_P", "n_P", 1.0, -math.inf, math.inf, (-5.0, 5.0, 4.0)),
+    ("n_1", "n_P", -2.0, -math.inf, math.inf, (-10.0, 10.0, 8.0)),
+    ("n_bow", "n_bow", 1.0, -math.inf, math.inf, (-5.0, 5.0, 4.0)),
+    ("n_bow", "n_bow", 1.0, -3.0, 3.0, (-3.0, 3.0, 3.0)),
+    ("n_P", "n_P", 1.0, -1.0, 3.0, (-1.0, 3.0, 3.0)), ("n_P", "n_P", 1.0, -1.0, 9.0, (-1.0, 9.0, 4.0)),
+    ("delta", "delta", 1.0, -math.inf, math.inf, (-math.radians(35.0), math.radians(35.0), math.radians(35.0))),
+    ("alpha_1", "delta", 1.0, -math.inf, math.inf, (-math.pi, math.pi, math.pi)),
+])  # fmt: skip
+def test_the_range_of_a_control_is_that_of_its_gear_or_a_quarter_more_than_the_approach(
+    control: str, order: str, factor: float, low: float, high: float, wanted: tuple[float, ...]
+) -> None:
+    gear = SimpleNamespace(of=lambda name: SimpleNamespace(low=low, high=high))
+    found = _reach_of(SimpleNamespace(actuators=gear), control, order, factor, 4.0)  # type: ignore[arg-type]
+    assert (found.low, found.high, found.full) == pytest.approx(wanted)
+    assert found.all_round == control.startswith("alpha")
+
+
+@pytest.mark.parametrize(("given", "angle"), [({"value": 0.3}, 0.3), ({"value": 90, "units": "deg"}, 0.5 * math.pi),
+                                              ({"value": -2.0, "units": "rad"}, -2.0)])  # fmt: skip
+def test_angles_of_requests_are_radians_unless_they_say_degrees(given: dict[str, Any], angle: float) -> None:
+    signalk = pytest.importorskip("seatrial.realtime.links.signalk")
+    assert signalk._angle(given) == pytest.approx(angle)
+    for wrong in ({"value": True}, {"value": "1"}, {"value": 1e6}, {"value": 1.0, "units": "grad"}, {}):
+        with pytest.raises(RefusalError):
+            signalk._angle(wrong)
 
 
 def test_a_copy_of_a_plant_and_what_it_feels_are_its_own(compiled: Compiled) -> None:

@@ -96,6 +96,11 @@ def test_a_ship_without_a_number_of_its_own_has_one_of_no_country() -> None:
     assert [stage.mmsi(name) for name in ("ferry", "two", "three")] == [200000001, 200000002, 265000001]
 
 
+def test_rudders_are_watched_and_azimuths_are_not() -> None:
+    assert Stage(scene(name="kvlcc2")).alarms._rudders == ("delta",)
+    assert Stage(scene(name="milliampere", piloted=False, route=())).alarms._rudders == ()
+
+
 def test_off_the_route_is_known_only_on_a_route() -> None:
     stage = Stage(scene(rate=2.0))
     assert stage._across() is None  # nothing read yet
@@ -194,6 +199,10 @@ def test_a_pilot_waits_for_its_instruments_steers_while_active_and_is_saved() ->
     stage.loop.run(3.0)
     assert plant["delta_cmd"] > 0.0
     assert pilot.across == pytest.approx(-40.0 + plant["y"], abs=0.5)
+    law = Sight(pilot._control.ahead, 8.0)
+    for _ in range(6):  # the ship has hardly moved: six ticks of half a second with readings
+        law.aim(-40.0, 0.5)
+    assert pilot._sight.integral == pytest.approx(law.integral, rel=0.05, abs=0.02)
     assert pilot._sight.integral < 0.0
     saved = pilot.snapshot()
     stage.loop.run(2.0)
@@ -457,6 +466,18 @@ def test_a_corner_is_judged_by_the_nearer_leg_until_the_heading_counts() -> None
     judge.reset()
     assert (judge.cross_track, judge.heading_error, judge.arrived, judge.under_keel) == (0.0, None, None, math.inf)
     assert judge.cross_track_rms == 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_after_a_corner_the_distance_from_the_leg_before_counts_as_a_distance(side: float) -> None:
+    """A leg that leaves the way of the ship by 50 m in 1000: in the corner the distance from it grows on."""
+    stage = Stage(scene(piloted=False, rate=2.0))
+    route = legs([(0.0, 0.0), (1000.0, side * 50.0), (1000.0, side * 5000.0)])
+    judge = Judge(stage.loop, "own", route, 200.0, Criteria(settle=500.0))
+    stage.loop.run(150.0)
+    assert judge._guide.number == 1
+    assert judge.cross_track == pytest.approx(8.0 * 150.0 * math.sin(math.atan(0.05)), rel=1e-3)
 
 
 def test_an_answer_is_waited_for_as_long_as_it_may_take(monkeypatch: pytest.MonkeyPatch) -> None:
