@@ -35,8 +35,8 @@ class Plain(Probe):
         rates = self.ship.model.derivative(state, tuple(given[1].T), Environment(*given[2].T))[3:6]
         return np.column_stack([rate + np.zeros(rows) for rate in rates])
 
-    def drift(self, states: Any, controls: Any, duration: float, around: Any = CALM) -> Any:
-        steps = max(round(duration / self.step), 2)
+    def drift(self, states: Any, controls: Any, duration: float, around: Any = CALM, dt: Any = None) -> Any:
+        steps = max(round(duration / (dt or self.step)), 2)
         z = np.array(states, dtype=float).T
         control, h = tuple(np.array(controls, dtype=float).T), duration / steps
 
@@ -55,7 +55,7 @@ class Plain(Probe):
     def run(self, n_order: float, delta: float, duration: float, *, speed: Any = None, weather: Any = None,
             dt: Any = None) -> Trial:  # fmt: skip
         begun = self.state(self.U if speed is None else speed)
-        t, (rows,) = self.drift([begun], [self.controls(n_order, delta)], duration)
+        t, (rows,) = self.drift([begun], [self.controls(n_order, delta)], duration, dt=dt)
         held = {"n_P": n_order, "n_P_cmd": n_order, "delta": delta, "delta_cmd": delta}
         return Trial("run", t, dict(zip(("x", "y", "psi", "u", "v_m", "r"), rows.T, strict=True))
                      | {name: np.full(len(t), value) for name, value in held.items()})  # fmt: skip
