@@ -264,3 +264,89 @@ def test_lists_stand_at_the_end_of_the_help_of_their_commands(capsys: Said) -> N
         assert at_end.endswith(".")
         assert max(map(len, at_end.splitlines())) <= 78
     assert app.Listing.names() == ()
+
+
+def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
+    """The bands of a calibration, a design with its bands, an estimate, a scenario and peers."""
+    monkeypatch.setattr("seatrial.workflow.evidence.calibrate.calibrate",
+                        lambda *_, **__: SimpleNamespace(document={"a": 1}, shown=("told",)))  # fmt: skip
+    assert main(["calibrate", "m.toml"]) == 0
+    assert capsys.readouterr().out == "told\n"
+    assert main(["calibrate", "m.toml", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"a": 1}
+
+    shown: list[Any] = []
+    made = SimpleNamespace(ship=SimpleNamespace(name="mine"), plan="plan", foreseen="foreseen")
+    monkeypatch.setattr("seatrial.workflow.judging.design", lambda *_, **__: made)
+    monkeypatch.setattr(judging, "_show_plan", lambda *given: shown.append(given))
+    monkeypatch.setattr(judging, "_show_foreseen", lambda *given: shown.append(given))
+    assert main(["design", "kvlcc2", "--free", "hull.*"]) == 0
+    assert shown == [("mine", "plan")]
+    assert main(["design", "kvlcc2", "--free", "hull.*", "--bands", "90"]) == 0
+    assert shown[1:] == [("mine", "plan"), ("foreseen", 90.0)]
+
+    number = SimpleNamespace(path="hull.N_r", value=-0.05, unit="", formula="clarke1983", outside=(), basis="table",
+                             others={}, spread=0.1, sigma=0.01, share=0.2, sigma_from="ships of it")  # fmt: skip
+    other = SimpleNamespace(**vars(number) | {"path": "hull.Y_v", "value": -123.4, "spread": 12.0, "sigma": 1.5})
+    entries = {path: SimpleNamespace(source="estimated") for path in ("hull.N_r", "hull.Y_v")}
+    estimated = SimpleNamespace(numbers=(number, other), ship=SimpleNamespace(name="new", entries=entries), cautions=())
+    monkeypatch.setattr("seatrial.workflow.judging.estimate", lambda *_: estimated)
+    assert main(["estimate", "p.toml", "-o", "s.toml"]) == 0
+    out = capsys.readouterr().out
+    assert cells(out, "hull.N_r")[:2] == ["hull.N_r", "-0.05"]
+    assert len(ends(out, "-0.05", "-123.4")) == len(ends(out, "0.1", "12")) == len(ends(out, "0.01", "1.5")) == 1
+    assert main(["estimate", "p.toml", "-o", "s.toml", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["ship"], told["file"], told["cautions"]) == ("new", "s.toml", [])
+    assert told["numbers"]["hull.Y_v"]["value"] == -123.4
+    assert told["numbers"]["hull.Y_v"]["source"] == "estimated"
+
+    ran = SimpleNamespace(met=True, document=lambda: {"met": True})
+    monkeypatch.setattr("seatrial.workflow.ranges.play", lambda *_, **__: ran)
+    monkeypatch.setattr(simulation, "_show_range", lambda *given: shown.append(given))
+    assert main(["range", "x.toml"]) == 0
+    assert shown[3:] == [(ran, {"met": True})]
+
+    assert main(["bench", "scipy", "--list"]) == 0
+    assert cells(capsys.readouterr().out, "scipy")[2].startswith("installed")
+    assert main(["bench", "scipy", "--list", "--json"]) == 0
+    assert [one["name"] for one in json.loads(capsys.readouterr().out)["peers"]] == ["scipy"]
+
+
+@pytest.mark.parametrize("complete", [True, False])
+def test_a_run_with_bands_ends_as_one_without(complete: bool, monkeypatch: Any, capsys: Said) -> None:
+    shown: list[Any] = []
+    run = SimpleNamespace(complete=complete, reason="it drifts")
+    banded = SimpleNamespace(run=run)
+    monkeypatch.setattr("seatrial.workflow.evidence.bands.simulate_with_bands", lambda *_, **__: banded)
+    monkeypatch.setattr(simulation, "show_bands", lambda *given: shown.append(given))
+    assert main(["simulate", "m.toml", "turning", "--bands", "95"]) == (0 if complete else 1)
+    assert shown == [(banded, False)]
+    assert ("it drifts" in capsys.readouterr().err) is not complete
+
+
+@pytest.mark.parametrize("failure", [None, "blew up"])
+def test_a_voyage_that_fails_ends_with_1_after_its_summary(failure: str | None, monkeypatch: Any, capsys: Said) -> None:
+    ran = SimpleNamespace(failure=failure)
+    shown: list[Any] = []
+    monkeypatch.setattr("seatrial.workflow.steer.steer", lambda *_, **__: ran)
+    monkeypatch.setattr(simulation, "_summarise", lambda *given: shown.append(given))
+    assert main(["steer", "kvlcc2", "--nmea", "udp://x", "--json"]) == (1 if failure else 0)
+    assert shown == [(ran, True)]
+    assert capsys.readouterr().err == (f"error: {failure}\n" if failure else "")
+
+
+def test_a_voyage_is_one_object_with_its_counts(capsys: Said) -> None:
+    counts = {"sent": 200, "unsent": 1}
+    ran: Any = SimpleNamespace(
+        plant=SimpleNamespace(ship=SimpleNamespace(name="kvlcc2")), state={"x": 1.5}, written=(Path("a.csv"),),
+        loop=SimpleNamespace(report=SimpleNamespace(t=12.0, overruns=3, worst_late=0.25, events={"lost": 1})),
+        on_wire=SimpleNamespace(conning=SimpleNamespace(commander="me", mode="heading", counts={"taken": 4}),
+                                wire=SimpleNamespace(counts=counts, address="udp://x")),
+    )  # fmt: skip
+    simulation._summarise(ran, json=True)
+    assert json.loads(capsys.readouterr().out) == {
+        "ship": "kvlcc2", "address": "udp://x", "t": 12.0, "state": {"x": 1.5}, "commander": "me", "mode": "heading",
+        "orders": {"taken": 4}, "wire": counts, "overruns": 3, "worst_late": 0.25, "events": {"lost": 1},
+        "written": ["a.csv"],
+    }  # fmt: skip
