@@ -17,7 +17,6 @@ from seatrial.study.study import read_study
 
 pytestmark = pytest.mark.long
 STUDY = Path(__file__).parents[2] / "studies" / "suyama2023.toml"
-TWO_CORES = 2.0
 
 
 @pytest.fixture(scope="module")
@@ -26,11 +25,7 @@ def study():
 
 
 def test_the_bars_of_the_study(study):
-    hasty = {"ratios": [0.2], "population": 4, "largest": 4, "agree": 1, "starts": 1, "fold_starts": 1}
-    replace(study.estimator, **hasty).tune(study.problem)  # whatever has to be compiled
-    began = time.process_time()
     tuning = study.estimator.tune(study.problem, study.test)
-    assert time.process_time() - began <= TWO_CORES * 25.0
     assert max(r.apart for r in tuning.ranges) < 1e-4
     costs = [sum(r.tune.values()) for r in tuning.ranges]
     assert costs == sorted(costs, reverse=True)
