@@ -30,7 +30,7 @@ from seatrial.realtime.bridge.situation import Shown, Situation, _off
 from seatrial.realtime.bridge.soundings import Soundings
 from seatrial.realtime.bridge.view import OWN, Order, Trail, beam, bells, motion, outline
 from seatrial.realtime.loop import Loop
-from seatrial.realtime.pages import LOCAL, Client, anywhere, known
+from seatrial.realtime.pages import LOCAL, Client, Guarded, anywhere, known
 from seatrial.realtime.plant import Compiled
 from seatrial.ships.files import load
 
@@ -471,3 +471,20 @@ def test_a_browser_floods_from_two_hundred_requests_a_second_and_is_deaf_when_it
     for read, deaf in ((2, False), (4, False), (4, False), (4, False), (4, False), (4, False)):
         asyncio.run(client.hear())
         assert (client.read, client.deaf) == (read, deaf)
+
+
+def test_a_connection_has_ten_seconds_for_each_request() -> None:
+    """From its beginning, and anew from each answer; a socket of a page has all the time."""
+    wound: list[tuple[float, object]] = []
+    gone: list[int] = []
+    one = Guarded.__new__(Guarded)
+    one.transport = SimpleNamespace(abort="abort", is_closing=lambda: False)  # type: ignore[assignment]
+    one.loop = SimpleNamespace(  # type: ignore[assignment]
+        call_later=lambda seconds, what: wound.append((seconds, what)) or SimpleNamespace(cancel=lambda: gone.append(1))
+    )
+    one._wind()
+    assert (wound, gone) == ([(10.0, "abort")], [])
+    one._wind()
+    assert (wound, gone) == ([(10.0, "abort")] * 2, [1])
+    one._unwind()
+    assert gone == [1, 1]
