@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
-from ..identify.posterior.ensemble import white
+from ..identify.posterior.misfit import white
 from ..identify.posterior.sampling.density import posterior_of
 from ..identify.record import scales
 from ..identify.trajectory.batch import Many

@@ -8,7 +8,7 @@ fitted in one batch.  The spread of these fits within the box is the uncertainty
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from .. import Fit, FitError, Loss, Problem
 from ..record import Settings, windows
 from ..trajectory.batch import Data, Ends, Many
 from ..vector import Vector
+from .misfit import white
 
 _TOLERANCE = 1e-7
 
@@ -152,23 +153,6 @@ def ensemble(
 
 def _refitted(problem: Problem, settings: Settings, starts: Array, data: Data) -> Ends:
     return Many.like(problem, settings).descend(starts, data=data, tolerance=_TOLERANCE)
-
-
-def white(fit: Fit, problem: Problem, settings: Settings) -> dict[str, float]:
-    """Deviation of the noise of each measured state, from differences of the residuals between samples.
-
-    What a model lacks, and what an error of the start does, changes slowly; second differences of
-    neighbouring residuals hold little of it.
-    """
-    motion = problem.ship.model.motion
-    every = replace(problem, loss=Loss(dict.fromkeys(motion, 1.0), 0.0))
-    many = Many.like(every, settings)
-    errors = many.windows.measured - many.predicted(fit.values)
-    errors = np.where(many.windows.scale > 0, errors, np.nan)
-    second = errors[:, 2:] - 2.0 * errors[:, 1:-1] + errors[:, :-2]
-    seen = np.flatnonzero(np.isfinite(second).any(axis=(0, 1))).tolist()
-    # White noise of deviation s has second differences of deviation sqrt(6) s.
-    return {motion[k]: float(np.sqrt(np.nanmean(second[:, :, k] ** 2) / 6.0)) for k in seen}
 
 
 def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:

@@ -16,13 +16,30 @@ from ...data import Array
 from ...models import STATES
 from .. import Fit, Loss, Nuisance, Problem
 from ..record import Settings, cut_as
+from ..trajectory.batch import Many
 from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.objective import TrajectoryObjective
-from .ensemble import white
 
 # Residuals larger than the noise by this share, correlations beyond this (over their own scatter), and runs fewer
 # than expected by this many deviations are more than chance and the fit itself explain.
 _LARGE, _ALIKE, _RUNS = 1.15, 0.1, -4.0
+
+
+def white(fit: Fit, problem: Problem, settings: Settings) -> dict[str, float]:
+    """Deviation of the noise of each measured state, from differences of the residuals between samples.
+
+    What a model lacks, and what an error of the start does, changes slowly; second differences of
+    neighbouring residuals hold little of it.
+    """
+    motion = problem.ship.model.motion
+    every = replace(problem, loss=Loss(dict.fromkeys(motion, 1.0), 0.0))
+    many = Many.like(every, settings)
+    errors = many.windows.measured - many.predicted(fit.values)
+    errors = np.where(many.windows.scale > 0, errors, np.nan)
+    second = errors[:, 2:] - 2.0 * errors[:, 1:-1] + errors[:, :-2]
+    seen = np.flatnonzero(np.isfinite(second).any(axis=(0, 1))).tolist()
+    # White noise of deviation s has second differences of deviation sqrt(6) s.
+    return {motion[k]: float(np.sqrt(np.nanmean(second[:, :, k] ** 2) / 6.0)) for k in seen}
 
 
 @dataclass(frozen=True)
