@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -151,34 +152,36 @@ def test_a_correlated_posterior_keeps_its_correlation(tmp_path: Path, monkeypatc
     import seatrial.workflow.campaigns.reading as module
 
     saved(tmp_path / "run", [trial(20, 20)])
-    held = module.read_numbers(tmp_path / "run" / "fit.json")
+    held = module.posterior(tmp_path / "run" / "model.toml")
     rng = np.random.default_rng(2)
     factor = 1e-3 * rng.standard_normal((3, 3)) @ np.diag([1.0, 1.0, 0.0])
-    from types import SimpleNamespace
-
-    flat = SimpleNamespace(free=held.free, values=held.values, covariance=factor @ factor.T)
-    monkeypatch.setattr(module, "read_numbers", lambda _: flat)
-    found = made(tmp_path / "many.toml", posterior={"fit": "run/fit.json"}).correlated
+    monkeypatch.setattr(module, "posterior", lambda _: replace(held, covariance=factor @ factor.T))
+    found = made(tmp_path / "many.toml", posterior={"fit": "run"}).correlated
     assert found is not None
     assert found.root @ found.root.T == pytest.approx(factor @ factor.T, abs=1e-12)
     assert np.allclose(found.root, np.tril(found.root))
-    broken = SimpleNamespace(free=held.free, values=held.values, covariance=np.full((3, 3), np.nan))
-    monkeypatch.setattr(module, "read_numbers", lambda _: broken)
-    with pytest.raises(RequestError, match="has no covariance"):
-        made(tmp_path / "many.toml", posterior={"fit": "run/fit.json"})
 
 
-def test_draws_of_a_posterior_are_widened_about_their_mean(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_posterior_that_is_not_normal_gives_its_draws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import seatrial.workflow.campaigns.reading as module
 
-    draws = np.array([[-0.05, 0.3], [-0.03, 0.5], [-0.04, 0.1]])
-    monkeypatch.setattr(module, "read_draws", lambda _: (("hull.N_r", "rudder.t_R"), draws))
-    found = made(tmp_path / "many.toml", posterior={"fit": "posterior.npz", "widen": 1.5}).correlated
+    saved(tmp_path / "run", [trial(20, 20)])
+    held = module.posterior(tmp_path / "run" / "model.toml")
+    samples = held.mean * np.array([[0.9, 1.2, 1.0], [1.1, 0.8, 1.0], [1.0, 1.0, 1.1]])
+    monkeypatch.setattr(module, "posterior", lambda _: replace(held, samples=samples))
+    found = made(tmp_path / "many.toml", posterior={"fit": "run/posterior.npz", "widen": 1.5}).correlated
     assert found is not None
-    assert found.names == ("ship.hull.N_r", "ship.rudder.t_R")
-    assert found.mean == pytest.approx([-0.04, 0.3])
+    assert found.mean == pytest.approx(held.mean)
     assert found.draws is not None
-    assert found.draws == pytest.approx(np.array([[-0.055, 0.3], [-0.025, 0.6], [-0.04, 0.0]]))
+    wide = held.mean + 1.5 * (samples - held.mean)
+    assert np.unique(found.draws, axis=0) == pytest.approx(np.unique(wide, axis=0))
+    assert np.mean(np.isclose(found.draws[:, 0], wide[0, 0])) == pytest.approx(1.0 / 3.0, abs=0.02)
+    tight = tuple(replace(f, high=f.start + 1e-3 * abs(f.start)) for f in held.free)
+    monkeypatch.setattr(module, "posterior", lambda _: replace(held, free=tight))
+    cut = made(tmp_path / "many.toml", posterior={"fit": "run"}).correlated
+    assert cut is not None
+    assert cut.draws is not None
+    assert (cut.draws <= np.array([f.high for f in tight])).all()
 
 
 def test_a_file_of_another_kind_is_named() -> None:

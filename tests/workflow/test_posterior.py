@@ -124,7 +124,7 @@ def test_a_campaign_runs_draws_as_they_are(run):
     assert all((np.abs(draws - one).sum(axis=1) < 1e-12).any() for one in values)
     document = {"schema": "seatrial-campaign/1", "ships": ["kvlcc2_l7"], "runs": 50, "posterior":
                 {"fit": str(out / "absent.npz")}, "manoeuvre": {"kind": "turning", "rudder": 35.0}}  # fmt: skip
-    with pytest.raises(RequestError, match="--sample N makes it"):
+    with pytest.raises(RequestError, match=r"absent\.npz: no such file; name the folder of a run"):
         campaign_of(document, out / "campaign.toml")
 
 

@@ -23,6 +23,8 @@ from .power import Power, directions
 _TRIES, _RARE = 40, 0.05
 # Steps of a chain, and how far within the bounds it begins, over sigma.
 _STEPS, _INSIDE = 150, 0.2
+# A bound so many sigmas away cuts nothing off.
+_REACH = 5.0
 # Of a bound's distance from the estimate, what rounding may leave.
 _ROUNDING = 1e-9
 
@@ -72,6 +74,14 @@ class Posterior:
         slack = _ROUNDING * np.abs(self.mean)  # an estimate at a bound is within it
         return np.where(np.abs(self.mean - low) <= slack, np.minimum(low, self.mean), low), \
             np.where(np.abs(self.mean - high) <= slack, np.maximum(high, self.mean), high)  # fmt: skip
+
+    @property
+    def normal(self) -> bool:
+        """Whether it is just the normal density of its covariance: no samples, widening or bound within reach."""
+        low, high = self.bounds
+        reach = _REACH * np.sqrt(np.diag(self.covariance))
+        within = bool(np.all((self.mean - low >= reach) & (high - self.mean >= reach)))
+        return within and self.samples is None and self.power is None
 
     def draws(self, count: int, seed: int) -> Array:
         """So many draws within the bounds of the study and the physical ranges, shape (count, free).

@@ -71,7 +71,7 @@ class InputTable(Strict):
 
 
 class PosteriorTable(Strict):
-    """A fit whose posterior is drawn from: fit.json by its Gauss approximation, posterior.npz by its draws."""
+    """A fit whose posterior is drawn from: folder of a run, or a file in it."""
 
     fit: str
     widen: Positive = 1.0

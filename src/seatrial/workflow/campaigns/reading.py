@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...belief.drawn import read_draws
+from ...belief.reading import posterior
 from ...campaign import Campaign, Case, Correlated, Criterion, Tracks, usual_chunk
 from ...campaign import chunk as chunks
 from ...campaign.columns import index_units, meanings, shown
@@ -22,14 +22,16 @@ from ...data.units import KNOWN
 from ...engine.cuda.named import device_of
 from ...environment import Uniform
 from ...identify import StudyError
-from ...ships import Ship
+from ...ships import Ship, ShipError
 from ...simulate.approach import approach, time_step
 from ...study.schema import checked
-from ...study.stored import read_numbers
+from ...study.store import MODEL
 from .. import RequestError
 from ..request import Note, ship_of, silent, surroundings
 from ..simulation import ahead_of, helm_of, order, simulate
 
+# Draws of a posterior that is not normal, of which each run takes one.
+_DRAWS, _SEED = 16_384, 1
 _KINDS: tuple[Kind, ...] = ("uniform", "normal", "lognormal", "triangular", "choice", "values")
 
 
@@ -69,7 +71,7 @@ def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Ca
         campaign = Campaign(
             table.title or path.stem, cases, table.runs,
             {name: _input(path, name, one, known.get(name)) for name, one in table.inputs.items()},
-            _posterior(path, table.posterior, ships) if table.posterior else None, table.design, table.seed, around,
+            _posterior(path, table.posterior) if table.posterior else None, table.design, table.seed, around,
             gusts, table.revolutions == "balanced",
             {name: _criterion(path, name, one, units) for name, one in table.criteria.items()},
             table.chunk or usual_chunk(cases, tracks), tracks,
@@ -154,29 +156,25 @@ def _criterion(path: Path, name: str, one: CriterionTable, units: Mapping[str, s
     return Criterion(name, -math.inf if low is None else low * scale, math.inf if high is None else high * scale)
 
 
-def _posterior(path: Path, table: PosteriorTable, ships: list[Ship]) -> Correlated:
-    """Parameters of a fit with the covariance of its posterior, or its draws, `widen` times as wide."""
+def _posterior(path: Path, table: PosteriorTable) -> Correlated:
+    """Parameters of a fit by its posterior, `widen` times as far from the estimates.
+
+    Where nothing but the covariance of the fit is known, and no bound cuts it, each parameter takes a dimension of the
+    design; else draws of the posterior are listed, of which one dimension chooses.
+    """
     file = path.parent / table.fit if not Path(table.fit).is_absolute() else Path(table.fit)
-    if file.suffix == ".npz":
-        return _draws(path, file, table.widen)
+    if not file.exists():
+        raise RequestError(f"{path}: posterior.fit: {file}: no such file; name the folder of a run, which seatrial "
+                           "identify STUDY -o RUN writes")  # fmt: skip
     try:
-        found = read_numbers(file)
-    except StudyError as error:
+        held = posterior((file if file.is_dir() else file.parent) / MODEL)
+    except (StudyError, ShipError) as error:
         raise RequestError(f"{path}: posterior.fit: {error}") from None
-    names, covariance, mean = [one.path for one in found.free], found.covariance, found.values
-    if not names or not np.all(np.isfinite(covariance)):
-        raise RequestError(f"{path}: posterior.fit: {file}: has no covariance; fit by an estimator that gives one")
-    values, vectors = np.linalg.eigh(covariance)
+    names, mean = tuple(f"ship.{name}" for name in held.names), held.mean
+    if not held.normal:
+        drawn = held.draws(_DRAWS, _SEED)
+        return Correlated(names, mean, np.eye(len(names)), mean + table.widen * (drawn - mean))
+    values, vectors = np.linalg.eigh(held.covariance)
     triangular: Any = np.linalg.qr((vectors * np.sqrt(np.maximum(values, 0.0))).T, mode="r")
     root = triangular.T
-    return Correlated(tuple(f"ship.{name}" for name in names), mean, table.widen * root * np.sign(np.diag(root)))
-
-
-def _draws(path: Path, file: Path, widen: float) -> Correlated:
-    """Draws that `seatrial identify --sample` has left, one a run, `widen` times as far from their mean."""
-    try:
-        paths, draws = read_draws(file)
-    except StudyError as error:
-        raise RequestError(f"{path}: posterior.fit: {error}") from None
-    mean = draws.mean(axis=0)
-    return Correlated(tuple(f"ship.{name}" for name in paths), mean, np.eye(len(paths)), mean + widen * (draws - mean))
+    return Correlated(names, mean, table.widen * root * np.sign(np.diag(root)))
