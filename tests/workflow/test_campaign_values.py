@@ -169,7 +169,7 @@ def test_a_posterior_that_is_not_normal_gives_its_draws(tmp_path: Path, monkeypa
     held = module.posterior(tmp_path / "run" / "model.toml")
     samples = held.mean * np.array([[0.9, 1.2, 1.0], [1.1, 0.8, 1.0], [1.0, 1.0, 1.1]])
     monkeypatch.setattr(module, "posterior", lambda _: replace(held, samples=samples))
-    found = made(tmp_path / "many.toml", posterior={"fit": "run/posterior.npz", "widen": 1.5}).correlated
+    found = made(tmp_path / "many.toml", posterior={"fit": "run/fit.json", "widen": 1.5}).correlated
     assert found is not None
     assert found.mean == pytest.approx(held.mean)
     assert found.draws is not None
