@@ -431,6 +431,81 @@ def test_part_of_many_trials_is_tested_at_even_distances() -> None:
     assert len(diagnose._enough(trials(100, 6_000))) == 9
 
 
+def test_long_predictions_move_a_regression_by_the_step_to_their_optimum_within_reach() -> None:
+    world = World(13)
+    vector = Vector((Free("p", 1.0, prior=1.0, sigma=0.5), Free("q", 0.1), Free("s", -5.0)))
+    at = world.p + np.array([0.02, 0.001, 0.3])
+    e = (world.J @ at - world.y).reshape(TRIALS, ROWS // CHANNELS, CHANNELS)
+    linear = replace(world.linear(), e=e, A=world.A + np.diag([4.0, 0.0, 0.0]))
+    objective: Any = SimpleNamespace(problem=SimpleNamespace(vector=vector), where=np.zeros(3))
+    fit: Any = SimpleNamespace(sigma=np.array([0.1, 0.01, 1.0]), covariance=np.eye(3))
+    found, spread = diagnose._pulled(Diagnosis(), linear, at, objective, fit)
+    exact = np.linalg.solve(world.A + np.diag([4.0, 0.0, 0.0]),
+                            np.einsum("tri,tr->i", world.J, world.y) + np.array([4.0, 0.0, 0.0]))
+    step = exact - at
+    for path, by, sd in zip(PATHS, step, fit.sigma, strict=True):
+        assert found.pulled[path] == pytest.approx(by / sd, rel=1e-7)
+    np.testing.assert_allclose(spread, np.eye(3) + np.outer(step, step))
+    near = replace(linear, reach=np.full(3, 1e-3))
+    cut, _ = diagnose._pulled(Diagnosis(), near, at, objective, fit)
+    np.testing.assert_allclose(list(cut.pulled.values()), np.clip(step, -1e-3, 1e-3) / fit.sigma)
+
+
+def test_residuals_of_a_channel_are_per_degree_of_freedom_and_over_the_noise() -> None:
+    world = World(14)
+    linear = world.linear()
+    scale = np.full((TRIALS, ROWS // CHANNELS, CHANNELS), 4.0)
+    cut = SimpleNamespace(scale=scale, dt=0.25, every=4)
+    motion = ("u", "r")
+    objective: Any = SimpleNamespace(windows=cut,
+        problem=SimpleNamespace(ship=SimpleNamespace(model=SimpleNamespace(motion=motion))))
+    found, size = diagnose._channels(objective, linear, {"u": 0.2, "r": 0.5})
+    back, e = np.linalg.inv(world.A), linear.e
+    for k, name in enumerate(motion):
+        own = world.J[:, k::2].reshape(-1, 3)
+        freedom = 100 - np.trace(back @ own.T @ own)
+        square = float((e[:, :, k] ** 2).sum()) / freedom
+        assert size[k] == pytest.approx(square)
+        level = {"u": 0.2, "r": 0.5}[name]
+        one = found[name]
+        assert one.size == pytest.approx(math.sqrt(square) / (4.0 * level))
+        product = float((e[:, 1:, k] * e[:, :-1, k]).sum()) / 95
+        assert one.alike == pytest.approx(product / (float((e[:, :, k] ** 2).sum()) / 100))
+        assert (one.noise, one.count, one.by_inputs) == (level, 100, 0.0)
+        assert one.alike_sigma == pytest.approx(1.0 / math.sqrt(95))
+    blind = scale.copy()
+    blind[:, :, 1] = 0.0
+    objective.windows = SimpleNamespace(scale=blind, dt=0.25, every=4)
+    found, size = diagnose._channels(objective, linear, {"u": 0.2, "r": 0.5})
+    assert list(found) == ["u"]
+    assert size[1] == 1.0
+    # what the noise of the inputs leaves is no fault of the model
+    draws = np.random.default_rng(0).normal(size=(TRIALS, ROWS, 6))
+    objective.windows = cut
+    noisy = replace(linear, drawn=draws)
+    left = diagnose._left(noisy).reshape(TRIALS, ROWS // 2, 2, 6)[:, :, 0]
+    inputs = float((left**2).sum()) / 6 / (100 - np.trace(back @ world.J[:, ::2].reshape(-1, 3).T @ world.J[:,
+        ::2].reshape(-1, 3)))
+    both, reduced = diagnose._channels(objective, noisy, {"u": 0.2, "r": 0.5})
+    assert both["u"].by_inputs == pytest.approx(math.sqrt(inputs) / 0.8)
+    assert reduced[0] == pytest.approx(max(both["u"].size ** 2 * 0.64 - inputs, min(both["u"].size ** 2 * 0.64, 0.64)))
+    within = float((left[:, 1:] * left[:, :-1]).sum()) / 6
+    total = float((e[:, 1:, 0] * e[:, :-1, 0]).sum()) - within
+    assert both["u"].alike == pytest.approx(total / 95 / (float((e[:, :, 0] ** 2).sum()) / 100))
+
+
+def test_what_is_shown_estimated_and_fixed() -> None:
+    def shown(*controls: str) -> str:
+        return diagnose._shown(SimpleNamespace(ship=SimpleNamespace(model=SimpleNamespace(controls=controls))))  # type: ignore[arg-type]
+
+    assert (shown("n_P", "delta"), shown("n_P", "n_S"), shown()) == ("delta", "n_P", "")
+    own: Any = SimpleNamespace(nuisance=SimpleNamespace(bias={"u": 0.1}, current=0.2))
+    told = [diagnose._estimated(name, own) for name in ("bias.u", "bias.r", "current.north", "scale.u")]
+    assert told == [True, False, True, False]
+    own.nuisance.current = 0.0
+    assert not diagnose._estimated("current.north", own)
+
+
 # Nuisance parameters beside the free ones
 
 

@@ -19,7 +19,7 @@ from seatrial.identify import Verdict
 from seatrial.identify.diagnosis.findings import Channel, Contradiction, Diagnosis, Residuals, Suspicion
 from seatrial.identify.posterior.misfit import Misfit, Remainder
 from seatrial.identify.posterior.profile import Profile
-from seatrial.report import diagnosis, identifiability, marginals, rivals, trials
+from seatrial.report import diagnosis, figures, identifiability, marginals, rivals, trials
 from seatrial.report import tuning as tunings
 from seatrial.report.series import judged
 
@@ -255,7 +255,7 @@ def test_a_profile_is_drawn_with_its_limit_interval_and_steps() -> None:
 
 
 def test_ends_of_searches_count_those_at_the_best_objective() -> None:
-    ends = np.array([[1.0, -0.3, 0.5], [1.0 + 5e-7, -0.2, 0.5], [1.1, -0.5, 0.5], [math.inf, 0.0, 0.5]])
+    ends = np.array([[4.0, -0.3, 0.5], [4.0 + 2e-6, -0.2, 0.5], [4.1, -0.5, 0.5], [math.inf, 0.0, 0.5]])
     one = replace(fit(), ends=ends)
     body = identifiability._restarts(one)
     assert "2 of 3 searches ended at the best objective (to 1e-06); among these" in words(body)
@@ -455,6 +455,63 @@ def test_parameters_beyond_three_sigma_are_named() -> None:
 
 
 # Tables of fits
+
+
+@pytest.mark.slow
+def test_estimates_far_away_are_drawn_on_a_logarithmic_axis(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept: list[Any] = []
+    monkeypatch.setattr(rivals, "svg", lambda drawn, name: kept.append(drawn) or "")
+    for far, scale in ((14.0, "linear"), (16.0, "symlog")):
+        case: Any = SimpleNamespace(name="calm", away=np.array([-far]),
+            fits={"full": SimpleNamespace(free=(Free("hull.a", 0.0),))})
+        rivals.estimates([case])
+        (ax,) = kept[-1].axes
+        assert ax.get_xscale() == scale
+    told = [label.get_text() for label in ax.get_xticklabels()]
+    assert told == ["-30", "-10", "-3", "-1", "0", "1", "3", "10", "30"]
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["a"]
+
+
+@pytest.mark.slow
+def test_every_seed_is_drawn_north_over_east_and_broken_at_restarts() -> None:
+    t = np.arange(20.0)
+    seen = Trial("m", t, {"x": 2.0 * t, "y": -t})
+    run = SimpleNamespace(measured=seen, restart=10.0, predicted={"x": 2.0 * t + 1.0, "y": -t + 0.5})
+    one: Any = SimpleNamespace(title="a model", every=({"t": run}, {"t": None}, {"t": run}))
+    drawn = {name: points for (_, name), points in series(judged.seeds([one], "t")).items()}
+    np.testing.assert_allclose(drawn["a model, 2 seeds"], np.column_stack([-t + 0.5, 2.0 * t + 1.0]))
+    np.testing.assert_allclose(drawn["measured"], np.column_stack([-t, 2.0 * t]))
+    east, _ = judged._broken(run)  # type: ignore[arg-type]
+    assert np.flatnonzero(np.isnan(east)).tolist() == [10]
+
+
+def test_what_each_fit_took_is_in_minutes() -> None:
+    member = SimpleNamespace(seed=3, weights=120, history=np.zeros((7, 4)), summary={"evaluations": 42,
+        "status": "done"},
+                             seconds=92.6, objective=0.12345)  # fmt: skip
+    plain = SimpleNamespace(seed=None, weights=0, history=np.zeros((0, 4)), summary={"status": "x"}, seconds=30.0,
+        objective=1.0)
+    found: Any = SimpleNamespace(standings=(SimpleNamespace(name="net", members=(member,)), SimpleNamespace(
+        name="physics", members=(plain, SimpleNamespace(summary={})))))  # fmt: skip
+    for one in found.standings:
+        for m in one.members:
+            m.weights = getattr(m, "weights", 0)
+        one.weights = one.members[0].weights
+    (rows,) = tables(judged._cost(found))
+    assert rows[1:] == [["net", "3", "120", "7", "42", "1.5", "0.123", "done"],
+                        ["physics", "–", "–", "0", "–", "0.50", "1.00", "x"]]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_control_that_hardly_moves_has_an_axis_of_a_tenth_of_it() -> None:
+    t = np.arange(50.0)
+    own = dict.fromkeys(("x", "y", "psi", "u", "v_m", "r"), 0.0 * t)
+    trial = Trial("a", t, {**own, "n_P": 1.5 + 0.001 * np.sin(t), "delta": 0.1 * np.sin(t)})
+    rudder, shaft = figures.motion_canvas(trial)[1][-2:]
+    low, high = shaft.get_ylim()
+    assert high - low == pytest.approx(0.15, abs=2e-3)
+    low, high = rudder.get_ylim()
+    assert high - low == pytest.approx(1.2 * 1.1 * 2 * math.degrees(0.1), rel=0.02)
 
 
 @pytest.mark.slow

@@ -314,3 +314,4 @@ def test_printed_numbers_agree_to_half_of_their_last_digit() -> None:
         "why": "rounded",
     }
     assert side_by_side(rows).count('<td class="text">') == 6
+    assert '<td class="text">C_T [N]</td><td>0.31</td>' in side_by_side(rows)
