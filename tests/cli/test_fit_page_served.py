@@ -70,6 +70,7 @@ def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 FILES = {"mine": Path("mine.toml")}
 
 
+@pytest.mark.slow
 def test_a_page_is_begun_with_title_files_and_what_ran_before(served: list[Any], capsys: Said) -> None:
     with fits.watching(9001) as sink:
         with sink.fitting("my study", FILES, ("before",)):

@@ -250,6 +250,7 @@ def test_peers_are_shown_by_ratio(capsys: Said) -> None:
 # ships
 
 
+@pytest.mark.slow
 def test_ships_are_listed_with_length_speed_and_count(capsys: Said) -> None:
     assert main(["ships", "--json"]) == 0
     told = {one["name"]: one for one in json.loads(capsys.readouterr().out)["ships"]}
