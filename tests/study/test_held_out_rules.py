@@ -170,3 +170,17 @@ def test_the_text_names_what_is_free_held_out_and_left_out() -> None:
 def test_a_recording_with_a_doubt_says_so(tmp_path: Path) -> None:
     doubted = Kind("turning", {}, doubts=("the rudder moves late",))
     assert "doubt: the rudder moves late" in drafted(kinds={"a": doubted, "b": kind("zigzag")})
+
+
+def test_priors_of_a_first_study_are_those_of_the_kind_of_coefficient() -> None:
+    """Regressions give hulls, rudders and added masses to about 30 %, a wake to 20 %; steering indices to a half."""
+    from seatrial.study.drafting.draft import _RULES
+
+    wide = {"damping", "K", "T", "T[123]", "delta_r", "K_*", "T_*"}
+    for pattern, prior, needs in _RULES:
+        part, _, name = pattern.rpartition(".")
+        sharp = name in ("w_P0", "T_*", "[XYN]_*") and part in ("*", "screw", "")
+        assert prior == (0.5 if (part or pattern) in wide else 0.2 if sharp else 0.3), pattern
+        surge = name in ("m_x", "X_udot", "X_udotz", "m_11", "[RX]_*", "X_*", "t_P", "w_P0") or part == "screw"
+        assert needs == ("wind" if part == "wind" else "engine" if part == "propeller" else
+                         "surge" if surge else "turn"), pattern  # fmt: skip

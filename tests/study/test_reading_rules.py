@@ -260,3 +260,24 @@ def test_a_weight_is_for_a_trial_of_training() -> None:
     assert (made.sigma, made.correlation, made.weights, made.scale) == ({"u": 0.1}, 2.0, {"a*": 0.5}, "spread")
     with pytest.raises(StudyError, match=r"loss\.weights: 'a\*' fits no training trial; they are named b, c"):
         study._loss(HERE, said, [log("b"), log("c")])
+
+
+def test_what_a_publication_prints_is_in_the_table_or_a_file_beside_it(tmp_path: Path) -> None:
+    from seatrial.study.schema import Published
+
+    table = tmp_path / "t.toml"
+    assert series._published(table, None) == Published(source="")
+    own = Published(source="a paper")
+    assert series._published(table, own) is own
+    for text, told in (('schema = "seatrial-published/1"\nsource = "b"\nnote = "n"\n', ""),
+                       ('source = "b"\n', r"p\.toml"),
+                       ('schema = "seatrial-study/1"\n', "seatrial-published/1"), ("a = [", r"p\.toml: "),
+                       ('schema = "seatrial-published/1"\n', "source is missing")):  # fmt: skip
+        (tmp_path / "p.toml").write_text(text)
+        if not told:
+            assert series._published(table, "p.toml") == Published(source="b", note="n")
+            continue
+        with pytest.raises(StudyError, match=told):
+            series._published(table, "p.toml")
+    with pytest.raises(StudyError, match="published: no such file"):
+        series._published(table, "gone.toml")

@@ -1,0 +1,182 @@
+"""What a bridge, a report and a plan are made with: starts, rates, keys, commands and titles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from fitted_run import trial
+from seatrial.campaign.bands import Bands
+from seatrial.core.errors import RequestError
+from seatrial.manoeuvres import Index
+from seatrial.realtime.bridge.view import OWN
+from seatrial.ships.files import load
+from seatrial.workflow import Silent, judging, plans, realtime, reports
+from seatrial.workflow.evidence.bands import Banded
+from seatrial.workflow.live import twin as following
+
+L7 = load("kvlcc2_l7")
+
+
+@pytest.fixture
+def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """What the server of a page was given."""
+    seen: list[Any] = []
+
+    def serve(deck: Any, loop: Any, listening: Any, key: str) -> None:
+        seen.append((loop, key))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(realtime, "server_of", lambda anywhere: (seen.append(anywhere), serve)[1])
+    return seen
+
+
+@pytest.mark.slow
+def test_a_bridge_begins_as_it_is_told(served: list[Any], tmp_path: Path) -> None:
+    notes: list[str] = []
+    written = realtime.bridge("kvlcc2_l7", port=0, heading=30.0, speed=0.9, factor=2.0, place="35,139", out=tmp_path,
+                              other=["kvlcc2_l7@40,50,270,0.5"], note=notes.append)  # fmt: skip
+    anywhere, (loop, key) = served
+    assert (anywhere, key, written) == (False, "", [])
+    own, other = loop.vessels[OWN].plant, loop.vessels["1 kvlcc2_l7"].plant
+    assert [own[name] for name in ("x", "y", "psi", "u", "v_m", "r")] \
+        == pytest.approx([0.0, 0.0, math.radians(30.0), 0.9, 0.0, 0.0])
+    assert [other[name] for name in ("x", "y", "psi", "u")] \
+        == pytest.approx([40.0, 50.0, math.radians(270.0), 0.5])
+    assert loop.rate == pytest.approx(20.0)
+    assert loop.factor == 2.0
+    assert notes[0].startswith("kvlcc2_l7: http://127.0.0.1:")
+    assert notes[-1] == "ended"
+
+
+@pytest.mark.slow
+def test_a_bridge_for_other_machines_has_a_key(served: list[Any], tmp_path: Path) -> None:
+    notes: list[str] = []
+    realtime.bridge("kvlcc2_l7", port=0, anywhere=True, out=tmp_path, note=notes.append)
+    anywhere, (_, key) = served
+    assert anywhere is True
+    assert len(key) >= 16
+    assert notes[0].partition("#")[2].startswith(key)
+
+
+def test_a_bridge_that_cannot_be_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RequestError, match="--place and --ghost both set the position"):
+        realtime.bridge("kvlcc2_l7", place="35,139", ghost=tmp_path / "a.csv")
+    with pytest.raises(RequestError, match="--hold is 0"):
+        realtime.bridge("kvlcc2_l7", hold=0.0)
+    with pytest.raises(RequestError, match="no such folder"):
+        realtime.recordings_go(tmp_path / "none")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RequestError, match="a file; recordings go into a folder"):
+        realtime.recordings_go(tmp_path / "file")
+
+
+def test_a_fitted_ship_of_captive_tests_is_of_the_ship_that_it_began_from() -> None:
+    def named(began: Any) -> Any:
+        return judging._named(SimpleNamespace(began=began, held=("a", "b"), ship=L7), "mine")  # type: ignore[arg-type]
+
+    plain = named(replace(L7, of="", notes={"title": "T", "provenance": {}, "cautions": ["c"]}))
+    assert (plain.name, plain.of) == ("mine", "kvlcc2_l7")
+    assert plain.notes["title"] == "T; coefficients of captive tests"
+    assert plain.notes["cautions"] == ["c", "Not determined by the tests, and as in kvlcc2_l7: a, b."]
+    assert "provenance" not in plain.notes
+    assert named(replace(L7, of="parent")).of == "parent"
+
+
+def test_every_trial_of_a_twin_has_its_channels(tmp_path: Path) -> None:
+    from seatrial.data import DataError
+
+    good = trial(20).rows(slice(0, 20))
+    short = replace(good, channels={n: v for n, v in good.channels.items() if n not in ("n_P", "delta")})
+    with pytest.raises(DataError, match=r"delta|n_P"):
+        following._of(L7, "a", (good, short), None)
+    assert following._of(L7, "logs/a.csv", (good,), (1.0, 2.0)).name == "a.csv"
+
+
+def test_an_index_has_a_value_and_both_edges() -> None:
+    import numpy as np
+
+    values = np.linspace(0.0, 1.0, 101)
+    made = Bands(np.zeros(1), np.zeros((101, 1, 6)), {"a": values}, np.full(101, np.nan))
+    run: Any = SimpleNamespace(ship=L7, trial=None, policy=SimpleNamespace(indices=lambda t, L: {"a": Index(0.4, "m")}))
+    banded = Banded(run, 0.8, None, SimpleNamespace(bands=made))  # type: ignore[arg-type]
+    value, low, high = banded.indices["a"]
+    assert (value.value, low.value, high.value) == (0.4, pytest.approx(0.1), pytest.approx(0.9))
+
+
+def study(**more: Any) -> Any:
+    ship = replace(L7, name="mine")
+    problem = SimpleNamespace(ship=ship, trials=(trial(20),), validation=(), free=())
+    usual: dict[str, Any] = {"name": "s", "path": Path("s.toml"), "title": "", "problem": problem, "test": (),
+                             "virtual": None, "rival": (), "restart": 5.0, "digest": "d", "sigma": None}  # fmt: skip
+    return SimpleNamespace(**(usual | more))
+
+
+def test_a_study_is_called_by_its_title_else_by_ship_and_file_and_may_keep_trials_back() -> None:
+    plan = plans.StudyPlan(study(), Path("run"))
+    assert plan.title == "mine: s"
+    assert plans.StudyPlan(study(title="T"), Path("run")).title == "T"
+    assert plan.kept_back is False
+    assert plans.StudyPlan(study(test=(1,)), Path("run")).kept_back is True
+    assert plan.path == Path("s.toml")
+
+
+@pytest.mark.parametrize("suspects", [False, True])
+def test_the_report_of_a_study_has_the_command_that_made_it(suspects: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[Any] = []
+    one = study()
+    monkeypatch.setattr(plans, "details", lambda study, fit, sink, pool: ("details", study, fit))
+    monkeypatch.setattr(plans, "report", lambda *given: seen.append(given))
+    fit: Any = object()
+    plans.StudyPlan(one, Path("run"), suspects).report({"s": fit}, (), Silent())
+    ((found, same, given, page, provenance, _),) = seen
+    assert found == ("details", one, fit)
+    assert (same, given, page) == (one, fit, Path("run/report.html"))
+    option = " --free-suspects" if suspects else ""
+    assert provenance["command"] == f"seatrial identify s.toml{option} -o run"
+    assert (provenance["study"], provenance["digest"]) == ("s.toml", "d")
+
+
+@pytest.mark.parametrize(("budget", "only", "suspects", "options"), [
+    ("full", (), False, ""), ("quick", (), False, " --quick"), ("full", ("a", "b"), True, " --only a --only b "
+     "--free-suspects"),
+])  # fmt: skip
+def test_the_report_of_a_table_has_the_options_that_made_it(
+    budget: str, only: tuple[str, ...], suspects: bool, options: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import seatrial.report.page
+    import seatrial.report.series
+    import seatrial.validate.series
+
+    seen: list[Any] = []
+    series: Any = SimpleNamespace(budget=budget, path=Path("t.toml"), tests={}, title="", name="t")
+    monkeypatch.setattr(seatrial.validate.series, "judged", lambda table, out: "judged")
+    monkeypatch.setattr(seatrial.report.series, "covered", lambda table: "covered")
+    monkeypatch.setattr(seatrial.report.series, "page", lambda *given, **more: (given, more))
+    monkeypatch.setattr(seatrial.report.page, "write", lambda path, page: seen.append((path, page)))
+    plan = plans.TablePlan(series, Path("run"), only, suspects)
+    plan.report({}, ("a failed",), Silent())
+    ((path, (given, more)),) = seen
+    assert path == Path("run/report.html")
+    assert given == (series, "judged", "covered")
+    assert more["failed"] == ("a failed",)
+    assert more["provenance"]["command"] == f"seatrial identify t.toml{options} -o run"
+    assert plan.title == "t"
+
+
+def test_rivals_name_the_truth_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    import seatrial.report.rivals
+
+    seen: list[Any] = []
+    monkeypatch.setattr(seatrial.report.rivals, "page", lambda found, provenance: (found, provenance))
+    monkeypatch.setattr(reports, "write", lambda path, page: seen.append((path, page)))
+    virtual = SimpleNamespace(ship=SimpleNamespace(name="truth"), seed=7)
+    found: Any = "found"
+    for source, more in ((virtual, {"truth": "truth, seed 7"}), (None, {})):
+        reports._rivals(found, study(virtual=source), object(), Path("page.html"), {"a": "b"}, Silent())  # type: ignore[arg-type]
+        assert seen.pop() == (Path("page.html"), ("found", {"a": "b", **more}))
