@@ -336,7 +336,8 @@ def test_a_scaled_ship_is_shown_before_and_after(tmp_path: Path, capsys: Said) -
     assert cells(out, "n_P [1/s]")[1:3] == [f"{n['before']['n_P']:.4g}", f"{n['after']['n_P']:.4g}"]
     assert cells(out, "thrust'")[1:3] == [f"{n[side]['thrust']:.4g}" for side in ("before", "after")]
     assert cells(out, "rudder force")[1:3] == [f"{n[side]['rudder']:.4g}" for side in ("before", "after")]
-    assert len(ends(out, "before")) == 1
+    for side in ("before", "after"):
+        assert len(ends(out, side, f"{f[side]['Re']:.4g}", f"{f[side]['C_F']:.4g}")) == 1
     assert main([*words, "--froude"]) == 0
     said = capsys.readouterr()
     assert said.out == ""
@@ -455,6 +456,45 @@ def test_a_design_is_shown_by_what_each_manoeuvre_adds(capsys: Said) -> None:
     assert told["open"] == [{"combination": "a and b", "text": "only together"}]
     assert told["manoeuvres"][1] == {"name": "turning", "length": 3.0, "gain": 1.5}
     assert (told["length"], told["log_det"], told["left_out"]) == (15.3456, 9.391, ("spiral: too long",))
+
+
+def test_the_published_designs_and_the_families_are_shown_with_numbers_to_the_right(capsys: Said) -> None:
+    from seatrial.choosing import CAPABILITIES
+    from seatrial.identify.design.excitation import TABLE_1
+
+    plan: Any = SimpleNamespace(
+        chosen=(), length=0.0, log_det=0.0, free=(), sigma=(), share=(), verdicts=(), left_out=()
+    )
+    judging._show_plan("mine", plan)
+    out = capsys.readouterr().out
+    numbers = [", ".join(map(str, one.parameters)) for one in TABLE_1]
+    lines = [
+        next(line for line in out.splitlines() if line.strip().startswith(f"[{one.reference}] ")) for one in TABLE_1
+    ]
+    head = next(line for line in out.splitlines() if "Sawada 2024 Table 1" in line)
+    at = head.index("parameters") + len("parameters")
+    assert all(line[:at].endswith(text) for line, text in zip(lines, numbers, strict=True))
+    at = head.index("T'") + 2
+    assert all(
+        len(line.rstrip()) <= at and line.rstrip()[-1].isdigit() for line in lines if len(line.rstrip()) > at - 3
+    )
+
+    findings = {one.key: SimpleNamespace(answer="yes") for one in CAPABILITIES}
+    small = family("nomoto", "zeefakkel", (), findings=findings, coefficients=(2, 2), cost=3.0, length=(1.0, 2.0))
+    large = family("mmg", "kvlcc2", (), findings=findings, coefficients=(40, 1234), cost=123.0, length=(10.0, 2000.0))
+    judging._show((small, large))
+    out = capsys.readouterr().out
+    head, one, other = (
+        next(line for line in out.splitlines() if word in line) for word in ("equation", "zeefakkel", "kvlcc2")
+    )
+    for name, first, second in (("numbers", "2", "40-1234"), ("T'", "1-2", "10-2000"), ("ns", "3", "1.2e+02")):
+        at = head.index(name) + len(name)
+        width = max(len(name), len(first), len(second))
+        assert one[: one.rindex(first, at - width, at + width) + len(first)].endswith(first)
+        assert other.rindex(second) + len(second) == one.rindex(first, 0, other.rindex(second) + len(second) + 1) + len(
+            first
+        )
+    assert re.search(r"nomoto +mmg", out)
 
 
 def test_foreseen_bands_are_shown_before_and_after(capsys: Said) -> None:
