@@ -369,6 +369,21 @@ def test_the_factor_of_one_kind_is_the_least_that_covers_left_out_recordings_to_
     assert again == pytest.approx(found.factor[0, 0, 0], rel=0.15)
 
 
+@pytest.mark.slow
+def test_a_channel_that_nobody_measured_at_the_last_horizons_has_no_factor_there() -> None:
+    """Twelve recordings show 90 %; of one channel only eight of them do from the third horizon on, or none."""
+    for kept in (8, 0):
+        gap = made(recordings=12, windows=1)
+        late = np.arange(12) >= kept
+        gap.left.error[late, 2:, 4] = np.nan
+        factor = gap.factors(0.9).factor
+        assert np.isfinite(factor[:, :2]).all()
+        assert np.isnan(factor[:, 2:, 4]).all()
+        assert np.isfinite(np.delete(factor, 4, axis=2)[:, 2]).all()
+        assert gap.reach(0.9) == H[1]
+        assert max(row.horizon for row in crossed(gap, 0.9)) == H[1]
+
+
 # --- a calibration -------------------------------------------------------------------------------------------------
 
 

@@ -86,10 +86,10 @@ def factors(
     for j in range(horizons):
         here = np.unique(group[np.isfinite(score[:, j]).any(axis=1)])
         counts[:-1, j], counts[-1, j] = np.bincount(of[here], minlength=len(every)), len(here)
-        if len(here) < needed(level):
-            continue
         near = slice(max(j - _NEAR, 0), j + _NEAR + 1)
         for some in (*alike, *([c] for c in range(channels) if not any(c in one for one in alike))):
+            if len(np.unique(group[np.isfinite(score[:, j][:, some]).any(axis=1)])) < needed(level):
+                continue
             found = _at(score[:, near][:, :, some].reshape(len(score), -1), group, of, len(every), level)
             out[:, j, some] = found[:, None]
     if not np.isfinite(out).any():
