@@ -53,6 +53,28 @@ def test_the_better_family_is_first(better: Assessment, worse: Assessment) -> No
     assert order(better, worse)[0] == order(worse, better)[0] == first
 
 
+APART = replace(PURPOSE, needs=tuple(Need(key, (key,), "5", k) for k, key in enumerate((A, B, C), 1)))
+
+
+@pytest.mark.parametrize(
+    ("better", "worse"),
+    [
+        (("planned", "yes", "yes"), ("no", "no", "yes")), (("partly", "partly", "partly"), ("no", "no", "yes")),
+        (("no", "yes", "yes"), ("partly", "partly", "partly")), (("part", "part", "part"), ("partly", "yes", "yes")),
+    ],
+)  # fmt: skip
+def test_two_needs_unmet_weigh_more_than_one_that_is_only_planned(better: Any, worse: Any) -> None:
+    """In part is one, not at all two, not built three; a part to add is nothing: also beside a family that is used."""
+    told = recommend(APART, (family("a", *better), family("used", *worse)))
+    assert told[0].assessment.family.key == "a"
+
+
+def test_what_is_there_and_what_can_be_added_rank_alike() -> None:
+    for first, second in ((("part",) * 3, ("yes",) * 3), (("yes",) * 3, ("part",) * 3)):
+        told = recommend(APART, (family("b", *second, size=5), family("a", *first, size=4)))
+        assert told[0].assessment.family.key == "a", "by the fewer coefficients"
+
+
 @pytest.mark.parametrize(
     ("given", "verdict"),
     [
