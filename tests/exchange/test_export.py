@@ -32,6 +32,7 @@ from seatrial.ships import Entry, Ship, ShipError
 from seatrial.ships.files import library, load, save
 from seatrial.simulate.loop import closed_loop, loop_memory, open_loop, open_loop_parameters
 from seatrial.simulate.run import approach, campaign
+from tiers import slow_but
 
 CONTINUOUS = tuple(name for name in library() if not isinstance(load(name).model, Sampled))
 STABLE = ("kvlcc2", "esso_osaka_3m", "qiuxin5", "mariner_nomoto")
@@ -112,7 +113,12 @@ def test_rates_of_the_casadi_function(name: str) -> None:
     assert_rates(got, engine_rates(name, x, u, e), name)
 
 
-@pytest.mark.parametrize("name", ships(CONTINUOUS))
+# Ships of the common kinds of model; the rest is slow.
+QUICK = ("container_175m_nomoto2", "cybership2", "esso_190k_tanker", "esso_osaka", "kcs", "kvlcc2_l7", "mariner",
+         "naval_blanke", "twin_virtual", "zeefakkel_speeds")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", slow_but(ships(CONTINUOUS), *QUICK))
 def test_rates_of_the_python_file(name: str, tmp_path: Path) -> None:
     x, u, e = points(name)
     path = save_python(exported(name), tmp_path / "ship.py")

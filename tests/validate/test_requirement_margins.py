@@ -350,7 +350,10 @@ GEAR: list[Case] = [
 ]  # fmt: skip
 CASES = [*RESISTANCE, *STABILITY, *PLAUSIBLE, *TURNING, *ANSWER, *PROPULSION, *THRUSTERS, *WEATHER, *GEAR]
 
-LONGER = {case[0] for case in TURNING} | {"head reach", "steady speed at half", "delta: time of nine tenths"}
+LONGER = {case[0] for case in TURNING} | {
+    "head reach", "steady speed at half", "delta: time of nine tenths", "rate of turn left", "steady speed astern",
+    "speed left in a hard turn", "change of the root with speed", "gain of steady speed", "adrift in a current",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(
