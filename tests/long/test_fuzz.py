@@ -31,6 +31,7 @@ from seatrial.environment.geojson import FOLDER as CHARTS
 from seatrial.identify import FitError
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.realtime.twin.likely import Factors
 from seatrial.ships.files import FOLDER, load
 from seatrial.ships.writing import save
 from seatrial.simulate.approach import approach
@@ -357,6 +358,7 @@ def test_mutations_end_in_a_result_or_in_one_line(kind: str, tmp_path: Path, mon
 
     monkeypatch.setattr(Trajectory, "fit", stub)
     monkeypatch.setattr("seatrial.workflow.harbour.simulate", stub)
+    monkeypatch.setattr("seatrial.workflow.live.twin.likeliest", lambda ship, settings, *_: (settings, Factors()))
     make, command = KINDS[kind]
     (tmp_path / "given").mkdir()
     file, rng = make(tmp_path / "given"), random.Random(f"{kind} {SEED}")

@@ -88,6 +88,22 @@ def test_a_berthing_at_an_angle_is_that_of_the_end_that_touches(place: Any, turn
     assert found["berthing_energy"] == pytest.approx(design.energy(), rel=1e-6)
 
 
+@pytest.mark.parametrize("r", [0.0, 0.002, -0.003])
+def test_a_bow_that_swings_closes_by_its_way_and_by_its_turn(r: float) -> None:
+    """Bow on, a fender b to starboard of the centre line nears the bow by u - r b [m/s]."""
+    place = place_of(SHIP, chart(), hull=HALF)
+    t, b = np.arange(0.0, 30.0), 10.0
+    poses = np.array([beside(60.0 - b, 160.0 + 3.2 - 0.06 * now, -math.pi / 2.0) for now in t])
+    trial = Trial("bow on", t, {"x": poses[:, 0], "y": poses[:, 1], "psi": poses[:, 2], "u": 0.0 * t + 0.06,
+                                "v_m": 0.0 * t + 0.7, "r": 0.0 * t + r, "depth": np.full(30, 25.0)})  # fmt: skip
+    found = {name: index.value for name, index in contact_indices(trial, SHIP, place).items()}
+    assert found["contact_speed"] == pytest.approx(0.06 - r * b, rel=1e-9)
+    assert found["speed_limit"] == pytest.approx((0.06 - r * b) / 0.08, rel=1e-9)
+    assert found["contact_angle"] == pytest.approx(math.pi / 2.0)
+    assert found["fender_deflection"] == pytest.approx((0.06 * 29.0 - 1.2) / 2.0)
+    assert found["contacts"] == 1.0
+
+
 def test_a_ship_that_touches_nothing_has_no_figures(place: Any) -> None:
     trial = approach()
     far = trial.having(x=trial["x"] - 100.0 * math.sin(CHI), y=trial["y"] + 100.0 * math.cos(CHI))

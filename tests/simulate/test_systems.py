@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuators
+from seatrial.core.parameters import values
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.simulate.loop import closed_loop, open_loop
+from seatrial.simulate.loop import closed_loop, open_loop, open_loop_parameters
 from seatrial.simulate.run import simulate
 
 SHIP = load("kvlcc2_l7")
@@ -61,3 +62,16 @@ def test_the_numbers_of_the_first_ship_do_not_stay() -> None:
     alone = simulate(changed, replace(POLICY, delta=0.2), duration=30.0, dt=0.1)
     assert np.array_equal(two.stack("x", "psi", "delta"), alone.stack("x", "psi", "delta"))
     assert not np.array_equal(one["psi"], two["psi"])
+
+
+@pytest.mark.parametrize("name", ["kvlcc2_l7", "kvlcc2_l7_arx"])
+def test_every_number_of_a_model_is_a_parameter_but_the_step_of_discrete_time(name: str) -> None:
+    """One system serves all of its ships, so their numbers come in as parameters, each under its own name."""
+    ship = load(name)
+    names, held = open_loop(ship).parameters, open_loop_parameters(ship)
+    given, known = dict(zip(names, held.tolist(), strict=True)), dict(values(ship.model))
+    step = known.pop("dt", None)
+    assert (step is not None) == (name == "kvlcc2_l7_arx")
+    assert {path: given[path] for path in known} == known
+    assert len(given) == len(known) + 2  # and two of the surroundings
+    assert "dt" not in given
