@@ -350,3 +350,20 @@ def test_a_voyage_is_one_object_with_its_counts(capsys: Said) -> None:
         "orders": {"taken": 4}, "wire": counts, "overruns": 3, "worst_late": 0.25, "events": {"lost": 1},
         "written": ["a.csv"],
     }  # fmt: skip
+
+
+def test_families_are_surveyed_without_a_purpose_and_advised_on_with_one(monkeypatch: Any, capsys: Said) -> None:
+    shown: list[Any] = []
+    monkeypatch.setattr("seatrial.choosing.survey.survey", lambda: ("a", "b"))
+    monkeypatch.setattr("seatrial.workflow.judging.recommend", lambda key: (f"for {key}", ("a",)))
+    for name in ("_show", "_show_advice"):
+        monkeypatch.setattr(judging, name, lambda *given: shown.append(given))
+    monkeypatch.setattr(judging, "_document", lambda one: {"family": one})
+    monkeypatch.setattr(judging, "_advice_document", lambda *given: {"advice": given})
+    assert main(["models"]) == 0
+    assert main(["models", "--for", "berthing"]) == 0
+    assert shown == [(("a", "b"),), ("for berthing", ("a",))]
+    assert main(["models", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"families": [{"family": "a"}, {"family": "b"}]}
+    assert main(["models", "--for", "berthing", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"advice": ["for berthing", ["a"]]}
