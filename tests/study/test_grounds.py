@@ -76,8 +76,8 @@ def test_draws_stay_within_the_bounds_of_the_study(tmp_path: Path) -> None:
     assert np.all(drawn >= held.mean)
     far = tuple(replace(one, low=one.start, start=1e3 * abs(one.start), high=math.inf) for one in held.free)
     far = tuple(replace(one, low=0.5 * one.start) for one in far)
-    with pytest.raises(StudyError, match=r"0 of .* draws .* within the bounds"):
-        replace(held, free=far).draws(10, 1)
+    drawn = replace(held, free=far).draws(10, 1)  # of the tail, however far it is
+    assert np.all(drawn[:, :2] >= [one.low for one in far[:2]])  # kappa cannot be so large: its physical bound holds
 
 
 @pytest.mark.parametrize(("change", "said"), [

@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 from fitted_run import PATHS, saved, trial, truth
+from seatrial.belief.posterior import Posterior
+from seatrial.belief.reading import posterior
 from seatrial.data import Trial
 from seatrial.identify import StudyError
 from seatrial.identify.trajectory.shooting import Trajectory
@@ -29,7 +31,7 @@ from seatrial.study.store import (
     studied,
     write_summary,
 )
-from seatrial.study.stored import Posterior, _check_numbers, load_fit, posterior, read_history
+from seatrial.study.stored import _check_numbers, load_fit, read_history
 
 T = np.arange(10.0)
 

@@ -17,7 +17,7 @@ from seatrial.core.files import toml_of
 from seatrial.core.parameters import read
 from seatrial.data import DataError, Trial
 from seatrial.data.sidecar import UNPLACED
-from seatrial.data.trialfile import read_trial, write_trial
+from seatrial.data.trialfile import write_trial
 from seatrial.identify.components.servo import ServoFit
 from seatrial.identify.components.thrust_map import ThrustMap
 from seatrial.models import STATES
@@ -398,15 +398,25 @@ def test_an_import_names_what_is_missing(tmp_path: Path) -> None:
 
 
 def test_steps_are_for_trials_that_are_there_and_names_stay_apart(tmp_path: Path) -> None:
+    from seatrial.data.prepare import Step, steps_text
+
     (tmp_path / "logs").mkdir()
     for name in ("a", "b"):
-        write_trial(moving(name), tmp_path / "logs" / f"{name}.csv")
+        write_trial(moving(name, 99.0), tmp_path / "logs" / f"{name}.csv")
     steps = tmp_path / "steps.toml"
-    steps.write_text('schema = "seatrial-steps/1"\n[[steps]]\ntrials = ["c"]\nstep = "shift"\n')
-    with pytest.raises(DataError):
-        mend([tmp_path / "logs"], steps, tmp_path / "out")
+
+    def cut(name: str) -> list[Path]:
+        step = Step(do="cut", where=((50.0, 55.0),), trials=(name,))
+        steps.write_text(steps_text([("a fault", [step])]), encoding="utf-8")
+        return mend([tmp_path / "logs"], steps, tmp_path / "out")
+
+    with pytest.raises(DataError, match="no trial 'c'"):
+        cut("c")
     assert not (tmp_path / "out").exists()
-    assert len(read_trial(tmp_path / "logs" / "a.csv")) == 5
+    assert sorted(path.stem for path in cut("a")) == ["a_1", "a_2", "b"]
+    write_trial(moving("a_2"), tmp_path / "logs" / "a_2.csv")
+    with pytest.raises(DataError, match="two trials would be called a_2; rename one"):
+        cut("a")
 
 
 def test_a_published_index_is_kept_within_its_share() -> None:

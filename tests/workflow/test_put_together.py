@@ -157,7 +157,7 @@ def test_a_calibration_leaves_parts_out_and_keeps_a_file_for_each_beginning(
 ) -> None:
     from seatrial.bands.calibration import beside
     from seatrial.bands.calibration import load as load_bands
-    from seatrial.study.stored import posterior
+    from seatrial.belief.reading import posterior
 
     model = saved(tmp_path / "run", [trial(35), trial(20, 20)])
     own = posterior(str(model))
@@ -165,23 +165,26 @@ def test_a_calibration_leaves_parts_out_and_keeps_a_file_for_each_beginning(
     beside(model).unlink()
     seen: list[Any] = []
 
-    def left_out(estimator: Any, problem: Any, fit: Any, *, parts: int, folder: Path, pool: Any, each: Any) -> str:
+    def left_out(
+        estimator: Any, problem: Any, fit: Any, held: Any, *, parts: int, folder: Path, pool: Any, each: Any
+    ) -> list[str]:
         folder.mkdir(exist_ok=True)
         seen.append((parts, folder.name, pool))
         for done in range(1, parts + 1):
             each(done)
-        return "out"
+        return ["out"]
 
     grounds = SimpleNamespace(measured=lambda: first)
     monkeypatch.setattr(calibrating, "_study", lambda *_: SimpleNamespace(estimator=None, problem=None))
     monkeypatch.setattr(calibrating, "left_out", left_out)
+    monkeypatch.setattr(calibrating, "power", lambda fit, problem, estimator, out: "widened by left-out trials")
     monkeypatch.setattr(calibrating, "Grounds", SimpleNamespace(of=lambda held, out, horizon: (
-        seen.append((held.digest, out, horizon)), grounds)[1]))
+        seen.append((held.digest, held.power, out, horizon)), grounds)[1]))
     monkeypatch.setattr(calibrating, "by_history", lambda g, span: replace(first, begin=f"history {span:g}"))
     monkeypatch.setattr(calibrating, "by_first", lambda g, span, how: replace(first, begin=f"fit-first {span:g}"))
     sink = Noting()
     made = calibrating.calibrate(str(model), parts=2, horizon=60.0, history=5.0, first=7.0, sink=sink)
-    assert seen == [(2, "left-out", None), (own.digest, "out", 60.0)]
+    assert seen == [(2, "left-out", None), (own.digest, "widened by left-out trials", ["out"], 60.0)]
     assert sink.lines[:2] == ["1 of 2 parts of the recordings left out and fitted without",
                               "2 of 2 parts of the recordings left out and fitted without"]
     assert made.result is first
@@ -325,7 +328,7 @@ def test_draws_before_and_after_a_design_are_made_once_a_run(monkeypatch: pytest
         values = drawn[:, 0]
         return Bands(np.zeros(1), np.zeros((len(values), 1, 6)), {"a": values}, np.full(len(values), np.nan))
 
-    t = np.array([0.0, 0.25, 40.0])
+    t = np.array([5.0, 5.25, 45.0])
     one, other = SimpleNamespace(t=t, duration=40.0), SimpleNamespace(t=t, duration=10.0)
     table = SimpleNamespace(rows=[row("A", one), row("B", one), row("C", other), row("D", None)], speed=1.5, L_pp=2.0)
     monkeypatch.setattr(designed, "bands", bands)
