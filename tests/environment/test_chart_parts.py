@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seatrial.core.errors import ChartError
-from seatrial.environment import CHANNELS, RANGES, Uniform, through_water, to_body, to_earth
+from seatrial.environment import CALM, CHANNELS, RANGES, Charted, Environment, Uniform, through_water, to_body, to_earth
 from seatrial.environment.chart import Area, Bank, Chart, Quay, crosses, inside, nearest, offshore, sides, spaced
 from seatrial.environment.fenders import CURVES, Curve, Fender
 from seatrial.environment.grid import _NONE, SMOOTH, Size, Stop, Wall, grid_of
@@ -316,3 +316,9 @@ def test_steady_weather_has_each_channel_in_its_place() -> None:
     assert (RANGES["gamma_T"].low, RANGES["gamma_T"].high) == pytest.approx((-4.0 * math.pi, 4.0 * math.pi))
     for name, (low, high) in {"U_T": (0, 150), "U_C": (0, 15), "H_S": (0, 40), "T_W": (0, 100)}.items():
         assert (RANGES[name].low, RANGES[name].high) == (low, high)
+
+
+def test_without_a_word_it_is_calm_and_open_water() -> None:
+    assert Environment() == CALM == (0.0,) * 8
+    assert Charted() == (0.0,) * 18
+    assert Uniform().now() == CALM

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from seatrial.environment import CHANNELS
-from seatrial.sensors.instruments import Anemometer, EchoSounder, Gnss, RateGyro, SpeedLog
+from seatrial.sensors import SensorError
+from seatrial.sensors.instruments import Anemometer, EchoSounder, Gnss, Gyro, RateGyro, SpeedLog
 from seatrial.sensors.stream import Errors, _wandered, direction, rounded
 
 TRUTH = {"x": 3.3, "y": -4.7, "psi": 0.731, "u": 5.013, "v_m": -0.4, "r": 0.05, "n_P": 1.0, "delta": 0.1} | dict(
@@ -106,3 +107,18 @@ def test_directions_are_within_a_turn():
     assert direction(math.tau - 0.01, 0.1) == pytest.approx(6.3 - math.tau if math.tau - 0.01 > 6.3 else 0.0, abs=0.02)
     assert 0.0 <= direction(6.28, math.tau / 4.0) < math.tau
     assert direction(6.28, math.tau / 4.0) == 0.0
+
+
+def test_the_first_seed_is_zero_and_a_saved_instrument_goes_on_as_the_same_kind_only():
+    noisy = RateGyro(rate=1.0, loss=0.3, outage_every=50.0, outage_length=5.0, rate_of_turn=Errors(noise=0.1))
+    said = [[one and one.values["r"] for one in (run.read(float(k), TRUTH) for k in range(40))]
+            for run in (noisy.start(), noisy.start(0), noisy.start(1))]  # fmt: skip
+    assert said[0] == said[1] != said[2]
+    fresh, again = noisy.start(4), noisy.start(4)
+    again.restore(fresh.snapshot())  # in no outage, before its first sample
+    assert [again.read(float(k), TRUTH) for k in range(60)] == [fresh.read(float(k), TRUTH) for k in range(60)]
+    for other in (Gyro(), Gnss()):
+        with pytest.raises(SensorError, match="another instrument"):
+            noisy.start().restore({**other.start().snapshot(), "kind": "gyro"})
+    with pytest.raises(SensorError, match="another instrument"):
+        noisy.start().restore({**Gnss().start().snapshot(), "kind": "rate_gyro"})

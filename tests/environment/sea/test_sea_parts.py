@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from seatrial.core.errors import WeatherError
+from seatrial.data import DataError
 from seatrial.environment.sea import Sea, Waves, _deviations
 from seatrial.environment.sea.hydrodynamics import Hydrodynamics, whole_turn
 from seatrial.environment.sea.rao import MIRROR, Rao
+from seatrial.environment.sea.reading import read_sea
 from seatrial.environment.sea.spectra import GRAVITY, Ittc, Jonswap, PiersonMoskowitz, moments
 
 OMEGA = np.linspace(0.2, 2.0, 19)
@@ -258,8 +261,21 @@ def test_coefficients_at_the_bounds_of_what_is_taken(spoil: Any, good: bool) -> 
     if good:
         spoil(heaving())
         return
-    with pytest.raises(WeatherError):
+    with pytest.raises(WeatherError) as told:
         spoil(heaving())
+    assert "roll most" in str(told.value) or "damping" not in str(told.value)
+
+
+@pytest.mark.parametrize(("direction", "good"), [(360.0, True), (-360.0, True), (361.0, False), (-361.0, False)])
+def test_a_direction_of_a_sea_is_within_a_turn(tmp_path: Path, direction: float, good: bool) -> None:
+    path = tmp_path / "sea.toml"
+    path.write_text(f'schema = "seatrial-sea/1"\nspectrum = "ittc"\nH_S = 2\nT_P = 8\ndirection = {direction}\n')
+    for text in (str(path), f"2,8,{direction}"):
+        if good:
+            assert read_sea(text).gamma_W == pytest.approx(math.radians(direction))
+        else:
+            with pytest.raises((DataError, WeatherError), match="0 to 360 deg"):
+                read_sea(text)
 
 
 def test_forces_of_one_side_are_those_of_the_other_mirrored() -> None:

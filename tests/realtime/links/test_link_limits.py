@@ -7,6 +7,7 @@ import json
 import math
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -182,3 +183,12 @@ def test_a_frame_to_all_has_priority_group_and_source_in_their_bits() -> None:
     assert identifier(127250) == 0x09F11223
     assert identifier(129025, source=7, priority=6) == 6 << 26 | 129025 << 8 | 7
     assert rosbridge._EVERY == 0.05
+
+
+def test_of_two_rudders_the_starboard_one_is_told() -> None:
+    here = stage()
+    here.fittings = replace(here.fittings, rudders=("delta_1", "delta_2"))
+    here.on_wire._voice.latest |= {"delta_1": 0.1, "delta_2": 0.2}
+    assert signalk.values(here)["steering.rudderAngle"] == 0.2
+    here.on_wire = None
+    assert signalk.values(here) == {}

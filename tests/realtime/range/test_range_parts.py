@@ -20,12 +20,14 @@ from seatrial.environment import CALM, Uniform
 from seatrial.environment.weather import Gust
 from seatrial.manoeuvres.track import legs
 from seatrial.realtime.range import lockstep
-from seatrial.realtime.range.alarms import Alarm, Cause
+from seatrial.realtime.range.alarms import Alarm, Cause, _short
 from seatrial.realtime.range.judge import Judge
 from seatrial.realtime.range.lockstep import Lockstep
+from seatrial.realtime.range.panel import Panel
 from seatrial.realtime.range.pilots import OwnPilot, Sight
 from seatrial.realtime.range.reports import REPORTED, _name, interval
-from seatrial.realtime.range.scenario import Other, Sailing, ordinary
+from seatrial.realtime.range.scenario import Other, Sailing, Scenario, ordinary
+from seatrial.realtime.range.schema import AlarmsTable, CriteriaTable, FaultTable, ScenarioFile
 from seatrial.realtime.range.stage import Stage
 
 NOON = 1_800_000_000.0  # 2027-01-15 08:00 UTC
@@ -502,3 +504,36 @@ def test_an_answer_is_waited_for_as_long_as_it_may_take(monkeypatch: pytest.Monk
     step.alive = lambda: False
     assert step._answered() is False
     assert step.waited == 21.0
+
+
+def test_a_scenario_file_without_a_word_means_what_a_scenario_without_one_does() -> None:
+    """Two statements of the same defaults, one in degrees, the other in radians."""
+    plain, file = scene(), ScenarioFile.model_fields
+    assert Scenario("a", 1.0, plain.own).rate == file["rate"].default == 10.0
+    assert Scenario("a", 1.0, plain.own).seed == file["seed"].default == 1
+    assert Scenario("a", 1.0, plain.own).epoch == file["start"].default.timestamp()
+    limits, alarms = Limits(), AlarmsTable()
+    assert (limits.cpa, limits.tcpa) == (alarms.cpa, alarms.tcpa) == (926.0, 720.0)
+    assert math.degrees(limits.rudder) == pytest.approx(alarms.rudder) == pytest.approx(5.0)
+    assert Criteria().settle == CriteriaTable().settle == 60.0
+    assert FaultTable(kind="silent", of="gyro").at is Fault("silent", "gyro").at is None
+
+
+def test_texts_of_alarms_have_sixteen_plain_characters_and_rudders_their_numbers() -> None:
+    assert _short("CPA 01 M\u00f6we, the long one") == "CPA 01 M we  the"
+    stage = Stage(scene(name="kvlcc2"))
+    stage.alarms._stuck = lambda control, t: True  # type: ignore[method-assign]
+    assert [(one.identifier, one.instance) for one in stage.alarms._causes(0.0)] == [(10021, 1)]
+
+
+def test_the_page_knows_the_place_the_route_and_the_numbers_of_the_others() -> None:
+    stage, _ = on_wire(scene(FERRY, epoch=NOON, variation=0.1), page=True)
+    hello = Panel(stage).hello()
+    assert (hello["datum"], hello["epoch"], hello["variation"]) == ([35.0, 139.7], NOON, 0.1)
+    assert (hello["limits"], hello["mmsi"], hello["title"]) == ({"cpa": 926.0, "tcpa": 720.0}, {"ferry": 0}, "a test")
+    assert hello["known"] == ("wire", "pilot", "page")
+    stage.loop.run(1.0)
+    frame = Panel(stage).frame()
+    assert (frame["leg"], frame["depth"], frame["arrived"]) == ([0, pytest.approx(0.0, abs=1e-6)], None, None)
+    assert frame["place"] == pytest.approx(PLACE.place(8.0, 0.0), abs=1e-6)
+    assert frame["wire"] == ["", "none", False, 1]
