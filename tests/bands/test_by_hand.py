@@ -259,6 +259,7 @@ def test_horizons_are_multiples_of_the_first_to_where_nineteen_recordings_reach(
     slow = horizons_of(many, 9.0, 40.0)
     assert slow[0] == pytest.approx(5.0)  # whole multiples of ten rows where it is longer than that
     assert slow[-1] <= 40.0
+    assert horizons_of(many, 5.0, 1.0).tolist() == [0.5, 1.0]  # of two rows, both
     assert horizons_of(many[:10], 5.0, None)[-1] <= 30.0  # as far as all of fewer reach
     with pytest.raises(RequestError, match="1 recordings"):
         horizons_of(many[:1], 5.0, None)
