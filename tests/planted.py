@@ -241,7 +241,12 @@ def drawn(seed: int, room: str, count: int | None = None) -> list[Plant]:
     keys = sorted(by_line)
     chance.shuffle(keys)
     chosen = [chance.choice(by_line[key]) for key in keys]
-    return [plant for plant in chosen if plant.name not in EQUIVALENT and _parses(plant)][:wanted]
+    return [plant for plant in chosen if plant.name not in EQUIVALENT and _differs(plant) and _parses(plant)][:wanted]
+
+
+def _differs(plant: Plant) -> bool:
+    """Whether anything else stands there: two equal arguments exchanged are no fault."""
+    return plant.was_line != plant.now_line
 
 
 def _parses(plant: Plant) -> bool:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from seatrial.data import Trial
+from seatrial.identify import Loss, Nuisance, Problem
+from seatrial.identify.diagnosis import diagnose, stages
 from seatrial.identify.diagnosis.alternatives import _of
 from seatrial.identify.diagnosis.findings import Channel, Contradiction, Diagnosis, Differing, Suspicion
 from seatrial.identify.diagnosis.pushed import _mean, _parts
+from seatrial.ships.files import load
 
 DEG = math.radians(1.0)
 
@@ -242,3 +246,53 @@ def test_what_is_left_out_reaches_a_third_of_the_span_before_and_twice_that_afte
         kept = _parts(trial, near, 2.1)
         assert len(kept) == parts
         assert (kept[-1].t[0], kept[-1].t[-1]) == pytest.approx((31.5, 100.0))
+
+
+# What is estimated next, and how residuals weigh then
+
+
+def test_the_first_cause_with_a_size_is_estimated_if_it_pays_for_a_parameter() -> None:
+    whole, small = suspicion(name="sign.x", whole=True), suspicion(name="bias.u", drop=26.0)
+    channels = {"x": channel(count=10**6), "u": channel(count=10**6)}
+
+    def worth(*suspects: Suspicion, **channels: Channel) -> str:
+        return stages._worth(SimpleNamespace(diagnosis=Diagnosis(channels, suspects)))  # type: ignore[arg-type]
+
+    assert worth(whole, suspicion(), small, **channels) == "offset.delta"
+    assert worth(whole) == worth() == worth(suspicion(drop=1.0)) == ""
+    assert stages._worth(SimpleNamespace(diagnosis=None)) == ""  # type: ignore[arg-type]
+    # Schwarz: a parameter costs the logarithm of the number of residuals
+    assert worth(small, x=channel(count=10**11), u=channel(count=10**11)) == ""
+    assert worth(small, x=channel(count=10**11)) == "bias.u"
+    assert stages._whole("wind.north") == ("wind.north", "wind.east")
+    assert stages._whole("bias.u") == ("bias.u",)
+
+
+def test_weights_follow_the_residuals_and_initial_states_the_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+    monkeypatch.setattr(stages, "noise", lambda trials, motion: asked.append((trials, motion)) or {"x": 0.5,
+        "u": 0.1, "r": 9.0})
+    ship = load("kvlcc2_l7")
+    problem = Problem(ship, (), (), Loss(weights={"z*": 2.0}))
+    channels = {"x": channel(noise=0.5, size=3.0, lasting=4.0), "u": channel(noise=0.1, size=0.5, lasting=1.0),
+                "psi": channel(noise=0.2, size=1.0, lasting=9.0)}  # fmt: skip
+    then = stages._weighed(replace(problem, nuisance=Nuisance(initial={"x": 7.0})), channels)
+    assert then.loss.sigma == pytest.approx({"x": 1.5, "u": 0.1, "psi": 0.2})
+    assert (then.loss.correlation, then.loss.weights) == (4.0, {"z*": 2.0})
+    assert then.nuisance.initial == {"x": 7.0}
+    assert asked == [((), ship.model.motion)]
+    two = {name: channels[name] for name in ("x", "u")}
+    assert stages._weighed(problem, two).nuisance.initial == {"x": 0.5, "u": 0.1}
+
+
+def test_alternatives_count_their_moves_in_sigmas_and_stand_among_the_suspects(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[Any] = []
+    found = suspicion(name="exchange", drop=500.0)
+    monkeypatch.setattr(diagnose, "alternatives", lambda *given: told.append(given) or (found,))
+    tested = (suspicion(), suspicion(name="bias.u", drop=30.0))
+    given: Any = ("objective", "p", "eta", np.diag([4.0, 0.25]))
+    some = diagnose._with_alternatives(*given, {"x": channel(size=3.0)}, tested, "problem")  # type: ignore[arg-type]
+    assert [one.drop for one in some] == [900.0, 500.0, 30.0]
+    np.testing.assert_allclose(told[0][3], [2.0, 0.5])
+    assert diagnose._with_alternatives(*given, {"x": channel()}, tested, "problem") is tested  # type: ignore[arg-type]
+    assert len(told) == 1

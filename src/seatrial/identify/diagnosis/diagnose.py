@@ -36,8 +36,6 @@ from .linear import Linear, linearised
 
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1
-# Draws of the noise of the inputs.
-_DRAWS = 16
 _LISTED = 5
 # Residuals are alike up to the first lag of no more than this correlation.
 _LASTS = 0.05
