@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,11 +17,16 @@ sys.path.insert(0, str(Path(__file__).parent))
 from linear import CHANNELS, NOISE, machine
 
 from seatrial.realtime.twin import follow
-from seatrial.realtime.twin.follow import begun
-from seatrial.realtime.twin.live import Counts
+from seatrial.realtime.twin.acting import Override
+from seatrial.realtime.twin.ahead import forecast
+from seatrial.realtime.twin.alarms import Alarm
+from seatrial.realtime.twin.follow import Step, begun
+from seatrial.realtime.twin.live import STEERING, Counts, Live
 from seatrial.realtime.twin.page import screen
 from seatrial.realtime.twin.page.screen import Screen, _none, _round
 from seatrial.realtime.twin.saved import provenance
+from seatrial.realtime.twin.suspects import LAZY, threshold
+from seatrial.realtime.twin.tally import Tally
 
 
 def test_at_the_first_row_motion_is_as_read_and_as_uncertain_as_its_instruments(
@@ -106,3 +112,94 @@ def test_faults_are_sought_over_a_minute_and_a_half_each_five_seconds() -> None:
     assert (settings.window, settings.spacing, settings.settle, settings.horizon) == (90.0, 5.0, 300.0, 60.0)
     assert settings.false_alarms == 0.2
     assert machine().patience == 10.0  # half of L/U
+
+
+def test_a_fault_is_there_from_as_many_tests_a_day_over_the_false_alarms_that_are_accepted() -> None:
+    """Twenty suspects each five seconds are 345 600 tests: of 1 / 5 a day, 2 ln 1.7e6."""
+    assert threshold(20, 5.0, 0.2) == pytest.approx(2.0 * math.log(86400.0 / 5.0 * 20.0 / 0.2))
+    assert threshold(1, 86400.0, 1.0) == pytest.approx(2.0 * math.log(2.0))
+
+
+def test_the_level_follows_the_innovations_and_is_no_less_than_one() -> None:
+    tally = Tally()
+    tally.note(0.0, 3.0 * 400, 400)  # a tenth of what it remembers
+    assert tally.level == pytest.approx(1.2)
+    tally.note(1.0, 2.0 * 9000, 9000)
+    assert tally.level == pytest.approx(2.0)
+    tally.note(2.0, 0.0, 4000)
+    assert tally.level == 1.0
+    tally.note(3599.0, 5.0, 0)
+    tally.note(3600.0, 5.0, 2)
+    assert [(one.start, one.readings) for one in tally.hours] == [(0.0, 13400), (3600.0, 2)]
+    assert tally.hours[1].mean == 2.5
+
+
+def test_innovations_squared_are_of_what_was_taken_in() -> None:
+    spread = np.array([[2.0, 0.5, 0.1], [0.5, 3.0, 0.2], [0.1, 0.2, 1.0]])
+    innovation, empty = np.array([1.0, -2.0, 50.0]), np.zeros(0)
+    for taken in ([True, True, True], [True, True, False], [False, True, False], [False] * 3):
+        kept = np.flatnonzero(taken)
+        inverse = np.linalg.inv(spread)
+        step = Step(1.0, 1.0, np.arange(3), np.array(taken), innovation, spread, inverse, *[empty] * 5)
+        some = innovation[kept]
+        wanted = float(some @ np.linalg.solve(spread[np.ix_(kept, kept)], some)) if kept.size else 0.0
+        assert step.nis == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_slow_control_goes_its_rate_times_the_time_either_way(side: float) -> None:
+    slow = Override(LAZY, 0.1 * side, 0.02)
+    assert slow.acts(-0.3 * side, 2.0) == pytest.approx(0.06 * side)
+    assert slow.acts(-0.3 * side, 2.0) == pytest.approx(0.02 * side)
+    assert slow.acts(-0.3 * side, 60.0) == pytest.approx(-0.3 * side)
+    assert slow.acts(0.3 * side, 5.0) == pytest.approx(-0.2 * side)
+
+
+def test_forecasts_step_four_times_as_far_as_the_filter(monkeypatch: pytest.MonkeyPatch) -> None:
+    steps: list[Any] = []
+    here = follow.Follower(machine(), 10.0, np.zeros(11), np.eye(11))
+    here = replace(here, machine=replace(here.machine, settings=replace(here.machine.settings, step=0.5)))
+    monkeypatch.setattr(follow.Follower, "ahead", lambda self, t, acting, step: (steps.append((t, step)) or self, None))
+    found = forecast(here, np.zeros(10), 80.0)
+    assert {step for _, step in steps} == {2.0}
+    assert found.t == pytest.approx(10.0 + 80.0 * (np.arange(41) / 40.0) ** 1.5)
+    assert [t for t, _ in steps] == pytest.approx(found.t[1:])
+    assert found.half[0] == pytest.approx([1.6449] * 3)
+
+
+def bare(alarms: list[Alarm]) -> Any:
+    """A twin that has nothing but its alarms, and notes what it does about one."""
+    one: Any = Live.__new__(Live)
+    one.alarms, one.done = alarms, []
+    for name in ("_explain", "_give_up", "_forget"):
+        setattr(one, name, lambda *_, name=name: one.done.append(name))
+    one.machine = SimpleNamespace(ship=SimpleNamespace(L_pp=100.0, speed=5.0))
+    return one
+
+
+@pytest.mark.parametrize(("first", "count", "done"), [(3599.0, 6, "_give_up"), (3601.0, 6, "_explain"),
+                                                      (3599.0, 5, "_explain")])  # fmt: skip
+def test_more_than_six_alarms_in_an_hour_are_no_sensors(first: float, count: int, done: str) -> None:
+    t = 9000.0
+    before = [Alarm(f"cause {k}", "jump", ("x",), 0.0, t - first + 100.0 * k, over=t - 100.0) for k in range(count)]
+    one = bare(before)
+    one._raise(Alarm("another", "jump", ("x",), t - 10.0, t))
+    assert one.done[0] == done
+    assert len(one.alarms) == count + 1
+
+
+def test_an_alarm_of_a_minute_ago_goes_on_and_steering_that_follows_ends_its_own() -> None:
+    one = bare([Alarm("a", "jump", ("x",), 1.0, 2.0, over=50.0)])
+    one._raise(Alarm("a", "jump", ("x",), 95.0, 100.0))
+    assert [(a.since, a.named) for a in one.alarms] == [(1.0, 2.0)]
+    one._raise(Alarm("a", "jump", ("x",), 195.0, 200.0))  # it lasts, as it was raised again
+    assert len(one.alarms) == 1
+    one.alarms[0] = one.alarms[0].ended(220.0)
+    one._raise(Alarm("a", "jump", ("x",), 295.0, 300.0))
+    assert len(one.alarms) == 2
+    steering = [Alarm(f"{name} slow", how, (name,), 1.0, 2.0) for name, how in
+                (("delta", "model"), ("delta", STEERING), ("other", STEERING))]  # fmt: skip
+    one = bare(steering)
+    one._follows("delta", 77.0)
+    assert [a.over for a in one.alarms] == [math.inf, 77.0, math.inf]
+    assert [a.cause for a in one.active] == ["delta slow", "other slow"]
