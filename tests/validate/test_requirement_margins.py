@@ -352,7 +352,8 @@ CASES = [*RESISTANCE, *STABILITY, *PLAUSIBLE, *TURNING, *ANSWER, *PROPULSION, *T
 
 LONGER = {case[0] for case in TURNING} | {
     "head reach", "steady speed at half", "delta: time of nine tenths", "rate of turn left", "steady speed astern",
-    "speed left in a hard turn", "change of the root with speed", "gain of steady speed", "adrift in a current",
+    "speed left in a hard turn", "change of the root with speed", "change of the root by half of q",
+    "gain of steady speed", "adrift in a current",
 }  # fmt: skip
 
 

@@ -86,6 +86,7 @@ def test_a_hundred_subscriptions_a_second_end_a_stream(count: int, heard: int) -
     assert count - len(socket.said) == heard
 
 
+@pytest.mark.slow
 def test_a_topic_is_told_no_more_often_than_it_was_asked_for() -> None:
     bridge, wanted = Rosbridge(stage()), dict[str, float]()
     for throttle, period in ((0, 0.05), (49, 0.05), (500, 0.5), (-1, 0.05), (True, 0.05), ("x", 0.05), (1e7, 0.05)):
