@@ -92,7 +92,7 @@ def dense(dt: float, t: Array) -> Array:
 def widest_step(error: float) -> float:
     """The widest step whose track, at every 0.1 s, is no further than `error` [m] from a fine step of ours."""
     fine = track(0.005)[:: round(0.1 / 0.005), :2]
-    t = 0.1 * np.arange(len(fine))
+    t = np.linspace(0.0, DURATION, len(fine))
     for dt in STEPS:
         if np.hypot(*(dense(dt, t) - fine).T).max() <= error:
             return dt
