@@ -281,3 +281,23 @@ def test_what_a_publication_prints_is_in_the_table_or_a_file_beside_it(tmp_path:
             series._published(table, "p.toml")
     with pytest.raises(StudyError, match="published: no such file"):
         series._published(table, "gone.toml")
+
+
+def test_one_problem_is_judged_once_however_many_seeds_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    judged: list[str] = []
+
+    def lint(problem: Any, tests: Any, estimator: Any) -> list[str]:
+        judged.append(problem.ship.name)
+        return [f"warning {problem.ship.name}"]
+
+    monkeypatch.setattr(series_run, "lint", lint)
+    monkeypatch.setattr(series_run, "raise_on_errors", lambda issues: None)
+    monkeypatch.setattr(series_run, "lines", lambda issues: issues)
+
+    def cell(name: str) -> Any:
+        problem = SimpleNamespace(ship=SimpleNamespace(name=name), free=(), trials=(), validation=())
+        return None, SimpleNamespace(problem=problem, estimator=None)
+
+    table: Any = SimpleNamespace(tests={})
+    assert series_run.check([cell("a"), cell("a"), cell("b"), cell("a")], table) == ["warning a", "warning b"]
+    assert judged == ["a", "b"]
