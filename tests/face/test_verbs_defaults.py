@@ -73,3 +73,10 @@ def test_a_table_shows_four_digits_and_numbers_to_the_right() -> None:
     assert [line[0] for line in lines[1:6]] == ["n", "x", "l", "n", "n"]
     assert table.html().count("text-align:right") == 5
     assert Table("empty", ("a",), (), ("nothing",)).printed() == "empty\nnothing"
+
+
+def test_the_verb_of_a_trial_draws_as_many_outlines_as_its_function() -> None:
+    from seatrial.face.plots import track
+
+    asked = [inspect.signature(one).parameters["outlines"].default for one in (st.Trial.plot, track)]
+    assert asked[0] == asked[1] > 0
