@@ -242,8 +242,8 @@ def test_what_a_killed_compiler_left_is_swept(monkeypatch: pytest.MonkeyPatch, t
 def test_series_packed_by_one_back_end_run_on_another(one: str, other: str, held: bool) -> None:
     """A compiler that gives out between two kernels of one fit leaves them on back ends that differ."""
     rng = np.random.default_rng(3)
-    z, k, steps = rng.uniform(-1.0, 0.0, (11, 2)), np.array([0.4]), 20
-    series = rng.normal(size=(11, 1 if held else steps, 1))
+    z, k, steps = rng.uniform(-1.0, 0.0, (41, 2)), np.array([0.4]), 20
+    series = rng.normal(size=(41, 1 if held else steps, 1))
     given: dict[str, Any] = {"dt": 0.05, "steps": steps}
     packed = simulator(DECAY, back_end=one).pack(series)
     ahead = simulator(DECAY, back_end=other)
