@@ -27,7 +27,7 @@ from seatrial.realtime.range.panel import Panel
 from seatrial.realtime.range.pilots import OwnPilot, Sight
 from seatrial.realtime.range.reports import REPORTED, _name, interval
 from seatrial.realtime.range.scenario import Other, Sailing, Scenario, ordinary
-from seatrial.realtime.range.schema import AlarmsTable, CriteriaTable, FaultTable, ScenarioFile
+from seatrial.realtime.range.schema import AlarmsTable, CriteriaTable, FaultTable, ScenarioFile, WeatherTable
 from seatrial.realtime.range.stage import Stage
 
 NOON = 1_800_000_000.0  # 2027-01-15 08:00 UTC
@@ -537,3 +537,11 @@ def test_the_page_knows_the_place_the_route_and_the_numbers_of_the_others() -> N
     assert (frame["leg"], frame["depth"], frame["arrived"]) == ([0, pytest.approx(0.0, abs=1e-6)], None, None)
     assert frame["place"] == pytest.approx(PLACE.place(8.0, 0.0), abs=1e-6)
     assert frame["wire"] == ["", "none", False, 1]
+
+
+def test_the_latest_alarm_stands_first_and_weather_without_a_time_is_of_the_start() -> None:
+    stage = Stage(scene())
+    for k, t in enumerate((5.0, 9.0, 7.0)):
+        stage.alarms.alarms[k, 1] = Alarm(Cause(k, 1, "W", "A"), "V", t)
+    assert [one.changed for one in stage.alarms.standing()] == [9.0, 7.0, 5.0]
+    assert (WeatherTable().at, WeatherTable().over) == (0.0, 0.0)
