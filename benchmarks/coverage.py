@@ -25,10 +25,10 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.bands.calibrating import calibrated
-from seatrial.bands.calibration import Calibration, beside, load, save
-from seatrial.bands.held import ALL, GROUPS, Windows, windows
-from seatrial.bands.prediction import fan
+from seatrial.belief.bands.calibrating import calibrated
+from seatrial.belief.bands.calibration import Calibration, beside, load, save
+from seatrial.belief.bands.held import ALL, GROUPS, Windows, windows
+from seatrial.belief.bands.prediction import fan
 from seatrial.belief.parts import left_out
 from seatrial.belief.posterior import Posterior
 from seatrial.data import Trial

@@ -20,10 +20,10 @@ import numpy as np
 from scipy.stats import kstest
 from timing import machine
 
+from seatrial.belief.ranks import calibrate
 from seatrial.core.parameters import near
 from seatrial.data import Array
 from seatrial.identify import Loss, Problem
-from seatrial.identify.posterior.ranks import calibrate
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load

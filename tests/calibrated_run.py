@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.bands.calibration import Calibration, Left, beside, posterior_digest, save
-from seatrial.bands.disturbance import Disturbance, Process
+from seatrial.belief.bands.calibration import Calibration, Left, beside, posterior_digest, save
+from seatrial.belief.bands.disturbance import Disturbance, Process
 from seatrial.belief.reading import posterior
 
 H = np.array([10.0, 25.0, 60.0, 150.0])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from esso_osaka import KINDS, ROOT, by_kind
+from seatrial.belief.spread import members, spreads
 from seatrial.data import Trial
 from seatrial.ships import Ship
 from seatrial.simulate.carried import Carrier
@@ -19,7 +20,6 @@ from seatrial.study.study import read_study
 from seatrial.validate import Comparison
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
-from seatrial.validate.spread import members, spreads
 
 STUDY = Path(__file__).parents[1] / "studies" / "esso_osaka_hybrid.toml"
 

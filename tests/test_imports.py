@@ -13,7 +13,7 @@ from house import MODULES, ROOT, arrows, circles, dotted, imported, imports, sho
 
 ROOMS = (
     "core", "engine", "data", "environment", "forces", "harbour", "actuators", "models", "ships", "sensors",
-    "manoeuvres", "simulate", "identify", "study", "belief", "bands", "validate", "campaign", "report",
+    "manoeuvres", "simulate", "identify", "study", "belief", "validate", "campaign", "report",
     "choosing", "exchange", "realtime", "envs", "bench", "testing", "workflow", "face", "cli",
 )
 """From left to right: a room may import those before it and itself."""

@@ -48,6 +48,7 @@ from noise_windows import (
     white_noise,
 )
 
+from seatrial.belief.coverage import Reference, coverage
 from seatrial.core.parameters import Free, Scalar
 from seatrial.data import Array, Trial
 from seatrial.data.formats.frt_esso import read
@@ -60,7 +61,6 @@ from seatrial.identify.trajectory.shooting import Trajectory, free_everywhere
 from seatrial.models import STATES
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.validate.coverage import Reference, coverage
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 
 KINDS, FOLDS, RESTART = ("random", "turning", "zigzag", "berthing"), 5, 100.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from seatrial.belief.sampling.coordinates import Coordinates, TurnedWalk
+from seatrial.belief.sampling.diagnostics import effective, rhat
+from seatrial.belief.sampling.walking import Walker
 from seatrial.data import Array
-from seatrial.identify.posterior.sampling.coordinates import Coordinates, TurnedWalk
-from seatrial.identify.posterior.sampling.diagnostics import effective, rhat
-from seatrial.identify.posterior.sampling.walking import Walker
 
 PATHS = ("hull.N_r", "rudder.f_alpha", "rudder.t_R", "rudder.a_H", "rudder.x_H", "propeller.w_P0")
 AT = np.array([-0.05, 2.7, 0.3, 0.4, -1.4, 0.4])

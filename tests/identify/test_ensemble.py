@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from seatrial.belief.ensemble import bands, ensemble
 from seatrial.identify import Loss
-from seatrial.identify.posterior.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import Remainder, misfit, white
 from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.identify.trajectory.objective import TrajectoryObjective

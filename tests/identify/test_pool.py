@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from seatrial import __version__
+from seatrial.belief.ensemble import ensemble
 from seatrial.core.errors import RunError
 from seatrial.core.executors import Pool, at_version
 from seatrial.identify import Spread
 from seatrial.identify.networks.widths import Widths
-from seatrial.identify.posterior.ensemble import ensemble
 from seatrial.identify.posterior.profile import profiles
 from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.identify.trajectory.shooting import Trajectory

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from seatrial.belief.ranks import truths
 from seatrial.identify import FitError
-from seatrial.identify.posterior.ranks import truths
 
 
 def problem(mean: list[float], sigma: list[float], low: list[float], high: list[float]) -> Any:

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, truncnorm
 
+from seatrial.belief.ranks import calibrate
+from seatrial.belief.sampling import sampling
+from seatrial.belief.sampling.density import Posterior, check_proper, posterior_of
+from seatrial.belief.sampling.diagnostics import effective, effective_mean, rhat
+from seatrial.belief.sampling.hamiltonian import Sampler
+from seatrial.belief.sampling.plain import Plain
+from seatrial.belief.sampling.sampled import Sampled
+from seatrial.belief.sampling.sampling import LEAST, sample
+from seatrial.belief.sampling.walking import Walker
 from seatrial.core.parameters import Free, near
 from seatrial.identify import Loss, Nuisance, StudyError
-from seatrial.identify.posterior.ranks import calibrate
-from seatrial.identify.posterior.sampling import sampling
-from seatrial.identify.posterior.sampling.density import Posterior, check_proper, posterior_of
-from seatrial.identify.posterior.sampling.diagnostics import effective, effective_mean, rhat
-from seatrial.identify.posterior.sampling.hamiltonian import Sampler
-from seatrial.identify.posterior.sampling.plain import Plain
-from seatrial.identify.posterior.sampling.sampled import Sampled
-from seatrial.identify.posterior.sampling.sampling import LEAST, sample
-from seatrial.identify.posterior.sampling.walking import Walker
 from seatrial.identify.resume import ResumeError
 from seatrial.identify.trajectory.gauss_newton import Normal
 from seatrial.identify.trajectory.shooting import Trajectory

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from network_trials import untrained, virtual
+from seatrial.belief.spread import NAME, load_members, spreads
 from seatrial.cli.app import main
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import Problem, Progress, StudyError
@@ -22,7 +23,6 @@ from seatrial.ships.writing import save
 from seatrial.study.data import read_compositions
 from seatrial.study.series import is_series, read_series
 from seatrial.study.series_run import FITS, left, members
-from seatrial.validate.spread import NAME, load_members, spreads
 from seatrial.workflow import Silent
 from seatrial.workflow.identify import identify
 

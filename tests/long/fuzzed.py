@@ -15,6 +15,7 @@ import numpy as np
 from calibrated_run import calibrated
 from fitted_run import PATHS, covariance, saved, trial
 from network_trials import untrained
+from seatrial.belief.spread import Members, save_members
 from seatrial.cli.app import main
 from seatrial.core.parameters import read
 from seatrial.data.trialfile import read_trial, write_trial
@@ -24,7 +25,6 @@ from seatrial.ships.files import load
 from seatrial.ships.writing import save
 from seatrial.simulate.approach import approach
 from seatrial.simulate.run import simulate
-from seatrial.validate.spread import Members, save_members
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "environment" / "sea"))

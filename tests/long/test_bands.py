@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
-from seatrial.identify.posterior.ensemble import bands, ensemble
+from seatrial.belief.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import misfit
 from seatrial.identify.trajectory.multistart import MultiStart
 from suzaku_turns import SHIP, TRUTH, manoeuvre, problem, turn, unmodelled

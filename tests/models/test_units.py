@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.belief.freer import with_units
 from seatrial.core.parameters import ParameterError, Terms, values
 from seatrial.environment import Environment
 from seatrial.forces import Flow
-from seatrial.identify.posterior.freer import with_units
 from seatrial.models.residual import inward, network, outward
 from seatrial.ships import Ship
 from seatrial.ships.files import load, save

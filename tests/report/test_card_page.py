@@ -12,7 +12,7 @@ import pytest
 from example_report import fit
 from shown import items, tables, tiles, words
 
-from seatrial.bands.held import Held
+from seatrial.belief.bands.held import Held
 from seatrial.identify import Verdict
 from seatrial.report.judging.card import Calibrated, Card, _least, forbidden, page, pooled
 from seatrial.validate.ahead import Row

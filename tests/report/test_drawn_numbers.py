@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.bands.held import GROUPS, Held
-from seatrial.bands.prediction import Fan
+from seatrial.belief.bands.held import GROUPS, Held
+from seatrial.belief.bands.prediction import Fan
 from seatrial.campaign.analysis.sensitivity import Effect, Sensitivity
 from seatrial.campaign.analysis.spread import Histogram
 from seatrial.campaign.bands import Bands

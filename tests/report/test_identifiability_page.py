@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
+from seatrial.belief.ensemble import bands, ensemble
 from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
-from seatrial.identify.posterior.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import Misfit, Remainder, misfit
 from seatrial.identify.posterior.profile import profiles
 from seatrial.identify.trajectory.multistart import MultiStart

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from shown import items, tables, tiles, words
 
+from seatrial.belief.coverage import Coverage, Reference
 from seatrial.data import Trial
 from seatrial.report.judging import coverage, fitness, imo, requirements, ship_evidence
 from seatrial.report.page import gallery
-from seatrial.validate.coverage import Coverage, Reference
 from seatrial.validate.fitness import FIT, NOT_FIT, OPEN, Fitness, Found, Limit
 from seatrial.validate.imo import FAIL, PASS, UNDECIDED, Band, Criterion, ImoTable
 from seatrial.validate.requirements import Drawn, Finding, Item, Judgement, Plot, Table

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.belief.coverage import WIND, Reference, apart, columns, coverage, usual
 from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
 from seatrial.report.judging.coverage import histogram
 from seatrial.report.judging.coverage import page as page_of
-from seatrial.validate.coverage import WIND, Reference, apart, columns, coverage, usual
 
 
 def wandering(seed: int, seconds: float = 300.0, **offset: float) -> Trial:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.belief.coverage import Coverage, Reference, columns, coverage, usual
+from seatrial.belief.spread import Spread
 from seatrial.data import Trial
-from seatrial.validate.coverage import Coverage, Reference, columns, coverage, usual
-from seatrial.validate.spread import Spread
 
 CHANNELS = ("u", "r")
 

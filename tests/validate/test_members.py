@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from seatrial.belief.spread import Members, spreads
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
-from seatrial.validate.spread import Members, spreads
 
 SHIP = load("mariner_nomoto")
 

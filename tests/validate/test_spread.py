@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from seatrial.belief.spread import NAME, Members, load_members, members, save_members, spreads
 from seatrial.cli.app import app
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
@@ -21,7 +22,6 @@ from seatrial.models import STATES
 from seatrial.ships import ShipError
 from seatrial.ships.files import load, save
 from seatrial.simulate.run import simulate
-from seatrial.validate.spread import NAME, Members, load_members, members, save_members, spreads
 
 BARE = load("esso_osaka_3m_hybrid")
 SIGMA = dict(zip(STATES, (10.0, 4.0, 3.0, 0.1, 0.04, 0.02), strict=True))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.belief.spread import Members, Spread, load_members, save_members, spreads
 from seatrial.core.parameters import values
 from seatrial.data import DataError, Trial
 from seatrial.environment import Uniform
@@ -21,7 +22,6 @@ from seatrial.simulate.replay import replay
 from seatrial.simulate.run import simulate
 from seatrial.validate import foresight, rivals
 from seatrial.validate.requirements import Finding, Item, Judgement, Table, draws, scopes
-from seatrial.validate.spread import Members, Spread, load_members, save_members, spreads
 
 # --- requirements by draws -----------------------------------------------------------------------------------------
 

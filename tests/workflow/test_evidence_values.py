@@ -14,8 +14,8 @@ import pytest
 
 from calibrated_run import RECORDINGS, WINDOWS, H, calibrated
 from fitted_run import PATHS, covariance, saved, trial, truth
-from seatrial.bands.calibration import beside, load
-from seatrial.bands.held import SHARES
+from seatrial.belief.bands.calibration import beside, load
+from seatrial.belief.bands.held import SHARES
 from seatrial.belief.posterior import Posterior
 from seatrial.belief.reading import posterior
 from seatrial.campaign.bands import Bands

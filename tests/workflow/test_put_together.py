@@ -14,7 +14,7 @@ import pytest
 
 from calibrated_run import calibrated
 from fitted_run import saved, trial
-from seatrial.bands.prediction import Fan
+from seatrial.belief.bands.prediction import Fan
 from seatrial.campaign.bands import Bands
 from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Free
@@ -132,7 +132,7 @@ def test_edges_of_a_prediction_are_a_trial_file_beside_it(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_coverage_is_counted_up_to_the_restart_and_the_reach_of_the_bands(held: Path) -> None:
-    from seatrial.bands.held import SHARES
+    from seatrial.belief.bands.held import SHARES
 
     asked, one = banding(held), trial(35)
     off = one.having(x=one["x"] + 0.4, psi=one["psi"] + 0.6)  # half widths of .5: places held, headings not
@@ -155,8 +155,8 @@ def test_coverage_is_counted_up_to_the_restart_and_the_reach_of_the_bands(held: 
 def test_a_calibration_leaves_parts_out_and_keeps_a_file_for_each_beginning(
     tmp_path: Path, held: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from seatrial.bands.calibration import beside
-    from seatrial.bands.calibration import load as load_bands
+    from seatrial.belief.bands.calibration import beside
+    from seatrial.belief.bands.calibration import load as load_bands
     from seatrial.belief.reading import posterior
 
     model = saved(tmp_path / "run", [trial(35), trial(20, 20)])

@@ -12,8 +12,8 @@ from ..core.files import packed, write_whole
 from ..core.unpacking import unpacked
 from ..data import Array
 from ..identify import StudyError
-from ..identify.posterior.sampling.sampled import Sampled
 from ..study.store import load_fit_summary, write_summary
+from .sampling.sampled import Sampled
 
 DRAWS, NETCDF, KEY = "posterior.npz", "posterior.nc", "posterior"
 

@@ -12,11 +12,11 @@ from scipy.stats import chi2
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
 from ..identify.posterior.misfit import white
-from ..identify.posterior.sampling.density import posterior_of
 from ..identify.record import scales
 from ..identify.trajectory.batch import Many
 from .parts import LeftOut
 from .power import LEAST, Power, directions
+from .sampling.density import posterior_of
 
 # What noise explains in so many of a hundred cases is taken for noise: that of its start bends a whole window, so that
 # there are no more independent errors of this kind than windows.

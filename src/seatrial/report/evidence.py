@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..belief.sampling.sampled import Sampled
 from ..data import Trial
 from ..identify import Fit
-from ..identify.posterior.sampling.sampled import Sampled
 from ..ships import Ship
 from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY, pooled

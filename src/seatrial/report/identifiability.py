@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..belief.ensemble import Bands, Ensemble
 from ..data import Array, unwrapped
 from ..identify import Fit
-from ..identify.posterior.ensemble import Bands, Ensemble
 from ..identify.posterior.misfit import Misfit
 from ..identify.posterior.profile import THRESHOLD, Identifiability, Profile
 from ..identify.posterior.verdicts import capped

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..identify.posterior.sampling.sampled import Sampled
+from ..belief.sampling.sampled import Sampled
 from .drawing import label, whole
 from .page import Section, bullets, figure, gallery, lead, number, soft, table
 

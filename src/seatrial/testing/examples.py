@@ -6,6 +6,7 @@ import math
 from dataclasses import fields, replace
 from typing import Any
 
+from ..belief.freer import with_units
 from ..core.parameters import Parts, values
 from ..forces import thruster, waves, wind_blendermann, wind_isherwood
 from ..forces.anchor import DredgedAnchor
@@ -23,7 +24,6 @@ from ..forces.shallow import ShallowPolynomial
 from ..forces.thruster_fixed import Fixed
 from ..forces.thruster_quay import QuayTunnel
 from ..forces.tug import LineTug, PushTug
-from ..identify.posterior.freer import with_units
 from ..models.fossen import Fossen, Inertia, Particulars
 from ..models.harbour import Harbour, Quay
 from ..models.mmg_roll import HeelDerivatives, MmgRoll, Roll

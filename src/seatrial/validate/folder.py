@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..belief.coverage import Reference
 from ..data import DataError, Trial
 from ..data.check import Finding
 from ..data.folder import Folder, overlaps
 from ..data.kinds import Kind, compared, recognised
 from ..data.prepare import drop_trailing_gaps
-from .coverage import Reference
 
 RANGES = ("u", "v_m", "r", "delta", "n_P")
 """Channels whose range is told."""

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..belief.spread import NAME, Spread, load_members, spreads
 from ..data import Array, Trial
 from ..engine import SimulationError
 from ..identify.networks.widths import Widths
@@ -23,7 +24,6 @@ from ..study.store import MODEL, SUMMARY
 from . import Comparison
 from .comparison import compare, constant_velocity, pooled
 from .metrics import ESSO_OSAKA_SIGMA, spread
-from .spread import NAME, Spread, load_members, spreads
 
 TOGETHER = "together"
 """Label of the column in which all samples of all test trials count alike."""

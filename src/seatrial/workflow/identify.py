@@ -208,8 +208,8 @@ def _keep_members(job: Job, fit: Fit, sigma: Mapping[str, float], note: Note) ->
         sigma: scale of each state.
         note: receives why there are none, where a hybrid has none.
     """
+    from ..belief.spread import NAME, members, save_members
     from ..models.hybrid import Hybrid
-    from ..validate.spread import NAME, members, save_members
 
     if not isinstance(fit.ship.model, Hybrid):
         return

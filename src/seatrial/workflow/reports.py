@@ -28,7 +28,7 @@ from .request import DEGREE
 _COMBINED = 6
 
 if TYPE_CHECKING:
-    from ..identify.posterior.sampling.sampled import Sampled
+    from ..belief.sampling.sampled import Sampled
     from ..identify.tuning.fine_tuning import FineTuning
     from ..identify.tuning.tuned import Tuning
     from ..validate.rivals import Rivals
@@ -49,7 +49,7 @@ def details(study: Study, fit: Fit, sink: Sink, pool: Pool | None = None) -> obj
         sink.note(f"{fit.status}; the rival, and both in other weathers")
         return judged(study, fit, study.virtual)
     if fit.details is not None:
-        from ..identify.posterior.sampling.sampled import Sampled
+        from ..belief.sampling.sampled import Sampled
         from ..identify.tuning.tuned import Tuning
 
         report.register(Tuning, partial(_tuned, pool=pool))
@@ -130,7 +130,7 @@ def _identifiability(
     fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning, pool: Pool | None
 ) -> list[Section]:  # fmt: skip
     """Sections on the chosen fit: profiles, correlations, restarts, residuals, and bands on the test trials."""
-    from ..identify.posterior.ensemble import bands, ensemble
+    from ..belief.ensemble import bands, ensemble
     from ..identify.posterior.misfit import misfit
     from ..identify.posterior.profile import profiles
     from ..report.identifiability import sections

@@ -42,11 +42,11 @@ from .reports import comparisons as table_of
 from .request import PAGES, make_folder, separate
 
 if TYPE_CHECKING:
-    from ..bands.prediction import Fan
+    from ..belief.bands.prediction import Fan
+    from ..belief.coverage import Coverage
+    from ..belief.spread import Spread
     from ..choosing.purposes import Purpose
     from ..report.judging.fans import BandsHeld
-    from ..validate.coverage import Coverage
-    from ..validate.spread import Spread
     from .evidence.fans import Banding
 
 _SEVERITIES = {"error": "error", "warning": "warning", "info": "note"}
@@ -119,8 +119,8 @@ def _compared(
     train: Sequence[Trial], trials: Sequence[Trial], out: Path | None, sink: Sink
 ) -> tuple[tuple[Finding, ...], list[Coverage]]:
     """Recordings that both share, and how the training set covers each trial; the page where one is asked for."""
+    from ..belief.coverage import Reference, coverage, usual
     from ..data.prepare import drop_trailing_gaps
-    from ..validate.coverage import Reference, coverage, usual
 
     overlaps = check_set(train, trials)
     whole, ours = ([drop_trailing_gaps(t) for t in some] for some in (train, trials))
@@ -364,7 +364,7 @@ def spread_of(model: str, ship: Ship, trials: Sequence[Trial], sink: Sink) -> li
 
     Advice only: where it cannot be had, a note says why, and the prediction stands.
     """
-    from ..validate.spread import NAME, load_members, spreads
+    from ..belief.spread import NAME, load_members, spreads
 
     beside = Path(model).with_name(NAME)
     if Path(model).suffix != ".toml" or not beside.is_file():

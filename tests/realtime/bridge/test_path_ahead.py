@@ -14,7 +14,7 @@ import pytest
 
 from calibrated_run import calibrated
 from fitted_run import saved, trial
-from seatrial.bands.sailing import Uncertain, sailed
+from seatrial.belief.bands.sailing import Uncertain, sailed
 from seatrial.cli.app import main
 from seatrial.core.errors import ShipError
 from seatrial.environment import Uniform

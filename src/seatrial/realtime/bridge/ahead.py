@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from ...bands.calibrating import spread
-from ...bands.calibration import Calibration
-from ...bands.learning import quiet
-from ...bands.prediction import uncertain
-from ...bands.sailing import Lanes, Uncertain, check_traced, sailed
+from ...belief.bands.calibrating import spread
+from ...belief.bands.calibration import Calibration
+from ...belief.bands.learning import quiet
+from ...belief.bands.prediction import uncertain
+from ...belief.bands.sailing import Lanes, Uncertain, check_traced, sailed
 from ...belief.posterior import Posterior
 from ...data import Array, Trial
 from ...engine import SimulationError

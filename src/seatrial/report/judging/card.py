@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ...bands.held import Held
+from ...belief.bands.held import Held
 from ...identify import Fit
 from ...study.grounds import Ranges
 from ...validate.ahead import Row

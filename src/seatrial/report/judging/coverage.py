@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...belief.coverage import WIND, Coverage, Reference, columns
 from ...data import Array, Trial, unwrapped
-from ...validate.coverage import WIND, Coverage, Reference, columns
 from .. import figures
 from ..page import Page, Section, figure, gallery, note, number, table, text
 

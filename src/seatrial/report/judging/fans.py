@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...bands.held import GROUPS, Held, unwrapped_to
-from ...bands.prediction import Fan
+from ...belief.bands.held import GROUPS, Held, unwrapped_to
+from ...belief.bands.prediction import Fan
 from ...data import Trial
 from .. import figures
 from ..page import Section, bullets, figure, gallery, number, soft, table

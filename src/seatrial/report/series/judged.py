@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ...belief.coverage import Coverage, Reference, coverage
+from ...belief.spread import WIDE
 from ...data import UNITS, DataError
 from ...study.series import FULL, Claim, Series
 from ...validate import Comparison
-from ...validate.coverage import Coverage, Reference, coverage
 from ...validate.metrics import segments
 from ...validate.series import BASELINE, TOGETHER, Found, Standing, Table, compositions
-from ...validate.spread import WIDE
 from .. import figures
 from ..figures import canvas, legend_below, svg
 from ..page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from ...bands.beginnings import First, by_first, by_history
-from ...bands.calibrating import Grounds
-from ...bands.calibration import LEVEL, Calibration, save
-from ...bands.conformal import needed
+from ...belief.bands.beginnings import First, by_first, by_history
+from ...belief.bands.calibrating import Grounds
+from ...belief.bands.calibration import LEVEL, Calibration, save
+from ...belief.bands.conformal import needed
 from ...belief.parts import left_out
 from ...belief.power import LEAST
 from ...belief.reading import HOW, MEASURED, beside, posterior

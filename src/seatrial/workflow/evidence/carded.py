@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ...bands.calibrating import LEVEL
-from ...bands.calibration import Calibration, beside, load
-from ...bands.crossed import crossed
-from ...bands.held import SHARES, Held, held, windows
-from ...bands.prediction import fan
+from ...belief.bands.calibrating import LEVEL
+from ...belief.bands.calibration import Calibration, beside, load
+from ...belief.bands.crossed import crossed
+from ...belief.bands.held import SHARES, Held, held, windows
+from ...belief.bands.prediction import fan
 from ...belief.posterior import Posterior
 from ...core.errors import SeatrialError
 from ...data import Trial

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...bands.calibration import Calibration, beside, load
-from ...bands.prediction import Runs, manoeuvre, scale_of
+from ...belief.bands.calibration import Calibration, beside, load
+from ...belief.bands.prediction import Runs, manoeuvre, scale_of
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
 from ...campaign.bands import Bands, bands, read, step_of

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ...bands.calibration import Calibration, begin_of, load
-from ...bands.held import GROUPS, SHARES, held, windows
-from ...bands.past import Filter, carried
-from ...bands.prediction import Fan, fan
+from ...belief.bands.calibration import Calibration, begin_of, load
+from ...belief.bands.held import GROUPS, SHARES, held, windows
+from ...belief.bands.past import Filter, carried
+from ...belief.bands.prediction import Fan, fan
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
 from ...data import Trial

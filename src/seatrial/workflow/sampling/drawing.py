@@ -27,7 +27,7 @@ def check_sample(plan: Plan, count: int | None) -> None:
     Raises:
         RequestError: of a table of fits, of too few, or of an estimator with a report of its own.
     """
-    from ...identify.posterior.sampling.sampling import LEAST
+    from ...belief.sampling.sampling import LEAST
 
     if count is None:
         return
@@ -48,7 +48,7 @@ def drawn_for(job: Job, fits: Mapping[str, Fit], count: int, sink: Sink) -> dict
         fits: made in this run; one that is not among them is read from its folder.
     """
     from ...belief.drawn import DRAWS, save_draws
-    from ...identify.posterior.sampling.sampling import sample
+    from ...belief.sampling.sampling import sample
     from ...study.stored import load_fit
 
     fit = fits.get(job.name) or load_fit(job.where)

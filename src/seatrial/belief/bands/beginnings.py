@@ -1,0 +1,139 @@
+"""Calibrations of predictions that know more than a measured start: the seconds before it, or a fit of the first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...core.errors import RequestError
+from ...data import Array, DataError, Trial
+from ...identify.record import Record, even
+from ...models import STATES
+from ...ships import Ship
+from .calibrating import Grounds, Part, spread_of
+from .calibration import Calibration, begin_of
+from .conformal import needed
+from .learning import Windows, joined, windows_of
+from .past import ENOUGH, LAWS, Filter, Past, disturbing, together
+from .sailing import Lanes
+
+# Factors of the noise of the filter's readings, of which the likeliest is taken.
+_DOUBTS = (1.0, 3.0, 10.0, 30.0, 100.0)
+
+
+def by_history(grounds: Grounds, span: float) -> Calibration:
+    """Of predictions with what the seconds before each start tell (`past`); windows without them are left out.
+
+    Args:
+        span: seconds before a start.
+
+    Raises:
+        RequestError: too few recordings last longer.
+    """
+    cuts: list[Windows] = []
+    errors: dict[str, list[Array]] = {law: [] for law in LAWS}
+    spreads: list[Array] = []
+    surprise = 0.0
+    whole = [Filter.of(part.out.held.ship, lacks, grounds.sigma, span)
+             for part, lacks in zip(grounds.parts, grounds.lacks, strict=True)]  # fmt: skip
+    doubt = min(_DOUBTS, key=lambda one: _unlikely(grounds, [replace(who, doubt=one) for who in whole]))
+    for part, who in zip(grounds.parts, whole, strict=True):
+        filters = replace(who, doubt=doubt)
+        past = _past(filters, part, grounds.dt)
+        known = past.seconds >= ENOUGH * span * (1.0 - 1e-6)
+        if not known.any():
+            continue
+        cut, past = part.cut.some(known), past.rows(known)
+        cuts.append(cut)
+        for law, own in errors.items():
+            own.append(_predicted(filters, cut.lanes, past, law)[:, cut.rows] - cut.measured)
+        lacks = who.disturbance
+        spreads.append(spread_of(part.out, cut.lanes, lacks, grounds.sigma, past)[:, cut.rows])
+        surprise = max(surprise, float(past.surprise.max()))
+    _check(cuts, f"--history {span:g}", grounds.level)
+    made = {law: grounds.made(begin_of(span, None), cuts, own, spreads) for law, own in errors.items()}
+    first = made[LAWS[0]].left.usual
+    best = min(LAWS, key=lambda law: float(np.nanmean(np.log(made[law].left.usual / first))))
+    return replace(made[best], surprise=surprise, law=best, doubt=doubt)
+
+
+def _unlikely(grounds: Grounds, filters: list[Filter]) -> float:
+    """How unlikely the innovations of a usual left-out past are; the median, as some are much unlike the others."""
+    every = [_past(who, part, grounds.dt) for who, part in zip(filters, grounds.parts, strict=True)]
+    found = np.concatenate([past.unlikely[past.seconds > 0.0] for past in every])
+    return float(np.median(found)) if found.size else 0.0
+
+
+def _past(filters: Filter, part: Part, dt: float) -> Past:
+    """What is known at the start of each window of a part."""
+    found: list[Past] = []
+    for trial in part.out.trials:
+        rows = part.cut.begins[[name == trial.name for name in part.cut.trials]]
+        found += [filters.before(Record.of(even(trial, dt, filters.ship.model), filters.ship.model), dt, rows.tolist())]
+    return together(found)
+
+
+def _predicted(filters: Filter, lanes: Lanes, past: Past, law: str) -> Array:
+    """States with what acted before acting on, shape (lanes, rows, 6)."""
+    with np.errstate(all="ignore"):
+        run = filters.compiled.stored(
+            lanes.state0, filters.ahead(lanes, past, law), filters.parameters, dt=lanes.dt, every=lanes.every,
+            steps=(len(lanes.t) - 1) * lanes.every + 1,
+        )  # fmt: skip
+    return run[:, :, : len(STATES)]
+
+
+@dataclass(frozen=True)
+class First:
+    """How a trial begins by a fit of its first seconds.
+
+    Attributes:
+        trial: corrected, from where predictions start.
+        state: there, shape (6,).
+        current: standard deviation of each component of the current that was estimated [m/s]; inf where none was.
+    """
+
+    trial: Trial
+    state: Array
+    current: float
+
+
+def by_first(grounds: Grounds, span: float, first: Callable[[Ship, Trial], First]) -> Calibration:
+    """Of predictions whose start, current and biases are estimated on the first seconds of a trial.
+
+    Args:
+        span: those seconds.
+        first: estimates how a trial begins; a DataError says that it is too short.
+
+    Raises:
+        RequestError: too few recordings last longer.
+    """
+    cuts: list[Windows] = []
+    spreads: list[Array] = []
+    for part, lacks in zip(grounds.parts, grounds.lacks, strict=True):
+        own: list[Windows] = []
+        for trial in part.out.trials:
+            try:
+                one = first(part.out.held.ship, trial)
+                cut = windows_of(part.out.held.ship, [one.trial], grounds.horizons, grounds.dt, {trial.name: one.state})
+            except DataError:  # too short: it says nothing of such predictions
+                continue
+            own.append(cut)
+            runs = spread_of(part.out, cut.lanes, disturbing(lacks, one.current), grounds.sigma)
+            here = cut.rows < runs.shape[1]
+            spread = np.full(cut.error.shape, np.nan)
+            spread[:, here] = runs[:, cut.rows[here]]
+            spreads.append(spread)
+        cuts += [joined(own)] if own else []
+    _check(cuts, f"--fit-first {span:g}", grounds.level)
+    return grounds.made(begin_of(None, span), cuts, [cut.error for cut in cuts], spreads)
+
+
+def _check(cuts: list[Windows], option: str, level: float) -> None:
+    """Refuse what too few trials are long enough for."""
+    count, wanted = len({name for cut in cuts for name in cut.trials}), needed(level)
+    if count < wanted:
+        raise RequestError(f"{option}: {count} of the left-out trials last longer, and bands of {100 * level:.3g} % "
+                           f"take at least {wanted}; take fewer seconds")  # fmt: skip

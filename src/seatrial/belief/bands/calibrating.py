@@ -1,0 +1,176 @@
+"""From fits that left trials out to a calibration: horizons, errors, what the model lacks, spreads, scores."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...data import Array, Trial
+from ...identify.networks.widths import recordings
+from ...identify.noise import noise
+from ...identify.record import step_of
+from ...models import STATES
+from ...study.grounds import trial_digest
+from ..parts import LeftOut
+from ..posterior import Posterior
+from .calibration import LEVEL, Calibration, Left, best_share, posterior_digest
+from .conformal import needed, shown, too_few
+from .disturbance import Disturbance
+from .indexing.left_out import left_indices
+from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
+from .sailing import Begins, Lanes, sailed
+
+# Draws of a spread; horizons, the first one over L/U and the ratio of two.
+_DRAWS, _FIRST, _RATIO = 100, 0.7, 1.4
+# The first horizon is a multiple of so many rows where it is longer, so that steps of the integrator may join rows.
+_TOGETHER = 10
+
+
+@dataclass(frozen=True)
+class Part:
+    """Left-out trials of one fit, with what they are judged by."""
+
+    out: LeftOut
+    cut: Windows
+    found: Variances
+
+
+def horizons_of(trials: Sequence[Trial], time: float, longest: float | None) -> Array:
+    """Horizons at which errors are taken [s]: multiples of the first, about evenly spaced in the logarithm.
+
+    Args:
+        time: L/U of the ship [s].
+        longest: None takes what as many recordings reach as `LEVEL` needs, or all of them where they are fewer.
+
+    Raises:
+        RequestError: too few recordings for any level.
+    """
+    spans = sorted((max(trial.duration for trial in group) for group in recordings(trials)), reverse=True)
+    if len(spans) < 2:
+        raise too_few(len(spans), LEVEL)
+    most = longest or spans[min(needed(LEVEL), len(spans)) - 1]
+    dt = step_of(trials)
+    unit = _TOGETHER * dt if min(_FIRST * time, most / 8.0) > _TOGETHER * dt else dt
+    first = max(round(min(_FIRST * time, most / 8.0) / unit), 1) * unit
+    count = max(int(np.log(most / first) / np.log(_RATIO)) + 1, 2)
+    many = np.unique(np.round(np.geomspace(1.0, max(most / first, 2.0), count))).astype(np.float64)
+    return first * many[many * first <= most * (1.0 + 1e-9)]
+
+
+@dataclass(frozen=True)
+class Grounds:
+    """What calibrations of one fit are made of: left-out trials, and what a model without each part lacks.
+
+    Attributes:
+        held: posterior of the fit to all trials.
+        trials: all that were left out.
+        parts: with the windows of the trials that each left out.
+        horizons: [s].
+        lacks: what a model lacks by the trials of the other parts, for each part.
+        sigma: of the readings, shape (6,).
+        dt: time step [s].
+    """
+
+    held: Posterior
+    trials: tuple[Trial, ...]
+    parts: tuple[Part, ...]
+    horizons: Array
+    lacks: tuple[Disturbance, ...]
+    sigma: Array
+    dt: float
+
+    @staticmethod
+    def of(held: Posterior, parts: Iterable[LeftOut], longest: float | None = None) -> Grounds:
+        """Arguments and errors as of `calibrated`."""
+        every = list(parts)
+        trials = [trial for part in every for trial in part.trials]
+        h = horizons_of(trials, held.ship.L_pp / max(held.ship.speed, 1e-3), longest)
+        level, dt = noise(trials), step_of(trials)
+        sigma = np.array([level.get(name, 0.0) for name in STATES])
+        made: list[Part] = []
+        for out in every:
+            cut = windows_of(out.held.ship, out.trials, h, dt)
+            made.append(Part(out, cut, variances(out, cut, sigma)))
+        lacks = tuple(_learned([other for other in made if other is not one]) for one in made)
+        return Grounds(held, tuple(trials), tuple(made), h, lacks, sigma, dt)
+
+    def measured(self) -> Calibration:
+        """Of predictions that begin in measured states."""
+        spreads = [spread_of(one.out, one.cut.lanes, who, self.sigma)[:, one.cut.rows]
+                   for one, who in zip(self.parts, self.lacks, strict=True)]  # fmt: skip
+        found = self.made("measured", [one.cut for one in self.parts], [one.cut.error for one in self.parts], spreads)
+        pairs = [(one.out, who) for one, who in zip(self.parts, self.lacks, strict=True)]
+        return replace(found, indices=left_indices(pairs, self.recording))
+
+    @property
+    def level(self) -> float:
+        """The greatest level that its recordings show, `LEVEL` at most."""
+        return min(LEVEL, shown(len({*self.recording.values()})))
+
+    @property
+    def recording(self) -> dict[str, str]:
+        """Recording of each trial by name."""
+        return {trial.name: group[0].name for group in recordings(self.trials) for trial in group}
+
+    def made(
+        self, begin: str, cuts: Sequence[Windows], errors: Sequence[Array], spreads: Sequence[Array]
+    ) -> Calibration:  # fmt: skip
+        """A calibration from errors and spreads of the windows of each part."""
+        of = self.recording
+        names = tuple(name for cut in cuts for name in cut.trials)
+        left = Left(names, tuple(of[name] for name in names), tuple(kind for cut in cuts for kind in cut.kinds),
+                    self.horizons, np.concatenate(errors), np.concatenate(spreads))  # fmt: skip
+        told = {trial.name: trial_digest(trial) for trial in self.trials if trial.name in names}
+        return Calibration(self.held.digest, posterior_digest(self.held), told, begin, self.sigma,
+                           _learned(self.parts), best_share(left, self.level), left,
+                           power=self.held.power)  # fmt: skip
+
+
+def calibrated(held: Posterior, parts: Iterable[LeftOut], *, longest: float | None = None) -> Calibration:
+    """Calibrate the predictions of a fit that begin in measured states.
+
+    Args:
+        held: posterior of the fit to all trials.
+        parts: fits that left trials out, and these trials; see `left_out`.
+        longest: horizon [s]; see `horizons_of`.
+
+    Raises:
+        RequestError: too few recordings.
+        DataError: a trial lacks a channel.
+    """
+    return Grounds.of(held, parts, longest).measured()
+
+
+def _learned(parts: Sequence[Part]) -> Disturbance:
+    """What the model lacks, by the left-out trials of some fits."""
+    cuts = [one.cut for one in parts]
+    names = tuple(name for cut in cuts for name in cut.trials)
+    found = Variances(np.concatenate([one.found.known for one in parts]),
+                      np.concatenate([one.found.unit for one in parts], axis=1))  # fmt: skip
+    return learned(parts[0].out.held.ship, np.concatenate([cut.error for cut in cuts]), found, by_trial(names))
+
+
+def spread_of(
+    out: LeftOut, lanes: Lanes, disturbance: Disturbance, sigma: Array, past: Begins | None = None
+) -> Array:  # fmt: skip
+    """Standard deviation of the draws, readings included, shape (lanes, rows, 6); see `sailing.Uncertain`."""
+    who = out.held
+    uncertain = replace(quiet(who.ship, _DRAWS), names=who.names, draws=who.draws(_DRAWS, 1), start=sigma,
+                        disturbance=disturbance, past=past)  # fmt: skip
+    return spread(sailed(who.ship, lanes, uncertain, 2), sigma)
+
+
+def spread(runs: Array, sigma: Array) -> Array:
+    """Standard deviation over the draws that stay finite, and of a reading, shape (lanes, rows, 6).
+
+    Args:
+        runs: shape (draws, lanes, rows, 6).
+        sigma: of the readings, shape (6,).
+    """
+    with np.errstate(all="ignore"):
+        good = np.isfinite(runs)
+        count = np.maximum(good.sum(axis=0), 1)
+        mean = np.where(good, runs, 0.0).sum(axis=0) / count
+        return np.sqrt((np.where(good, runs - mean, 0.0) ** 2).sum(axis=0) / count + sigma**2)

@@ -1,0 +1,294 @@
+"""The calibration of a fitted ship: what it lacks, and how its predictions of left-out trials came off.
+
+Kept in one file beside the model, with the digests of fit, posterior and trials; held to the model when it is read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from ...core.files import plain, write_whole
+from ...core.version import __version__
+from ...data import Array
+from ...identify import StudyError
+from ...models import STATES
+from ..posterior import Posterior
+from ..power import Power
+from ..reading import MEASURED, beside
+from .conformal import Factors, factors, shown
+from .disturbance import Disturbance, Process
+from .indexing.scores import LeftIndices
+
+SCHEMA = "seatrial-bands/2"
+LEVEL = 0.95
+"""At which a calibration is made where its recordings can show it; it serves every level that they can show."""
+
+HOW = "seatrial calibrate MODEL makes them from fits that leave trials out"
+# Spreads of the draws count by this power; the rest is the usual error at the horizon.
+SHARES = (0.0, 0.5, 1.0)
+# North and east are names: position has one factor, so that bands do not depend on where the trials went.
+ALIKE = ([STATES.index("x"), STATES.index("y")],)
+"""Channels that share a factor."""
+# So many digits of each number are kept.
+_DIGITS = 4
+
+
+@dataclass(frozen=True)
+class Left:
+    """Predictions of left-out trials at some horizons, one row a window.
+
+    Attributes:
+        trials, groups, kinds: trial, recording and kind of manoeuvre of each window.
+        horizons: [s], shape (horizons,).
+        error: predicted minus measured, shape (windows, horizons, 6); NaN where unknown.
+        spread: standard deviation of the draws there, of the same shape.
+    """
+
+    trials: tuple[str, ...]
+    groups: tuple[str, ...]
+    kinds: tuple[str, ...]
+    horizons: Array
+    error: Array
+    spread: Array
+
+    @cached_property
+    def usual(self) -> Array:
+        """Root mean square error at each horizon, each trial counting once, shape (horizons, 6)."""
+        weight = np.array([1.0 / self.trials.count(name) for name in self.trials])[:, None, None]
+        known = np.isfinite(self.error)
+        total = (weight * np.where(known, self.error, 0.0) ** 2).sum(axis=0)
+        mean = total / np.maximum((weight * known).sum(axis=0), 1e-300)
+        for some in ALIKE:
+            mean[:, some] = mean[:, some].mean(axis=1, keepdims=True)
+        return np.sqrt(np.maximum(mean, 1e-300))
+
+    def scores(self, share: float) -> Array:
+        """Absolute errors over what `Calibration.spread` gives, shape (windows, horizons, 6)."""
+        return np.abs(self.error) / (self.spread**share * self.usual ** (1.0 - share))
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Bands of a fitted ship.
+
+    Attributes:
+        fit, posterior: digests.
+        trials: digest of each trial by name.
+        begin: how predictions start: "measured", "history S" or "fit-first S", S the seconds before the start.
+        noise: standard deviation of the readings of each state, shape (6,).
+        disturbance: what the model lacks.
+        share: power of the draws' spread, of `SHARES`.
+        left: predictions of left-out trials.
+        surprise: greatest one of a left-out past (`past.Past`); inf where none is read.
+        law: of `past.LAWS`, by which what acted before a start acts on; "" where no past is read.
+        doubt: `past.Filter.doubt`.
+        indices: errors of the indices of left-out turns and zigzags; None where none was left out.
+        power: how much less the likelihood is worth by the left-out trials; None where its estimator has none.
+    """
+
+    fit: str
+    posterior: str
+    trials: Mapping[str, str]
+    begin: str
+    noise: Array
+    disturbance: Disturbance
+    share: float
+    left: Left
+    surprise: float = math.inf
+    law: str = ""
+    doubt: float = 1.0
+    indices: LeftIndices | None = None
+    power: Power | None = None
+    _known: dict[float, Factors] = field(default_factory=dict[float, Factors], compare=False, repr=False)
+
+    @property
+    def level(self) -> float:
+        """`LEVEL`, or the greatest one that so few recordings show."""
+        return min(LEVEL, shown(len(set(self.left.groups))))
+
+    def factors(self, level: float) -> Factors:
+        """Half widths over the spread at a level of 0 to 1.
+
+        Raises:
+            RequestError: too few recordings for it.
+        """
+        if level not in self._known:
+            self._known[level] = _factors(self.left, self.share, level)
+        return self._known[level]
+
+    def reach(self, level: float, kind: str | None = None) -> float:
+        """Longest horizon at which bands of a level hold [s]; of a kind, as far as its own trials go."""
+        found = self.factors(level)
+        good = np.isfinite(found.factor[-1]).all(axis=1)
+        if kind is not None:
+            good &= found.recordings[found.kinds.index(kind)] > 0 if kind in found.kinds else False
+        return float(self.left.horizons[good].max(initial=0.0))
+
+    def half(self, t: Array, spread: Array, kind: str, level: float) -> Array:
+        """Half widths of bands, shape (..., times, 6); beyond the longest horizon that holds they are NaN.
+
+        A kind that was not among the left-out trials has the widest factor.  Between horizons factors and usual errors
+        are interpolated in the logarithm; before the first one its factor holds, and errors grow as between the first
+        two, but a band is never narrower than the noise of a reading.
+
+        Args:
+            t: times since the start [s], shape (times,).
+            spread: of the draws, shape (..., times, 6).
+        """
+        found, h = self.factors(level), self.left.horizons
+        row = found.kinds.index(kind) if kind in found.kinds else len(found.kinds) - 1
+        good = np.isfinite(found.factor[row]).all(axis=1)
+        at = np.log(np.maximum(t, 1e-9))
+        out = np.empty(np.broadcast_shapes(spread.shape))
+        for c in range(len(STATES)):
+            factor = np.exp(np.interp(at, np.log(h[good]), np.log(found.factor[row, good, c])))
+            usual = np.exp(_extended(at, np.log(h), np.log(self.left.usual[:, c])))
+            half = factor * spread[..., c] ** self.share * usual ** (1.0 - self.share)
+            out[..., c] = np.maximum(half, NormalDist().inv_cdf(0.5 * (1.0 + level)) * self.noise[c])
+        out[..., t > h[good][-1] * (1.0 + 1e-6), :] = np.nan
+        return out
+
+
+def _factors(left: Left, share: float, level: float) -> Factors:
+    return factors(left.scores(share), left.groups, left.kinds, level, ALIKE)
+
+
+def _extended(x: Array, at: Array, values: Array) -> Array:
+    """Linear interpolation, continued below the first point by the first slope."""
+    slope = (values[1] - values[0]) / (at[1] - at[0]) if len(at) > 1 else 0.5
+    return np.where(x < at[0], values[0] + slope * (x - at[0]), np.interp(x, at, values))
+
+
+def best_share(left: Left, level: float) -> float:
+    """The power of the draws' spread whose bands are best on left-out trials, by the interval score.
+
+    The score (Gneiting and Raftery 2007) is the width and, for what lies outside, 2 / (1 - level) times how far; taken
+    over the usual error of each channel and horizon, where every factor is judged on the windows it is made of.
+    """
+    found: dict[float, float] = {}
+    for share in SHARES:
+        made = _factors(left, share, level)
+        spread = left.spread**share * left.usual ** (1.0 - share)
+        half = made.factor[[made.kinds.index(kind) for kind in left.kinds]] * spread
+        over = np.maximum(np.abs(left.error) - half, 0.0)
+        found[share] = float(np.nanmean((half + over / (1.0 - level)) / left.usual))
+    return min(found, key=lambda share: found[share])
+
+
+def posterior_digest(held: Posterior) -> str:
+    """Fingerprint of what is drawn from: names, means, covariance and samples."""
+    text = ",".join(one.path for one in held.free).encode()
+    sampled = b"" if held.samples is None else held.samples.tobytes()
+    return hashlib.sha256(text + held.mean.tobytes() + held.covariance.tobytes() + sampled).hexdigest()[:16]
+
+
+def begin_of(history: float | None, fit_first: float | None) -> str:
+    """`Calibration.begin` of predictions by these options."""
+    known = (("history", history), ("fit-first", fit_first))
+    return next((f"{name} {seconds:g}" for name, seconds in known if seconds is not None), MEASURED)
+
+
+def save(found: Calibration, path: Path) -> Path:
+    """Write a calibration, whole or not at all."""
+    left, who = found.left, found.disturbance
+    names = list(dict.fromkeys(left.trials))
+    first = [left.trials.index(name) for name in names]
+    document = {
+        "schema": SCHEMA, "version": __version__, "fit": found.fit, "posterior": found.posterior, "begin": found.begin,
+        "noise": dict(zip(STATES, map(_short, found.noise.tolist()), strict=True)),
+        "disturbance": {
+            "accelerations": [{"on": p.on, "by": p.by, "sigma": _short(p.sigma), "tau": p.tau} for p in who.processes],
+            "current": _short(who.current)},
+        "share": found.share, "horizons": left.horizons.tolist(), "states": list(STATES),
+        "trials": [{"name": name, "digest": found.trials[name], "recording": left.groups[k], "kind": left.kinds[k],
+                    "windows": left.trials.count(name)} for name, k in zip(names, first, strict=True)],
+        **({} if math.isinf(found.surprise) else {"surprise": found.surprise, "law": found.law, "doubt": found.doubt}),
+        **({} if found.indices is None else {"indices": _rows(found.indices)}),
+        **({} if found.power is None else {"left_out": found.power.numbers()}),
+        "error": _listed(left.error), "spread": _listed(left.spread),
+    }  # fmt: skip
+    return write_whole(path, json.dumps(plain(document)) + "\n")
+
+
+def _rows(found: LeftIndices) -> list[dict[str, Any]]:
+    return [{"recording": group, "kind": kind, "index": name, "error": _short(error), "spread": _short(spread)}
+            for group, kind, name, error, spread in zip(
+                found.groups, found.kinds, found.names, found.error.tolist(), found.spread.tolist(), strict=True)]
+
+
+def _indices(given: Sequence[Mapping[str, Any]]) -> LeftIndices | None:
+    if not given:
+        return None
+    groups, kinds, names = (tuple(str(one[key]) for one in given) for key in ("recording", "kind", "index"))
+    error, spread = (np.array([float(one[key]) for one in given]) for key in ("error", "spread"))
+    return LeftIndices(groups, kinds, names, error, spread)
+
+
+def _short(value: float) -> float | None:
+    return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
+
+
+def _listed(values: Array) -> list[Any]:
+    """Rows of numbers of few digits, window by window and horizon by horizon."""
+    return [[[_short(v) for v in row] for row in window] for window in values.tolist()]
+
+
+def load(model: str | Path, held: Posterior, begin: str = MEASURED) -> Calibration:
+    """The calibration beside a fitted model.
+
+    Args:
+        held: the posterior of the model.
+        begin: how the predictions start, as `Calibration.begin`.
+
+    Raises:
+        StudyError: there is none, it cannot be read, or it is of another fit; says which command makes one.
+    """
+    path = beside(model, begin)
+    how = HOW if begin == MEASURED else HOW.replace("MODEL", f"MODEL --{begin}")
+    if not path.is_file():
+        raise StudyError(f"{model}: its predictions have no bands ({path.name} is not beside it); {how}")
+    try:
+        found = _read(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise StudyError(f"{path}: cannot be read ({error}); {how}") from None
+    if (found.fit, found.posterior) != (held.digest, posterior_digest(held)):
+        raise StudyError(f"{path}: is of fit {found.fit}, the model beside it of fit {held.digest} with another "
+                         f"posterior; {how}")  # fmt: skip
+    if found.begin != begin:
+        raise StudyError(f"{path}: is of predictions that begin by '{found.begin}', not '{begin}'; {how}")
+    return found
+
+
+def _read(given: Mapping[str, Any]) -> Calibration:
+    if given["schema"] != SCHEMA:
+        raise ValueError(f"schema is '{given['schema']}', this version reads '{SCHEMA}'")
+    if tuple(given["states"]) != STATES:
+        raise ValueError(f"states are {', '.join(given['states'])}; they are {', '.join(STATES)}")
+    each: Sequence[Mapping[str, Any]] = given["trials"]
+    trials, groups, kinds = (tuple(str(one[key]) for one in each for _ in range(int(one["windows"])))
+                             for key in ("name", "recording", "kind"))  # fmt: skip
+    error, spread = (np.array(given[key], dtype=np.float64) for key in ("error", "spread"))
+    horizons = np.array(given["horizons"], dtype=np.float64)
+    if error.shape != (len(trials), len(horizons), len(STATES)) or spread.shape != error.shape:
+        raise ValueError(f"errors of shape {error.shape} for {len(trials)} windows at {len(horizons)} horizons")
+    said = given["disturbance"]
+    processes = tuple(Process(str(p["on"]), float(p["sigma"]), float(p["tau"]), str(p["by"]))
+                      for p in said["accelerations"])  # fmt: skip
+    return Calibration(
+        str(given["fit"]), str(given["posterior"]), {str(one["name"]): str(one["digest"]) for one in each},
+        str(given["begin"]), np.array([given["noise"][name] for name in STATES], dtype=np.float64),
+        Disturbance(processes, float(said["current"])), float(given["share"]),
+        Left(trials, groups, kinds, horizons, error, spread), float(given.get("surprise", math.inf)),
+        str(given.get("law", "")), float(given.get("doubt", 1.0)), _indices(given.get("indices", ())),
+        None if (told := given.get("left_out")) is None else Power.read(told),
+    )  # fmt: skip

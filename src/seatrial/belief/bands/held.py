@@ -1,0 +1,112 @@
+"""How often bands held on trials, and how wide they were, by kind of manoeuvre and time since the start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...data import Array, Trial, unwrapped
+from ...models import STATES
+from .prediction import Fan
+
+GROUPS: Mapping[str, tuple[str, ...]] = {"position": ("x", "y"), "heading": ("psi",), "speeds": ("u", "v_m", "r")}
+"""States that are counted together."""
+
+ALL = "all kinds"
+SHARES = (0.1, 0.5, 1.0)
+"""Horizons as shares of the longest one."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """Windows of one kind at one horizon.
+
+    Attributes:
+        horizon: [s].
+        windows, trials: their numbers.
+        inside: share of the measurements within their bands by group.
+        width: mean half width of each state, SI units.
+        error: root mean square error of each state, SI units.
+    """
+
+    kind: str
+    horizon: float
+    windows: int
+    trials: int
+    inside: Mapping[str, float]
+    width: Mapping[str, float]
+    error: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Errors and half widths of one trial where its windows reach a horizon, shape (windows, horizons, 6)."""
+
+    kind: str
+    error: Array
+    half: Array
+
+
+def windows(made: Fan, measured: Trial, horizons: Sequence[float]) -> Windows:
+    """The rows of a prediction that lie so many seconds after its starts; NaN where a window is over before.
+
+    Args:
+        measured: the trial that was predicted, with the rows of the prediction among its own.
+    """
+    off = differences(made, measured)
+    starts = np.append(np.flatnonzero(made.since == 0.0), len(made.since))
+    error = np.full((len(starts) - 1, len(horizons), len(STATES)), np.nan)
+    half = error.copy()
+    slack = 0.5 * float(np.median(np.diff(made.predicted.t))) if len(made.since) > 1 else 0.0
+    for k, (a, b) in enumerate(pairwise(starts.tolist())):
+        for j, h in enumerate(horizons):
+            row = a + int(np.searchsorted(made.since[a:b], h - slack))
+            # a restart at the horizon replaces the row that ends the window: the last one before stands for it
+            row = row - 1 if row == b < len(made.since) and made.since[b - 1] > h - 4.0 * slack else row
+            if row < b:
+                error[k, j], half[k, j] = off[row], made.half[row]
+    known = np.isfinite(error) & np.isfinite(half)
+    return Windows(made.kind, np.where(known, error, np.nan), np.where(known, half, np.nan))
+
+
+def differences(made: Fan, measured: Trial) -> Array:
+    """Predicted minus measured, headings by the smaller angle, shape (rows, 6); NaN where nothing was measured."""
+    rows = np.clip(np.searchsorted(measured.t, made.predicted.t - 1e-9), 0, len(measured) - 1)
+    off = made.predicted.stack(*STATES) - measured.rows(rows).stack(*STATES)
+    off[:, 2] = off[:, 2] - 2.0 * np.pi * np.round(off[:, 2] / (2.0 * np.pi))
+    return off
+
+
+def held(found: Iterable[Windows], horizons: Sequence[float]) -> tuple[Held, ...]:
+    """Coverage by kind and horizon, all kinds together last; horizons that no window reaches are left out."""
+    every = list(found)
+    kinds = dict.fromkeys(sorted(one.kind for one in every))
+    parts = [(kind, [one for one in every if one.kind == kind]) for kind in kinds]
+    parts += [(ALL, every)] if len(parts) > 1 else []
+    rows = (_row(kind, some, j, h) for kind, some in parts for j, h in enumerate(horizons))
+    return tuple(row for row in rows if row is not None)
+
+
+def _row(kind: str, some: Sequence[Windows], j: int, horizon: float) -> Held | None:
+    error, half = (np.concatenate([getattr(one, name)[:, j] for one in some]) for name in ("error", "half"))
+    here = np.isfinite(error).any(axis=1)
+    if not here.any():
+        return None
+    inside = np.where(np.isfinite(error), np.abs(error) <= half, np.nan)[here]
+    columns = {name: [STATES.index(one) for one in group] for name, group in GROUPS.items()}
+    return Held(
+        kind, horizon, int(here.sum()), sum(bool(np.isfinite(one.error[:, j]).any()) for one in some),
+        {name: float(np.nanmean(inside[:, where])) for name, where in columns.items()},
+        dict(zip(STATES, np.nanmean(half[here], axis=0).tolist(), strict=True)),
+        dict(zip(STATES, np.sqrt(np.nanmean(error[here] ** 2, axis=0)).tolist(), strict=True)),
+    )  # fmt: skip
+
+
+def unwrapped_to(made: Fan, measured: Trial) -> Array:
+    """Measured headings, continuous and on the turn of the predicted ones, on the rows of the trial [rad]."""
+    psi = unwrapped(measured["psi"])
+    first = np.searchsorted(measured.t, made.predicted.t[0] - 1e-9)
+    return psi + 2.0 * np.pi * np.round((made.predicted["psi"][0] - psi[first]) / (2.0 * np.pi))

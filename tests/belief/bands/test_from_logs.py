@@ -1,0 +1,135 @@
+"""A calibration of a few logs of a virtual ship in currents: each of its parts against that part by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from virtual_logs import NOISE, left_out, log, posterior, ship
+
+from seatrial.belief.bands.beginnings import _DOUBTS, _past, _predicted, _unlikely, by_history
+from seatrial.belief.bands.calibrating import Grounds, spread_of
+from seatrial.belief.bands.calibration import Calibration
+from seatrial.belief.bands.learning import by_trial, joined, learned
+from seatrial.belief.bands.past import LAWS, Filter
+from seatrial.data import Trial
+from seatrial.manoeuvres.reading import after
+from seatrial.manoeuvres.told import seen
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.models import STATES
+from seatrial.simulate.approach import time_step
+from seatrial.simulate.run import simulate
+from seatrial.study.grounds import trial_digest
+
+pytestmark = pytest.mark.slow
+
+CURRENT, SPAN = 0.08, 10.0
+
+
+@pytest.fixture(scope="module")
+def logs() -> list[Trial]:
+    rng = np.random.default_rng(7)
+    return [log(ship(), k, rng, tuple(CURRENT * rng.standard_normal(2))) for k in range(6)]
+
+
+@pytest.fixture(scope="module")
+def grounds(logs: list[Trial]) -> Grounds:
+    return Grounds.of(posterior(), left_out(logs, parts=2), longest=20.0)
+
+
+@pytest.fixture(scope="module")
+def measured(grounds: Grounds) -> Calibration:
+    return grounds.measured()
+
+
+def test_each_part_is_judged_by_what_the_other_lacks(grounds: Grounds, logs: list[Trial]) -> None:
+    assert grounds.trials == (*logs[::2], *logs[1::2])
+    assert grounds.dt == pytest.approx(0.5)
+    assert grounds.sigma == pytest.approx([NOISE[name] for name in STATES], rel=1.0)
+    assert grounds.horizons[-1] <= 20.0
+    assert grounds.level == pytest.approx(6.0 / 7.0)
+    first, second = grounds.parts
+    for lacks, other in zip(grounds.lacks, (second, first), strict=True):
+        again = learned(ship(), other.cut.error, other.found, by_trial(other.cut.trials))
+        assert lacks == again
+    # three currents a part: one component of .08 m/s each, the t law of four degrees takes it for .75 of its variance
+    assert all(0.3 * CURRENT < lacks.current < 2.0 * CURRENT for lacks in grounds.lacks)
+
+
+def test_a_calibration_holds_the_windows_of_each_part(grounds: Grounds, measured: Calibration) -> None:
+    found = measured
+    cut = joined([part.cut for part in grounds.parts])
+    assert found.begin == "measured"
+    assert found.left.trials == cut.trials == found.left.groups
+    assert found.left.kinds == cut.kinds
+    assert np.array_equal(found.left.error, cut.error, equal_nan=True)
+    spreads = [spread_of(part.out, part.cut.lanes, lacks, grounds.sigma)[:, part.cut.rows]
+               for part, lacks in zip(grounds.parts, grounds.lacks, strict=True)]  # fmt: skip
+    assert found.left.spread == pytest.approx(np.concatenate(spreads))
+    assert found.trials == {trial.name: trial_digest(trial) for trial in grounds.trials}
+    assert found.noise == pytest.approx(grounds.sigma)
+    both = grounds.parts
+    every = replace(both[0].found, known=np.concatenate([one.found.known for one in both]),
+                    unit=np.concatenate([one.found.unit for one in both], axis=1))  # fmt: skip
+    assert found.disturbance == learned(ship(), cut.error, every, by_trial(cut.trials))
+    # the draws know how far off a current takes the ship: errors over spreads are about one
+    size = np.sqrt(np.nanmean((found.left.error / found.left.spread) ** 2, axis=(0, 1)))
+    assert (size[:2] > 0.4).all()
+    assert (size[:2] < 2.5).all()
+
+
+def test_indices_of_left_out_manoeuvres_are_those_of_the_loop(grounds: Grounds, measured: Calibration) -> None:
+    found = measured.indices
+    assert found is not None
+    assert set(found.kinds) == {"turning", "zigzag"}
+    trial = next(one for one in grounds.trials if one.meta["kind"] == "turning")
+    policy = seen(trial)
+    assert policy is not None
+    assert not isinstance(policy, Zigzag)
+    run = after(trial, float(policy.delta))
+    start = tuple(float(run[name][0]) for name in STATES)
+    again = simulate(ship(), policy, start=start, duration=1.3 * run.duration, dt=time_step(ship()))
+    read, sailed = (policy.indices(one, ship().L_pp) for one in (run, again))
+    rows = [k for k, name in enumerate(found.groups) if name == trial.name]
+    assert rows
+    for k in rows:
+        name = found.names[k]
+        assert found.error[k] == pytest.approx(sailed[name].value - read[name].value, abs=0.3 * found.spread[k])
+        assert found.spread[k] > 0.0
+    # an advance is off by a current in the time it takes, some 10 s: not by ten times that
+    some = [abs(found.error[k]) for k in range(len(found.names)) if found.names[k] == "advance"]
+    assert max(some) < 10.0 * CURRENT * 60.0
+
+
+def test_a_past_is_read_before_each_start_and_told_by_the_law_that_errs_least(grounds: Grounds) -> None:
+    found = by_history(grounds, SPAN)
+    assert found.begin == "history 10"
+    whole = [Filter.of(ship(), lacks, grounds.sigma, SPAN) for lacks in grounds.lacks]
+    sizes = {one: _unlikely(grounds, [replace(who, doubt=one) for who in whole]) for one in _DOUBTS}
+    assert found.doubt == min(sizes, key=lambda one: sizes[one])
+    usual, errors, surprise, names = {}, {law: [] for law in LAWS}, 0.0, []
+    for part, who in zip(grounds.parts, whole, strict=True):
+        filters = replace(who, doubt=found.doubt)
+        past = _past(filters, part, grounds.dt)
+        known = past.seconds >= 0.5 * SPAN - 1e-6
+        cut, some = part.cut.some(known), past.rows(known)
+        names += cut.trials
+        surprise = max(surprise, float(some.surprise.max()))
+        for law in LAWS:
+            errors[law].append(_predicted(filters, cut.lanes, some, law)[:, cut.rows] - cut.measured)
+    assert found.left.trials == tuple(names)
+    assert found.surprise == pytest.approx(surprise)
+    weight = by_trial(names)[:, None, None]
+    for law in LAWS:
+        error = np.concatenate(errors[law])
+        known = np.isfinite(error)
+        mean = (weight * np.where(known, error, 0.0) ** 2).sum(axis=0) / (weight * known).sum(axis=0)
+        mean[:, :2] = mean[:, :2].mean(axis=1, keepdims=True)
+        usual[law] = float(np.log(np.sqrt(mean)).mean())
+    assert found.law == min(LAWS, key=lambda law: usual[law])
+    assert np.array_equal(found.left.error, np.concatenate(errors[found.law]), equal_nan=True)
+    # a current that lasts is read off the past: positions err less than without it, and so are their spreads
+    bare = joined([part.cut for part in grounds.parts])
+    plain = np.nanmean(bare.error[:, -1, :2] ** 2)
+    assert np.nanmean(found.left.error[:, -1, :2] ** 2) < plain
