@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from seatrial.belief import ensemble
 from seatrial.belief.sampling.hamiltonian import Sampler, _refined
 from seatrial.belief.sampling.sampled import Sampled
 from seatrial.core.parameters import Free, read
 from seatrial.identify import Fit, Issue, Problem, StudyError, Verdict
 from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
-from seatrial.identify.posterior import ensemble, profile
+from seatrial.identify.posterior import profile
 from seatrial.identify.posterior.misfit import Misfit, Remainder, _remainder, _runs, correlated
 from seatrial.identify.posterior.profile import Identifiability, Profile
 from seatrial.identify.posterior.verdicts import _groups, capped, manoeuvre_for, overruled, removed, verdicts
