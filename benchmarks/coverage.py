@@ -35,7 +35,7 @@ from seatrial.data import Trial
 from seatrial.data.formats.frt_esso import read
 from seatrial.data.prepare import drop_trailing_gaps
 from seatrial.identify import Fit, Problem
-from seatrial.identify.networks.widths import recordings
+from seatrial.identify.recordings import recordings
 from seatrial.models import STATES
 from seatrial.simulate.replay import replay
 from seatrial.study.store import save_fit

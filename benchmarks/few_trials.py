@@ -38,7 +38,7 @@ from seatrial.forces import Flow, Force, Slipstream
 from seatrial.forces.hull import Polynomial
 from seatrial.forces.rudder_neutral import OffCentre
 from seatrial.identify import Fit, Loss, Problem
-from seatrial.identify.networks.widths import recordings
+from seatrial.identify.recordings import recordings
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres import Manoeuvre
 from seatrial.manoeuvres.turning import Turning

@@ -7,7 +7,7 @@ import pytest
 
 from seatrial.data import Trial
 from seatrial.data.prepare import unbroken
-from seatrial.identify.networks.widths import dealt, recording, recordings
+from seatrial.identify.recordings import dealt, recording, recordings
 
 
 def trial(name: str, begin: float = 0.0, end: float = 10.0) -> Trial:

@@ -18,7 +18,7 @@ from ..core.files import packed, write_whole
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
 from ..identify.digest import digest
-from ..identify.networks.widths import recordings
+from ..identify.recordings import dealt, recordings
 from ..identify.resume import kept_arrays
 from ..study.grounds import kind_of
 from .posterior import Posterior
@@ -43,10 +43,9 @@ def parted(trials: Sequence[Trial], parts: int) -> list[list[Trial]]:
     Raises:
         StudyError: fewer recordings than parts.
     """
-    groups = sorted(recordings(trials), key=lambda group: (kind_of(group[0]), group[0].name))
-    if len(groups) < parts:
-        raise StudyError(f"--parts is {parts}; there are {len(groups)} recordings to leave out")
-    return [[trial for group in groups[part::parts] for trial in group] for part in range(parts)]
+    if (count := len(recordings(trials))) < parts:
+        raise StudyError(f"--parts is {parts}; there are {count} recordings to leave out")
+    return dealt(trials, parts, kind_of)
 
 
 def begun(estimator: Any, problem: Problem, fit: Fit) -> tuple[Any, Problem]:
@@ -79,8 +78,7 @@ def left_out(
     """
     who, all_of_it = begun(estimator, problem, fit)
     out = parted(problem.trials, parts)
-    inner = [replace(all_of_it, trials=tuple(t for t in problem.trials if not any(t is one for one in some)))
-             for some in out]  # fmt: skip
+    inner = [all_of_it.without(some) for some in out]
     files = [None if folder is None else folder / f"part-{k + 1}-of-{parts}.npz" for k in range(parts)]
     kept = [_kept(file, who, one) for file, one in zip(files, inner, strict=True)]
     todo = [k for k in range(parts) if kept[k] is None]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import ClassVar, Protocol, runtime_checkable
@@ -97,6 +97,11 @@ class Problem:
     def vector(self) -> Vector:
         """The free parameters as arrays."""
         return Vector(self.free)
+
+    def without(self, out: Sequence[Trial]) -> Problem:
+        """The problem whose fit has not seen some of the trials; it watches none."""
+        seen = tuple(trial for trial in self.trials if not any(trial is one for one in out))
+        return replace(self, trials=seen, validation=())
 
 
 @dataclass(frozen=True)

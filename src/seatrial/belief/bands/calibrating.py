@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...data import Array, Trial
-from ...identify.networks.widths import recordings
 from ...identify.noise import noise
 from ...identify.record import step_of
+from ...identify.recordings import recordings
 from ...models import STATES
 from ...study.grounds import trial_digest
 from ..parts import LeftOut

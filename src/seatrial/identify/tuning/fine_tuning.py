@@ -202,7 +202,7 @@ class _Sweep:
         """Every range with its fits, scores and soft counterpart."""
         own, trials, ratios = self.settings, self.problem.trials, self.settings.ratios
         boxes = {ratio: within(self.problem, ratio) for ratio in ratios}
-        sets = (trials, *(tuple(t for t in trials if t is not out) for out in trials))
+        sets = (trials, *(self.problem.without([out]).trials for out in trials))
         estimators: dict[str, Any] = {"evolution": own.evolution(), "gradient": own.gradient(longest(trials))}
         whole = {(name, ratio): self._whole(pool, name, estimators[name], ratio, boxes[ratio])
                  for name in estimators for ratio in ratios}  # fmt: skip

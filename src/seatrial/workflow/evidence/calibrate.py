@@ -25,7 +25,7 @@ from ...core import executors
 from ...core.files import held_alone
 from ...data import Array, Trial
 from ...identify import StudyError
-from ...identify.networks.widths import recordings
+from ...identify.recordings import recordings
 from ...models import STATES
 from ...ships import Ship
 from ...study.grounds import trial_digest
