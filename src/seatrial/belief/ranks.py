@@ -12,7 +12,7 @@ from ..data import Array
 from ..identify import FitError, Problem
 from ..identify.record import Settings
 from ..identify.trajectory.batch import Data, Many
-from .sampling.density import Posterior
+from .sampling.density import Density
 from .sampling.sampling import in_values, sampler_of
 
 # Moves that adapt; draws between those that are ranked, so that they are nearly independent; rounds of redrawing.
@@ -59,10 +59,10 @@ def calibrate(
     mean = np.repeat(vector.mean[None], repeats, axis=0)
     data = Data(np.repeat(cut.state0[None], repeats, axis=0), measured, mean)
     ends = many.descend(truth, data=data, tolerance=1e-8)
-    laplace = Posterior(many, 1.0, data).laplace(ends.values)
+    laplace = Density(many, 1.0, data).laplace(ends.values)
     root: Array = np.linalg.cholesky(laplace).astype(np.float64)
     groups = np.repeat(np.arange(repeats), chains)
-    posterior = Posterior(many, 1.0, data.of(groups))
+    posterior = Density(many, 1.0, data.of(groups))
     sampler = sampler_of(posterior, ends.values, laplace, _WARM, draws, seed, groups)
     start = ends.values[groups] + (root[groups] @ rng.standard_normal((len(groups), len(vector), 1)))[:, :, 0]
     found = in_values(sampler, sampler.run(sampler.begun(np.clip(start, vector.low, vector.high), root)))

@@ -16,7 +16,7 @@ from ..identify.record import scales
 from ..identify.trajectory.batch import Many
 from .parts import LeftOut
 from .power import LEAST, Power, directions
-from .sampling.density import posterior_of
+from .sampling.density import density_of
 
 # What noise explains in so many of a hundred cases is taken for noise: that of its start bends a whole window, so that
 # there are no more independent errors of this kind than windows.
@@ -40,7 +40,7 @@ def power(fit: Fit, problem: Problem, settings: Any, parts: Sequence[LeftOut]) -
         raise StudyError(f"{len(problem.trials)} trials are too few to leave each out in turn; fit {LEAST} or more")
     # Scales that are estimated from the trials stay those of all of them.
     whole = replace(problem, loss=replace(problem.loss, sigma=scales(problem)))
-    posterior_of(fit, whole, settings)  # refuses what has no likelihood to count less
+    density_of(fit, whole, settings)  # refuses what has no likelihood to count less
     level = white(fit, whole, settings)
     sigma = np.array([level.get(name, 0.0) for name in problem.ship.model.motion])
     found = {trial.name: _told(whole, trial, one, settings, sigma) for one in parts for trial in one.trials}

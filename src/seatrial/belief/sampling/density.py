@@ -27,7 +27,7 @@ _RANGE, _HALVINGS = 1e20, 80
 
 
 @dataclass(frozen=True)
-class Posterior:
+class Density:
     """A posterior that can be evaluated.
 
     Attributes:
@@ -96,7 +96,7 @@ def _normal(found: Normals, k: int) -> Normal:
     return Normal(float(found.costs[k]), found.H[k], found.g[k])
 
 
-def posterior_of(fit: Fit, problem: Problem, settings: Any) -> Posterior:
+def density_of(fit: Fit, problem: Problem, settings: Any) -> Density:
     """The posterior that the covariance of a fit approximates.
 
     Its factor is the one by which Laplace's sigmas at the fit are, on average, those of the fit: where the residuals
@@ -117,7 +117,7 @@ def posterior_of(fit: Fit, problem: Problem, settings: Any) -> Posterior:
         middle = 0.5 * (low + high)
         covariance, _ = posterior(normal, problem.free, fit.values, float(np.exp(middle)))
         low, high = (middle, high) if 0.5 * np.log(np.diag(covariance)).mean() < wanted else (low, middle)
-    return Posterior(many, float(np.exp(0.5 * (low + high))))
+    return Density(many, float(np.exp(0.5 * (low + high))))
 
 
 def _accept(fit: Fit, problem: Problem, settings: Any) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from ...data import Array
 from ...engine.rollout import Simulator, simulator
 from ...simulate.loop import open_loop
-from .density import Posterior
+from .density import Density
 
 # Inputs of the windows of so many numbers are repeated for values that run together, 80 MB.
 _STORED = 10_000_000
@@ -27,13 +27,13 @@ class Plain:
         chunk: values that run together.
     """
 
-    posterior: Posterior
+    posterior: Density
     simulator: Simulator
     packed: Any
     chunk: int
 
     @staticmethod
-    def of(posterior: Posterior, count: int) -> Plain:
+    def of(posterior: Density, count: int) -> Plain:
         """The density of `count` values at once."""
         many = posterior.many
         made = simulator(open_loop(many.problem.ship), many.kernel.free)

@@ -19,7 +19,7 @@ from ...identify import Fit, FitError, Problem, StudyError
 from ...identify.resume import kept_arrays
 from .chains import Chains
 from .coordinates import Coordinates, TurnedWalk
-from .density import Posterior, posterior_of
+from .density import Density, density_of
 from .hamiltonian import Sampler
 from .plain import Plain
 from .sampled import Sampled
@@ -72,13 +72,13 @@ def sample(
         told: receives the progress.
 
     Raises:
-        StudyError: a count below `LEAST`, or a posterior that is not sampled (`posterior_of`).
+        StudyError: a count below `LEAST`, or a posterior that is not sampled (`density_of`).
         FitError: no start has a finite density.
         ResumeError: the checkpoint is of another fit.
     """
     if count < LEAST:
         raise StudyError(f"{count} draws are too few to judge the chains; draw {LEAST} or more")
-    posterior = posterior_of(fit, problem, settings)
+    posterior = density_of(fit, problem, settings)
     # An optimiser stops where a step gains a share of the objective; a density is known to a fraction of one.
     best = climbed(posterior, posterior.many.descend(fit.values[None], iterations=100, tolerance=1e-8).values[0])
     walks = not posterior.many.begun
@@ -110,7 +110,7 @@ def sample(
 
 
 def sampler_of(
-    posterior: Posterior, centre: Array, laplace: Array, warm: int, draws: int, seed: int, groups: NDArray[np.intp]
+    posterior: Density, centre: Array, laplace: Array, warm: int, draws: int, seed: int, groups: NDArray[np.intp]
 ) -> Sampler | Walker | TurnedWalk:
     """A walk where starts of windows are measured, so that predictions do; Hamiltonian moves where they are estimated.
 
@@ -140,7 +140,7 @@ def in_values(sampler: Sampler | Walker | TurnedWalk, chains: Chains) -> Chains:
     return sampler.told(chains) if isinstance(sampler, TurnedWalk) else chains
 
 
-def climbed(posterior: Posterior, values: Array) -> Array:
+def climbed(posterior: Density, values: Array) -> Array:
     """The greatest density uphill of `values`, by quasi-Newton steps in the directions of Laplace's covariance.
 
     A fit that resists outliers ends elsewhere than this density, and where a model has branches the equations of
@@ -176,7 +176,7 @@ def climbed(posterior: Posterior, values: Array) -> Array:
     return values
 
 
-def starts(posterior: Posterior, best: Array, covariance: Array, count: int, seed: int) -> Array:
+def starts(posterior: Density, best: Array, covariance: Array, count: int, seed: int) -> Array:
     """Starts of chains about the optimum, shape (count, free): spread as Laplace has it, nearer where that is wrong.
 
     Raises:
@@ -196,7 +196,7 @@ def starts(posterior: Posterior, best: Array, covariance: Array, count: int, see
     raise FitError("the posterior has no finite density about the fit; the model blows up next to it")
 
 
-def tails(posterior: Posterior, values: Array) -> dict[str, float]:
+def tails(posterior: Density, values: Array) -> dict[str, float]:
     """Fourth moment of the residuals over that of a Gaussian, by compared channel."""
     cut = posterior.many.windows
     e = np.where(cut.scale > 0, (posterior.many.predicted(values) - cut.measured) * cut.scale, np.nan)

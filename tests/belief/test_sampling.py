@@ -9,7 +9,7 @@ from scipy.stats import kstest, truncnorm
 
 from seatrial.belief.ranks import calibrate
 from seatrial.belief.sampling import sampling
-from seatrial.belief.sampling.density import Posterior, check_proper, posterior_of
+from seatrial.belief.sampling.density import Density, check_proper, density_of
 from seatrial.belief.sampling.diagnostics import effective, effective_mean, rhat
 from seatrial.belief.sampling.hamiltonian import Sampler
 from seatrial.belief.sampling.plain import Plain
@@ -197,7 +197,7 @@ def fitted(turns):
 
 
 def test_the_gradient_is_that_of_the_density(turns, fitted):
-    posterior = posterior_of(fitted, turns, ESTIMATOR)
+    posterior = density_of(fitted, turns, ESTIMATOR)
     at = fitted.values + 0.7 * fitted.sigma
     for k in range(2):
         h = 1e-4 * fitted.sigma[k] * np.eye(2)[k]
@@ -206,7 +206,7 @@ def test_the_gradient_is_that_of_the_density(turns, fitted):
 
 
 def test_the_density_without_a_gradient_is_the_one_with(turns, fitted):
-    posterior = posterior_of(fitted, turns, ESTIMATOR)
+    posterior = density_of(fitted, turns, ESTIMATOR)
     values = fitted.values + np.linspace(-1.0, 1.0, 5)[:, None] * fitted.sigma
     assert Plain.of(posterior, 5)(values) == pytest.approx(posterior(values)[0], rel=1e-12)
     values[2, 0] = np.nan
@@ -239,7 +239,7 @@ def test_a_run_that_was_killed_ends_with_the_same_draws(turns, fitted, tmp_path,
 def test_the_factor_is_found_however_wrong_sigma_was(turns, fitted):
     """A loss a million times too sure, as of a channel without noise: the sigmas of the fit stay those of the draws."""
     sure = replace(turns, loss=Loss({name: 1e-6 * one for name, one in LOSS.sigma.items()}, 0.0))
-    found = posterior_of(fitted, sure, ESTIMATOR)
+    found = density_of(fitted, sure, ESTIMATOR)
     assert np.sqrt(np.diag(found.laplace(fitted.values[None])[0])) == pytest.approx(fitted.sigma, rel=1e-3)
 
 
@@ -247,11 +247,11 @@ def test_what_is_not_sampled_is_refused_in_one_line(turns, fitted):
     with pytest.raises(StudyError, match=f"draw {LEAST} or more"):
         sample(fitted, turns, ESTIMATOR, 10)
     with pytest.raises(StudyError, match=r"\[nuisance\] current"):
-        posterior_of(fitted, replace(turns, nuisance=Nuisance(current=0.1)), ESTIMATOR)
+        density_of(fitted, replace(turns, nuisance=Nuisance(current=0.1)), ESTIMATOR)
     with pytest.raises(StudyError, match=r"estimator\.stride"):
-        posterior_of(fitted, turns, replace(ESTIMATOR, stride=50.0))
+        density_of(fitted, turns, replace(ESTIMATOR, stride=50.0))
     with pytest.raises(StudyError, match="compares no trajectories"):
-        posterior_of(fitted, turns, object())
+        density_of(fitted, turns, object())
 
 
 def test_a_direction_that_nothing_limits_is_no_posterior(turns):
@@ -272,13 +272,13 @@ def test_ranks_of_the_truth_are_uniform_where_the_posterior_is_right(turns):
 
 @pytest.mark.long
 def test_ranks_tell_a_posterior_that_is_too_narrow(turns, monkeypatch):
-    call = Posterior.__call__
+    call = Density.__call__
 
     def narrow(self, values):
         density, gradient = call(self, values)
         return 25.0 * density, 25.0 * gradient
 
-    monkeypatch.setattr(Posterior, "__call__", narrow)
+    monkeypatch.setattr(Density, "__call__", narrow)
     found = calibrate(turns, ESTIMATOR, repeats=40, draws=60, seed=5)
     assert min(kstest(column, "uniform").pvalue for column in found.T) < 0.01
 
