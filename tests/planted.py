@@ -47,7 +47,7 @@ LIBRARIES = [
 
 Not what pytest rewrites as it is imported (Hypothesis): it warns of that, and ends."""
 _HANGS = 600.0
-DENSE = ("bands", "realtime/twin", "realtime/range", "identify/diagnosis", "harbour", "campaign", "data/guess")
+DENSE = ("belief/bands", "realtime/twin", "realtime/range", "identify/diagnosis", "harbour", "campaign", "data/guess")
 """Rooms in rooms that are drawn from twice as densely: those built last."""
 LOOK = {
     "figsize", "width", "height", "lw", "linewidth", "alpha", "fontsize", "size", "dpi", "pad", "ms", "zorder", "help",
