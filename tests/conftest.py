@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 
 from tiers import left_out
 
@@ -50,8 +49,6 @@ def pytest_configure() -> None:
     from seatrial.ships import files
 
     gc.disable()
-    # The command line is built once, not for each of some 700 commands that tests run in this process.
-    typer.main.get_command = cache(typer.main.get_command)
     # Ships of the library are values that never change: the file of each is read once, not some ten times.
     whole, names = files.load, {*files.library(), *files.variants()}
     once = cache(whole)

@@ -41,7 +41,7 @@ RESULTS = REPOSITORY / "benchmarks" / "results" / "planted.json"
 LINES_A_PLANT, LEAST = 800, 4
 LIBRARIES = [
     "numpy", "casadi", "scipy.optimize", "scipy.interpolate", "scipy.signal", "scipy.stats", "pandas", "polars",
-    "torch", "matplotlib.pyplot", "xarray", "typer",
+    "torch", "matplotlib.pyplot", "xarray", "click",
 ]  # fmt: skip
 """Imported once, before each line's process is made from it: half of a short test is the import of libraries.
 

@@ -11,10 +11,8 @@ import shlex
 import textwrap
 import tomllib
 from pathlib import Path
-from typing import Any
 
 import pytest
-import typer
 
 import seatrial
 from house import REPOSITORY
@@ -23,7 +21,7 @@ from seatrial.cli.app import app
 PAGES = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").glob("*.md")),
          *sorted((REPOSITORY / "docs" / "tutorials").glob("*.md"))]  # fmt: skip
 BLOCK = re.compile(r"^ *```(\w+)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
-COMMANDS: Any = typer.main.get_command(app)
+COMMANDS = app.whole()
 
 
 def blocks(path: Path, *kinds: str) -> list[str]:
@@ -53,7 +51,7 @@ def test_commands_of_the_pages_exist_with_their_options(page: Path) -> None:
             name = words[0] if words else ""
             if name.startswith("-") or not name:
                 continue
-            command = COMMANDS.commands.get(name)
+            command = COMMANDS.get(name)
             known = {opt for one in command.params for opt in (*one.opts, *one.secondary_opts)} if command else set()
             if command is None:
                 wrong.append(f"no command: {' '.join(words)}")

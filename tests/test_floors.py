@@ -13,7 +13,7 @@ ASKED = [*PROJECT["dependencies"], *(one for group in PROJECT["optional-dependen
 
 # What fails one version below, as `.ci/versions lowest` showed.
 FIRST = {
-    "typer": ("0.19", "every --help: with the Click that goes with them now, and by a name that Rich no longer has"),
+    "click": ("8.2", "--help of a command with arguments: before, their names are made without a context"),
     "polars": ("1.34", "reading workbooks without PyArrow, whose wheels are for NumPy 2"),
     "fastexcel": ("0.15.1", "the same: before, it asks for PyArrow"),
     "cmaes": ("0.12", "a search of which no candidate can be simulated"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import typer
+import click
 
 from equations import literal
 from seatrial.cli.app import app
@@ -13,15 +13,15 @@ from seatrial.cli.app import app
 
 def write(out: Path) -> list[str]:
     """Write a page for each command; their names in the order of `seatrial --help`."""
-    command: Any = typer.main.get_command(app)
-    for name, one in command.commands.items():
+    commands = app.whole()
+    for name, one in commands.items():
         (out / f"{name}.md").write_text(page(name, one), encoding="utf-8")
-    return list(command.commands)
+    return list(commands)
 
 
 def page(name: str, command: Any) -> str:
     """Usage, arguments and options of a command."""
-    context = typer.Context(command, info_name=name)
+    context = click.Context(command, info_name=name)
     usage = " ".join([f"seatrial {name}", *command.collect_usage_pieces(context)])
     own = command.get_params(context)
     arguments = [_row(one.metavar or one.name.upper(), one) for one in own if one.param_type_name == "argument"]

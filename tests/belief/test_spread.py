@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from seatrial.belief.spread import NAME, Members, load_members, members, save_members, spreads
 from seatrial.cli.app import app

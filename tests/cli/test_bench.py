@@ -16,7 +16,7 @@ import seatrial.bench as room
 from seatrial.bench import PEERS, Peer, Row, fossen, turn
 from seatrial.bench.timing import best, control_loop, machine
 from seatrial.cli.app import main
-from seatrial.workflow import bench as bench_workflow
+from seatrial.workflow.installation import bench as bench_workflow
 
 QUICK = Peer("quick", "something quick", "seatrial", "comes with seatrial", lambda: (Row("a step", 2e-9, 3e-6),))
 ABSENT = Peer("absent", "a program that is not here", "no_such_program", "pip install it", lambda: 1 / 0)

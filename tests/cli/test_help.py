@@ -7,19 +7,18 @@ import subprocess
 import sys
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 import pytest
-import typer
 
 from seatrial.cli.app import app, main
+from seatrial.cli.command import about
 from seatrial.ships.files import library
 from seatrial.workflow.simulation import known
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 PAGE = (Path(__file__).parents[2] / "docs" / "commands.md").read_text(encoding="utf-8")
-COMMANDS: Any = typer.main.get_command(app)
-NAMES = sorted(COMMANDS.commands)
+COMMANDS = app.whole()
+NAMES = sorted(COMMANDS)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -43,8 +42,8 @@ VERBS = {
 def test_help_texts_are_short_imperative_sentences() -> None:
     """One sentence that begins with a verb, at most 80 characters, on every command, argument and option."""
     wrong: list[str] = []
-    for name, command in COMMANDS.commands.items():
-        texts = {"": command.help, **{one.name: one.help for one in command.params}}
+    for name, command in COMMANDS.items():
+        texts = {"": command.help, **{one.name: about(one) for one in command.params}}
         for option, text in texts.items():
             first = (text or "").partition(" ")[0].lower()
             if not (text and len(text) <= 80 and text.endswith(".") and first in VERBS and "\n" not in text):
@@ -54,7 +53,7 @@ def test_help_texts_are_short_imperative_sentences() -> None:
 
 def test_the_list_of_commands_cuts_no_help_short(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == 0
-    listed = capsys.readouterr().out.partition("Commands:")[2]
+    listed = capsys.readouterr().out.partition("Data:")[2]
     assert all(name in listed for name in NAMES)
     assert "..." not in listed
 

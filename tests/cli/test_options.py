@@ -12,13 +12,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import click
 import pytest
-import typer
 
-from seatrial.cli import app as cli_app
-from seatrial.cli.app import main
+from seatrial.cli.app import app, main
 
-COMMAND: Any = typer.main.get_command(cli_app.app)
+COMMANDS: Any = app.whole()
 
 
 class ReachedError(Exception):
@@ -100,14 +99,14 @@ CASES = (
     Case("trials", "workflow.folders.survey.trials"),
     Case("study", "workflow.folders.drafting.new_study"),
     Case("harbour", "workflow.harbour.harbour", {"run": "what"}),
-    Case("bench", "workflow.bench.bench", {}, ("listed",)),
+    Case("bench", "workflow.installation.bench.bench", {}, ("listed",)),
     Case("ships", "workflow.contributing.check_ship_file", {"check": "name_or_path"}),
 )  # fmt: skip
 
 
 def kind_of(parameter: Any) -> str:
-    name = str(parameter.type_descriptor.annotation)
-    return next((kind for kind in ("float", "int", "Path", "bool") if kind in name), "str")
+    kinds = {click.FLOAT: "float", click.INT: "int", click.BOOL: "bool", click.STRING: "str"}
+    return kinds.get(parameter.type, "Path")
 
 
 def value_of(parameter: Any, k: int, case: Case) -> tuple[list[str], Any]:
@@ -128,7 +127,7 @@ def value_of(parameter: Any, k: int, case: Case) -> tuple[list[str], Any]:
 
 def asked(case: Case, *, only_needed: bool) -> tuple[list[str], dict[str, Any]]:
     """The words of a command, and what each parameter then is."""
-    command = COMMAND.commands[case.command]
+    command = COMMANDS[case.command]
     words: list[str] = []
     values: dict[str, Any] = {}
     for k, parameter in enumerate(command.params, 3):

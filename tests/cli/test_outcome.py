@@ -17,16 +17,15 @@ from seatrial.cli.app import main
 from seatrial.workflow.request import Stopped
 
 BUSY = """
-import signal, sys, time, typer
+import click, signal, sys, time
 from seatrial.cli import outcome as cli_outcome
-app = typer.Typer()
 
-@app.command()
+@click.command()
 def work():
     print("at work", flush=True)
     {body}
 
-sys.exit(cli_outcome.ended(typer.main.get_command(app), ["--"]))
+sys.exit(cli_outcome.ended(work, ["--"]))
 """
 
 

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-import typer
+from click import Context
+from click.exceptions import Exit
 
-from seatrial.cli import campaign, evidence, fits, judging, options, render, ships, simulation
-from seatrial.cli.app import main
+from seatrial.cli import campaign, evidence, fits, judging, render, ships, simulation
+from seatrial.cli.app import app, main
 from seatrial.core.parameters import walk
 from seatrial.manoeuvres import Index
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -104,7 +105,7 @@ def test_motions_are_told_in_metres_and_degrees(capsys: Said) -> None:
 
 def test_a_run_that_is_not_whole_ends_with_1(capsys: Said) -> None:
     simulation._incomplete(SimpleNamespace(complete=True, reason=None))  # type: ignore[arg-type]
-    with pytest.raises(typer.Exit) as ended:
+    with pytest.raises(Exit) as ended:
         simulation._incomplete(SimpleNamespace(complete=False, reason="it sank"))  # type: ignore[arg-type]
     assert ended.value.exit_code == 1  # type: ignore[attr-defined]
     assert "error: it sank" in capsys.readouterr().err
@@ -708,7 +709,7 @@ def test_progress_of_a_campaign_says_what_is_left(monkeypatch: pytest.MonkeyPatc
 def test_an_outcome_is_shown_block_by_block_and_its_errors_end_it_with_1(capsys: Said) -> None:
     table = Table(("what", "number"), (("long name", "1"), ("b", "22.5")), (1,))
     outcome = Outcome(None, {"a": 1.0}, ("a line", table), ("it failed",))
-    with pytest.raises(typer.Exit) as ended:
+    with pytest.raises(Exit) as ended:
         fits.end(outcome, json=False)
     assert ended.value.exit_code == 1
     out, err = capsys.readouterr()
@@ -805,9 +806,12 @@ def test_fits_are_shown_on_the_page_where_there_is_one() -> None:
 
 
 def test_shells_complete_by_what_is_typed() -> None:
-    assert options._ships("kvlcc2_l7") == [name for name in library() if name.startswith("kvlcc2_l7")]
-    assert "kvlcc2" in options._ships("kv")
-    assert options._manoeuvres("zig") == ["zigzag"]
+    ship, manoeuvre = app.whole()["simulate"].params[:2]
+    with Context(app) as context:
+        typed = [one.value for one in ship.shell_complete(context, "kvlcc2_l7")]
+        assert typed == [name for name in library() if name.startswith("kvlcc2_l7")]
+        assert "kvlcc2" in [one.value for one in ship.shell_complete(context, "kv")]
+        assert [one.value for one in manoeuvre.shell_complete(context, "zig")] == ["zigzag"]
 
 
 def test_a_long_line_keeps_its_beginning_and_its_end() -> None:

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE
-from seatrial.cli import app, fits, judging, options, ships, simulation
+from seatrial.cli import fits, judging, options, ships, simulation
 from seatrial.cli.app import main
 from seatrial.core.parameters import update
 from seatrial.ships.files import load
@@ -263,7 +263,6 @@ def test_lists_stand_at_the_end_of_the_help_of_their_commands(capsys: Said) -> N
         assert all(one in " ".join(at_end.split()) for one in listed)
         assert at_end.endswith(".")
         assert max(map(len, at_end.splitlines())) <= 78
-    assert app.Listing.names() == ()
 
 
 def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:

@@ -11,13 +11,12 @@ import zipfile
 from pathlib import Path
 
 import pytest
-import typer
 
 from house import REPOSITORY
 from seatrial.cli.app import app
 
 pytestmark = pytest.mark.long
-COMMANDS = sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
+COMMANDS = sorted(app.whole())
 
 
 @pytest.fixture(scope="module")

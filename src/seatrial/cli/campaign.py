@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-import typer
+from click.exceptions import Exit
 
 from . import options as o
 from .render import emit, live, note, say_lines
@@ -17,7 +17,7 @@ def campaign(
     source: o.CampaignSource, out: o.CampaignFolder = None, shard: o.Shard = None, threads: o.Threads = None,
     dask: o.Dask = None, device: o.CampaignDevice = None, show: o.CampaignStatus = False, verify: o.Verify = False,
     merge: o.Merge = False, report: o.CampaignReport = False, rare: o.Rare = None, runs: o.RareRuns = None,
-    json: o.Json = False,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Run many manoeuvres of varied ships and weather."""
     from ..workflow import RequestError
@@ -73,7 +73,7 @@ def _look(folder: str, verify: bool, json: bool) -> None:
     for fault in found.faults:
         note(f"error: {fault}")
     if found.faults:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
 def _rare(source: Path, criterion: str, out: str, runs: int | None, threads: int | None, json: bool) -> None:

@@ -20,7 +20,7 @@ _DEGREE = math.pi / 180.0
 
 def import_(
     format: o.LogFormat = None, source: o.Source = None, out: o.Imports = None, mapping: o.Mapping = None,
-    guess: o.GuessOf = None, json: o.Json = False,
+    guess: o.GuessOf = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Import logs of other tools, or guess their mapping."""
     from ..workflow.data import import_logs, importing
@@ -57,7 +57,7 @@ def _guess(folder: Path, out: Path | None, more: object, json: bool) -> None:
     say(f"{out}: {count}; {ask}: seatrial import csv {folder} --mapping {out} -o trials\n")
 
 
-def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: o.Json = False) -> None:
+def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: bool = False) -> None:
     """Convert trial files to robot logs with standard messages."""
     from ..workflow.data import convert as run
 
@@ -65,7 +65,7 @@ def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: o.Json 
     emit({"format": to, "written": written}) if json else say_lines(*written)
 
 
-def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: o.Json = False) -> None:
+def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: bool = False) -> None:
     """Resample trials to even time steps."""
     from ..workflow.data import resample as run
 
@@ -73,7 +73,7 @@ def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: o.Json =
     emit({"dt": dt, "written": written}) if json else say_lines(*written)
 
 
-def mend(trials: o.Trials, by: o.Steps, out: o.TrialFolder, json: o.Json = False) -> None:
+def mend(trials: o.Trials, by: o.Steps, out: o.TrialFolder, json: bool = False) -> None:
     """Mend trials by a file of steps, as check --remedy writes."""
     from ..workflow.data import mend as run
 
@@ -83,7 +83,7 @@ def mend(trials: o.Trials, by: o.Steps, out: o.TrialFolder, json: o.Json = False
 
 def thrust_map(
     table: o.Pull, out: o.TablesOut = None, thrusters: o.Thrusters = None, together: o.Together = False,
-    order: o.Order = None, json: o.Json = False,
+    order: o.Order = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Fit thrust by revolutions to a bollard pull."""
     from ..workflow.plant import thrust_map as run
@@ -101,11 +101,11 @@ def thrust_map(
     show_table(head, rows, right=tuple(range(3, 11)))
 
 
-def servo(trials: o.Trials, control: o.Control = None, out: o.TablesOut = None, json: o.Json = False) -> None:
+def servo(trials: o.Trials, control: o.Control = (), out: o.TablesOut = None, json: bool = False) -> None:
     """Fit rate, lag and dead time of thrusters or rudders."""
     from ..workflow.plant import servo as run
 
-    read, found = run(trials, control or (), out, note)
+    read, found = run(trials, control, out, note)
     if json:
         emit({"trials": [trial.name for trial in read], "file": out,
               "servos": {one.control: _servo_document(one) for one in found}})  # fmt: skip

@@ -18,19 +18,19 @@ _DEGREES = math.degrees(1.0)
 
 
 def card(
-    model: o.FittedModel, out: o.Report = None, trials: o.Unseen = None, restart: o.Windows = None,
-    json: o.Json = False,
+    model: o.FittedModel, out: o.Report = None, trials: o.Unseen = (), restart: o.Windows = None,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Write the card of a fitted model: validity, errors, uses."""
     from ..workflow.evidence.card import card as run
 
-    show(run(model, out=out, trials=trials or (), restart=restart, sink=Terminal()), json)
+    show(run(model, out=out, trials=trials, restart=restart, sink=Terminal()), json)
 
 
 def calibrate(
     model: o.FittedModel, parts: o.LeftOutParts = None, horizon: o.BandHorizon = None,
     history: o.CalibratedHistory = None, fit_first: o.CalibratedFirst = None, dask: o.Dask = None,
-    json: o.Json = False,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Fit without some trials in turn; write bands that hold."""
     from ..workflow.evidence.calibrate import calibrate as run

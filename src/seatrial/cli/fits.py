@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
+from click.exceptions import Exit
 
 from ..workflow import Outcome, RequestError, Sink, Table
 from . import options as o
@@ -32,21 +32,21 @@ _LEAST, _EVERY, _SILENCE = 1.0, 10, 10.0
 
 
 def check(
-    trials: o.Trials, against: o.Against = None, out: o.CoveragePage = None, remedy: o.Remedies = None,
-    json: o.Json = False,
+    trials: o.Trials, against: o.Against = (), out: o.CoveragePage = None, remedy: o.Remedies = None,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Check trials: what is wrong, where and the remedy."""
     from ..workflow.validate import check as run
 
-    outcome = run(trials, against=against or (), out=out, remedy=remedy, sink=Terminal())
+    outcome = run(trials, against=against, out=out, remedy=remedy, sink=Terminal())
     show(outcome, json)
-    raise typer.Exit(1 if outcome.errors else 0)
+    raise Exit(1 if outcome.errors else 0)
 
 
 def identify(
-    study: o.StudyFile, out: o.RunFolder, quick: o.Quick = False, only: o.OnlyFits = None,
+    study: o.StudyFile, out: o.RunFolder, quick: o.Quick = False, only: o.OnlyFits = (),
     free_suspects: o.FreeSuspects = False, dask: o.Dask = None, sample: o.Sample = None,
-    page: o.FitPage = False, port: o.FitPort = None, json: o.Json = False,
+    page: o.FitPage = False, port: o.FitPort = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Fit a ship to trials; write the model and a report."""
     from ..identify import FitError
@@ -56,7 +56,7 @@ def identify(
 
     with watching(port_of(page, port)) as sink:
         try:
-            outcome = run(study, out, quick=quick, only=only or (), free_suspects=free_suspects, dask=dask,
+            outcome = run(study, out, quick=quick, only=only, free_suspects=free_suspects, dask=dask,
                           sample=sample, sink=sink)  # fmt: skip
         except KeyboardInterrupt:
             again = f" to go on in {out}" if resumes(out) else ""
@@ -71,7 +71,7 @@ def predict(
     model: o.ShipName, trials: o.Trials, out: o.PredictionFolder, restart: o.Restart = None,
     smooth_start: o.SmoothStart = None, current: o.Current = None, fit_first: o.FitFirst = None,
     history: o.History = None, instruments: o.Instruments = None, bands: o.Bands = None, draws: o.Draws = None,
-    extrapolate: o.Extrapolate = False, json: o.Json = False,
+    extrapolate: o.Extrapolate = False, json: bool = False,
 ) -> None:  # fmt: skip
     """Predict trials from their controls and initial states."""
     from ..workflow.request import positive
@@ -89,7 +89,7 @@ def validate(
     smooth_start: o.SmoothStart = None, scale: o.Scale = None, current: o.Current = None,
     fit_first: o.FitFirst = None, history: o.History = None, instruments: o.Instruments = None,
     purpose: o.FitFor = None, limit: o.Limit = None, bands: o.Bands = None, draws: o.Draws = None,
-    extrapolate: o.Extrapolate = False, json: o.Json = False,
+    extrapolate: o.Extrapolate = False, json: bool = False,
 ) -> None:  # fmt: skip
     """Validate a model on trials beside two baselines."""
     from ..workflow.comparing import STATUS
@@ -102,7 +102,7 @@ def validate(
                   bands=bands, draws=draws, extrapolate=extrapolate, sink=Terminal())  # fmt: skip
     end(outcome, json)
     if outcome.result.fitness is not None:
-        raise typer.Exit(STATUS[outcome.result.fitness.verdict])
+        raise Exit(STATUS[outcome.result.fitness.verdict])
 
 
 def show(outcome: Outcome[Any], json: bool) -> None:
@@ -123,7 +123,7 @@ def end(outcome: Outcome[Any], json: bool) -> None:
         note(f"error: {error}")
     show(outcome, json)
     if outcome.errors:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
 def port_of(page: bool, port: int | None) -> int | None:

@@ -12,7 +12,7 @@ _STUDY = Path("study.toml")
 
 def trials(
     folder: o.Folder, out: o.SurveyPage = None, format: o.FolderFormat = None, mapping: o.Mapping = None,
-    json: o.Json = False,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Show what is in a folder of trials: kinds, ranges, tracks."""
     from ..workflow.folders.survey import trials as run
@@ -22,7 +22,7 @@ def trials(
 
 def study(
     action: o.StudyAction, ship: o.ShipName, folder: o.Folder, out: o.NewStudy = _STUDY,
-    format: o.FolderFormat = None, mapping: o.Mapping = None, json: o.Json = False,
+    format: o.FolderFormat = None, mapping: o.Mapping = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Write a study of a ship and a folder, with trials held out."""
     from ..workflow.folders.drafting import new_study

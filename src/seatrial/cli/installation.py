@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from . import options as o
 from .outcome import FAILED
 from .render import emit, say_lines, show_table
 
 
-def doctor(json: o.Json = False) -> None:
+def doctor(json: bool = False) -> None:
     """Check this installation: compiler, cache, extras, GPU, data."""
-    import typer
+    from click.exceptions import Exit
 
     from ..workflow.installation import examine
 
@@ -22,4 +21,4 @@ def doctor(json: o.Json = False) -> None:
         show_table(("area", "what", "", "found"), [(one.area, one.what, one.state, one.found) for one in found])
         say_lines(*(f"{one.what}: {one.remedy}" for one in found if one.remedy))
     if wrong:
-        raise typer.Exit(FAILED)
+        raise Exit(FAILED)

@@ -20,7 +20,7 @@ _CELL = {"planned": "–"}
 _BEST, _WIDTH = 3, 150
 
 
-def models(purpose: o.Purpose = None, json: o.Json = False) -> None:
+def models(purpose: o.Purpose = None, json: bool = False) -> None:
     """Compare model families, or recommend one for a purpose."""
     if purpose is None:
         from ..choosing.survey import survey
@@ -37,7 +37,7 @@ def models(purpose: o.Purpose = None, json: o.Json = False) -> None:
 def design(
     ship: o.ShipName, free: o.FreeParameters, budget: o.Budget = 60.0, noise: o.Noise = None,
     interval: o.Interval = None, repeats: o.Repeats = 1, bands: o.Bands = None, draws: o.DesignDraws = None,
-    json: o.Json = False,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Design sea trials that determine parameters of a ship."""
     from ..workflow.judging import design as run
@@ -70,7 +70,7 @@ def _show_foreseen(found: Sequence[Foreseen], level: float) -> None:
 
 def imo(
     ship: o.ShipName, out: o.Page = None, bands: o.Bands = None, draws: o.Draws = None,
-    extrapolate: o.Extrapolate = False, json: o.Json = False,
+    extrapolate: o.Extrapolate = False, json: bool = False,
 ) -> None:  # fmt: skip
     """Judge a ship by the criteria of IMO MSC.137(76)."""
     from ..report.judging.imo import banded, edges, numbers
@@ -89,7 +89,7 @@ def imo(
 
 def requirements(
     ship: o.ShipName, scope: o.Scope = "collision-avoidance", out: o.Page = None, bands: o.Bands = None,
-    examined: o.Examined = None, json: o.Json = False,
+    examined: o.Examined = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Judge a ship by the requirements of Sawada 2024 section 6."""
     from ..report.judging.requirements import numbers, verdict

@@ -8,46 +8,46 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from typer import Argument, Option
+from ..workflow.asked import Argument, Option
 
 
 # What a shell completes, beside files.
-def _ships(incomplete: str) -> list[str]:
+def _ships() -> list[str]:
     from ..ships.files import library
 
-    return [name for name in library() if name.startswith(incomplete)]
+    return list(library())
 
 
-def _manoeuvres(incomplete: str) -> list[str]:
+def _manoeuvres() -> list[str]:
     from ..workflow.simulation import known
 
-    return [name for name in known() if name.startswith(incomplete)]
+    return list(known())
 
 
 # What a command works on.
 ShipName = Annotated[
-    str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.", autocompletion=_ships)
+    str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.", offers=_ships)
 ]  # fmt: skip
 ShipOrRun = Annotated[
     str,
     Argument(
-        metavar="SHIP", help="Name a ship of the library or a ship file; with --from, a run.", autocompletion=_ships
+        metavar="SHIP", help="Name a ship of the library or a ship file; with --from, a run.", offers=_ships
     ),
 ]  # fmt: skip
 ShipToCheck = Annotated[
     str | None, Option("--check", metavar="FILE", help="Check a ship file: sources, conformance, published indices.")
 ]  # fmt: skip
 ManoeuvreOrNone = Annotated[
-    str | None, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).", autocompletion=_manoeuvres)
+    str | None, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).", offers=_manoeuvres)
 ]  # fmt: skip
-Trials = Annotated[list[Path], Argument(help="Name trial files, or folders of them.")]
+Trials = Annotated[tuple[Path, ...], Argument(help="Name trial files, or folders of them.")]
 Particulars = Annotated[Path, Argument(help="Name a file of particulars (docs/tutorials/estimate.md).")]
 StudyFile = Annotated[Path, Argument(help="Name a study file, or a table of many fits.")]
 Folder = Annotated[Path, Argument(metavar="FOLDER", help="Name a folder of trial files or logs.")]
 StudyAction = Annotated[str, Argument(metavar="new", help="Write new for a new study.")]
 Pull = Annotated[Path, Argument(help="Name a bollard pull table with columns such as n [1/s],T_1 [N].")]
 CaptiveTables = Annotated[
-    list[Path], Argument(metavar="TABLE...", help="Name tables of captive tests (docs/captive.md).")
+    tuple[Path, ...], Argument(metavar="TABLE...", help="Name tables of captive tests (docs/captive.md).")
 ]  # fmt: skip
 Source = Annotated[Path | None, Argument(metavar="SRC", help="Name a log, or a folder of logs.")]
 LogFormat = Annotated[
@@ -60,10 +60,9 @@ GuessOf = Annotated[
 Imports = Annotated[
     Path | None, Option("-o", "--out", help="Write the trial files to this folder (--guess: the mapping to this file).")
 ]  # fmt: skip
-Peers = Annotated[list[str] | None, Argument(metavar="[NAME]...", help="Name peers to measure; all unless given.")]
+Peers = Annotated[tuple[str, ...], Argument(metavar="[NAME]...", help="Name peers to measure; all unless given.")]
 
 # Output.
-Json = Annotated[bool, Option("--json", help="Print one JSON object and nothing else.")]
 Page = Annotated[Path | None, Option("-o", "--out", help="Write the report to this file (.html).")]
 Report = Annotated[Path | None, Option("-o", "--out", help="Write the report to this file (.html; .json beside it).")]
 CoveragePage = Annotated[Path | None, Option("-o", "--out", help="Write a page on --against to this file (.html).")]
@@ -138,7 +137,7 @@ NewStep = Annotated[float, Option(help="Set the new time step [s].")]
 Mapping = Annotated[Path | None, Option(help="Read a mapping file: csv, nmea, mcap, rosbag2.")]
 RobotFormat = Annotated[str, Option(help="Choose the format, mcap or rosbag2.")]
 Against = Annotated[
-    list[Path] | None, Option(help="Compare with training files: overlap and coverage. Repeatable.")
+    tuple[Path, ...], Option(help="Compare with training files: overlap and coverage. Repeatable.")
 ]  # fmt: skip
 Remedies = Annotated[
     Path | None, Option("--remedy", help="Write the steps of the remedies to this .toml file.")
@@ -163,14 +162,12 @@ FitFor = Annotated[
 Limit = Annotated[str | None, Option(metavar="NAME=VALUE", help="Set limits of --for, such as position=2,stopping=5.")]
 Scale = Annotated[str | None, Option(help="Divide errors as in the fit of this model.toml.")]
 Quick = Annotated[bool, Option("--quick", help="Run the rehearsal of a table of fits.")]
-OnlyFits = Annotated[list[str] | None, Option("--only", help="Run only this fit of a table of fits. Repeatable.")]
+OnlyFits = Annotated[tuple[str, ...], Option("--only", help="Run only this fit of a table of fits. Repeatable.")]
 FitPage = Annotated[bool, Option("--page", help="Show the running fit on a local page.")]
 FitPort = Annotated[int | None, Option(help="Serve --page at this port, 0 for a free one (default: 8021).")]
-Trust = Annotated[list[str] | None, Option(metavar="MODULE", help="Import classes of files from MODULE. Repeatable.")]
-
 FittedModel = Annotated[str, Argument(metavar="MODEL", help="Name the model.toml of a fit.")]
 Unseen = Annotated[
-    list[Path] | None, Option("--trials", help="Judge on these trials (default: kept back). Repeatable.")
+    tuple[Path, ...], Option("--trials", help="Judge on these trials (default: kept back). Repeatable.")
 ]  # fmt: skip
 Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
 
@@ -188,7 +185,9 @@ CalibratedFirst = Annotated[
 
 # Design and judgement.
 Purpose = Annotated[str | None, Option("--for", help="Recommend families for a purpose such as berthing.")]
-FreeParameters = Annotated[list[str], Option("--free", help="Name parameters to be identified, such as 'hull.*'.")]
+FreeParameters = Annotated[
+    tuple[str, ...], Option("--free", help="Name parameters to be identified, such as 'hull.*'.")
+]  # fmt: skip
 Budget = Annotated[float, Option(help="Limit the length of all trials together, T' = T V/L.")]
 Noise = Annotated[str | None, Option(help="Set sensor noise such as x=0.5,psi=0.1 (m, m/s, deg, deg/s).")]
 Interval = Annotated[float | None, Option(help="Set the time between independent readings [s].")]
@@ -199,7 +198,7 @@ Scope = Annotated[str, Option(help="Choose collision-avoidance, berthing or func
 CaptiveMapping = Annotated[Path | None, Option("--mapping", help="Read a mapping file of the columns.")]
 OpenWater = Annotated[Path | None, Option(help="Fit K_T to an open-water table first, columns J and K_T.")]
 FreeCoefficients = Annotated[
-    list[str] | None, Option("--free", help="Fit these parameters, such as 'hull.*'. Repeatable.")
+    tuple[str, ...], Option("--free", help="Fit these parameters, such as 'hull.*'. Repeatable.")
 ]  # fmt: skip
 ToLength = Annotated[float, Option(help="Set the new length between perpendiculars [m].")]
 FormFactor = Annotated[float | None, Option(help="Set the form factor k; Watanabe's formula unless given.")]
@@ -223,11 +222,11 @@ SlaveStep = Annotated[float | None, Option(help="Set the internal step of --fmu 
 Thrusters = Annotated[str | None, Option(help="Name the ship's thrusters, such as 1,2.")]
 Together = Annotated[bool, Option("--together", help="Split one column of thrust among all thrusters.")]
 Order = Annotated[int | None, Option(help="Limit the power of n; cross-validate unless given.")]
-Control = Annotated[list[str] | None, Option(help="Fit this control, such as alpha_1; all with orders unless given.")]
+Control = Annotated[tuple[str, ...], Option(help="Fit this control, such as alpha_1; all with orders unless given.")]
 
 # Real time.
 Nmea = Annotated[str, Option(help="Listen at udp://127.0.0.1:PORT, tcp:// or serial:///dev/ttyUSB0.")]
-To = Annotated[list[str] | None, Option(help="Send to this udp address as well. Repeatable.")]
+To = Annotated[tuple[str, ...], Option(help="Send to this udp address as well. Repeatable.")]
 Anywhere = Annotated[bool, Option("--anywhere", help="Allow addresses beyond this machine.")]
 Framed = Annotated[bool, Option("--framed", help="Send datagrams of IEC 61162-450.")]
 Sentences = Annotated[str | None, Option("--only", help="Send only these sentences, such as HDT,ROT,RMC; also VDO.")]
@@ -237,10 +236,10 @@ Rate = Annotated[float, Option(help="Set the tick rate [Hz].")]
 Factor = Annotated[float, Option(help="Set simulated over real time, 0.1 to 100; inf for the fastest.")]
 End = Annotated[float | None, Option(help="End after this simulated time [s].")]
 Hold = Annotated[float, Option(help="Release command after this silence [s].")]
-Commander = Annotated[list[str] | None, Option(help="Obey only this HOST or HOST:PORT. Repeatable.")]
+Commander = Annotated[tuple[str, ...], Option(help="Obey only this HOST or HOST:PORT. Repeatable.")]
 StartSpeed = Annotated[float | None, Option(help="Set the initial speed [m/s].")]
 StartHeading = Annotated[float, Option(help="Set the initial heading [deg].")]
-Other = Annotated[list[str] | None, Option(help="Add another ship SHIP@NORTH,EAST,DEG. Repeatable.")]
+Other = Annotated[tuple[str, ...], Option(help="Add another ship SHIP@NORTH,EAST,DEG. Repeatable.")]
 Mmsi = Annotated[int | None, Option(help="Set the MMSI of the transponder (VDO): nine digits.")]
 WithSensors = Annotated[bool, Option("--sensors", help="Simulate the errors of the usual instruments.")]
 InstrumentSeed = Annotated[int, Option(help="Seed the instruments and the gusts.")]
@@ -282,7 +281,7 @@ TwinFolder = Annotated[
     Path | None, Option("-o", "--out", help="Write state, ship and card to this folder; go on from it.")
 ]  # fmt: skip
 Drifting = Annotated[
-    list[str] | None, Option("--free", help="Allow this parameter to drift: hull.R_0, or hull.*=0.3. Repeatable.")
+    tuple[str, ...], Option("--free", help="Allow this parameter to drift: hull.R_0, or hull.*=0.3. Repeatable.")
 ]  # fmt: skip
 Estimator = Annotated[str, Option(help="Choose ekf, or mhe for moving horizon estimation.")]
 RowRate = Annotated[float, Option("--rate", help="Set the rows a second of sentences by UDP [Hz].")]

@@ -12,7 +12,7 @@ from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-import typer
+from click.exceptions import Exit
 
 from ..core.errors import RunError, SeatrialError
 from .render import note, note_warning
@@ -55,7 +55,7 @@ def _run(command: Any, arguments: list[str]) -> int:
     try:
         with command.make_context("seatrial", arguments[:] or ["--help"]) as context:  # it empties what it is given
             command.invoke(context)
-    except typer.Exit as done:
+    except Exit as done:
         return int(done.exit_code) if arguments else WRONG
     return 0
 

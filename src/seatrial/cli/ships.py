@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
+from click.exceptions import Exit
 
 from . import options as o
 from .outcome import FAILED
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 HEAD = ("number", "value", "unit", "formula", "range", "other formulas", "spread", "sigma", "sigma from")
 
 
-def ships(check: o.ShipToCheck = None, out: o.Report = None, json: o.Json = False) -> None:
+def ships(check: o.ShipToCheck = None, out: o.Report = None, json: bool = False) -> None:
     """List the ships of the library, or check a ship file."""
     if check is not None:
         _check(check, out, json)
@@ -60,10 +60,10 @@ def _check(file: str, out: Path | None, json: bool) -> None:
     else:
         show_table(("check", "", "found"), [(one.what, one.state, one.detail) for one in checked.findings])
     if not checked.fit:
-        raise typer.Exit(FAILED)
+        raise Exit(FAILED)
 
 
-def show(ship: o.ShipName, sources: o.Sources = False, json: o.Json = False) -> None:
+def show(ship: o.ShipName, sources: o.Sources = False, json: bool = False) -> None:
     """Show every parameter of a ship with value, unit and meaning."""
     from ..core.parameters import walk
     from ..workflow.request import doubts, ship_of
@@ -105,7 +105,7 @@ def _network(ship: Ship) -> dict[str, dict[str, Any]]:
     }}  # fmt: skip
 
 
-def copy(ship: o.ShipName, file: o.CopyFile, json: o.Json = False) -> None:
+def copy(ship: o.ShipName, file: o.CopyFile, json: bool = False) -> None:
     """Write a ship as a complete, commented file to edit."""
     from ..workflow.judging import copy as run
 
@@ -114,7 +114,7 @@ def copy(ship: o.ShipName, file: o.CopyFile, json: o.Json = False) -> None:
         emit({"ship": made.name, "of": made.of, "file": file})
 
 
-def estimate(particulars: o.Particulars, out: o.ShipOut, json: o.Json = False) -> None:
+def estimate(particulars: o.Particulars, out: o.ShipOut, json: bool = False) -> None:
     """Estimate a ship from its particulars by regression formulas."""
     from ..workflow.judging import estimate as run
 
@@ -128,14 +128,14 @@ def estimate(particulars: o.Particulars, out: o.ShipOut, json: o.Json = False) -
 
 def captive(
     ship: o.ShipName, tables: o.CaptiveTables, mapping: o.CaptiveMapping = None, open_water: o.OpenWater = None,
-    free: o.FreeCoefficients = None, out: o.ShipFile = None, report: o.TestPage = None, json: o.Json = False,
+    free: o.FreeCoefficients = (), out: o.ShipFile = None, report: o.TestPage = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Fit coefficients to captive tests."""
     from ..core.parameters import read, specs
     from ..report.judging.captive import numbers, shown
     from ..workflow.judging import captive as run
 
-    found = run(ship, tables, out, mapping=mapping, free=free or (), water=open_water, page=report, note=note)
+    found = run(ship, tables, out, mapping=mapping, free=free, water=open_water, page=report, note=note)
     if json:
         emit({**numbers(found), "file": out, "report": report})
         return
@@ -159,7 +159,7 @@ def captive(
 def scale(
     ship: o.ShipName, to_length: o.ToLength, form_factor: o.FormFactor = None, roughness: o.Roughness = None,
     density: o.Density = None, rudder_wake: o.RudderWake = "proportion", froude: o.FroudeAlone = False,
-    out: o.ShipFile = None, json: o.Json = False,
+    out: o.ShipFile = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Scale a ship from model to full size, or back."""
     from ..workflow.judging import scale as run
@@ -194,7 +194,7 @@ def scale(
 
 def roll(
     ship: o.ShipName, GM: o.Metacentric, KG: o.GravityAboveKeel, midship: o.Midship = 0.98, keels: o.Keels = None,
-    out: o.ShipFile = None, json: o.Json = False,
+    out: o.ShipFile = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Add heel and roll to a ship."""
     from ..workflow.seaway.making import roll as run
@@ -204,7 +204,7 @@ def roll(
 
 def seakeeping(
     ship: o.ShipName, data: o.Coefficients, roll_damping: o.OwnRollDamping = None, added: o.AddedMass = "ship",
-    out: o.ShipFile = None, json: o.Json = False,
+    out: o.ShipFile = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Add heave, pitch and the memory of waves to a ship."""
     from ..workflow.seaway.making import seakeeping as run
@@ -228,7 +228,7 @@ def _more(made: Ship, tables: tuple[str, ...], out: Path | None, json: bool) -> 
 def export(
     model: o.ShipName, casadi: o.Casadi = None, c: o.CFolder = None, python: o.PythonFile = None,
     actuators: o.ActuatorStep = None, fmu: o.Fmu = None, fmi: o.Fmi = None, hull: o.HullAlone = False,
-    dt: o.SlaveStep = None, platforms: o.Platforms = None, json: o.Json = False,
+    dt: o.SlaveStep = None, platforms: o.Platforms = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Export a ship as a CasADi function, C, Python or an FMU."""
     from ..workflow.plant import export as run

@@ -1,13 +1,13 @@
-"""Commands that run ships: simulate, steer (NMEA 0183), bridge (a page), range, twin, demo; and bench."""
+"""Commands that run ships: simulate, harbour, steer (NMEA 0183), bridge (a page), range, twin, demo; and bench."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
+from click.exceptions import Exit
 
 from ..core.errors import RequestError
 from . import options as o
@@ -32,7 +32,7 @@ def simulate(
     gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
     sea: o.Sea = None, rao: o.RaoFile = None, roll_damping: o.RollDamping = None,
     device: o.Device = "cpu", bands: o.Bands = None, draws: o.Draws = None, extrapolate: o.Extrapolate = False,
-    out: o.TrialOut = None, of: o.FromCampaign = None, json: o.Json = False,
+    out: o.TrialOut = None, of: o.FromCampaign = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Simulate a manoeuvre and print its indices."""
     if bands is not None and of is not None:
@@ -91,7 +91,7 @@ def _incomplete(ran: Simulated) -> None:
     """Exit 1 where a run is not complete."""
     if not ran.complete:
         note(f"error: {ran.reason}; indices that the run did not reach are left out")
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
 def _replay(folder: str, run: str, manoeuvre: str | None, out: Path | None, json: bool) -> None:
@@ -137,23 +137,42 @@ def _resolved(index: Mapping[str, Any]) -> str:
     return f"{index['value']:.{decimals(finest)}f}" if finest else figure(index["value"], 5)
 
 
+def harbour(
+    run: o.HarbourRun, ship: o.HarbourShip = None, chart: o.Chart = None, wind: o.Wind = None,
+    speed: o.HarbourSpeed = None, duration: o.Duration = None, start: o.Start = None, out: o.TrialOut = None,
+    json: bool = False,
+) -> None:  # fmt: skip
+    """Run a ship in a harbour: banks, tugs, contact."""
+    from ..workflow.harbour import SHIP
+    from ..workflow.harbour import harbour as ran_in
+
+    ran = ran_in(run, ship or SHIP, chart, wind=wind, speed=speed, duration=duration, start=start, out=out)
+    indices = {key: index_document(index) for key, index in ran.indices.items()}
+    if json:
+        emit(
+            {"ship": ran.ship.name, "run": run, "chart": ran.chart.name, "time": ran.trial.duration, "indices": indices}
+        )
+    else:
+        show_indices(f"{ran.ship.name}, {run}, {ran.chart.name}", indices)
+
+
 def steer(
-    ship: o.ShipName, nmea: o.Nmea, to: o.To = None, anywhere: o.Anywhere = False, framed: o.Framed = False,
+    ship: o.ShipName, nmea: o.Nmea, to: o.To = (), anywhere: o.Anywhere = False, framed: o.Framed = False,
     only: o.Sentences = None, place: o.Place = None, antenna: o.Antenna = None, rate: o.Rate = 10.0,
-    factor: o.Factor = 1.0, duration: o.End = None, hold: o.Hold = 10.0, commander: o.Commander = None,
+    factor: o.Factor = 1.0, duration: o.End = None, hold: o.Hold = 10.0, commander: o.Commander = (),
     speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None, current: o.Current = None,
-    gusts: o.Gusts = None, waves: o.Waves = None, depth: o.Depth = None, other: o.Other = None,
+    gusts: o.Gusts = None, waves: o.Waves = None, depth: o.Depth = None, other: o.Other = (),
     mmsi: o.Mmsi = None, sensors: o.WithSensors = False, seed: o.InstrumentSeed = 0, log: o.SentenceLog = None,
     out: o.Record = None, beside: o.Beside = None, simulator: o.Simulator = False, sea: o.Sea = None,
-    rao: o.RaoFile = None, roll_damping: o.RollDamping = None, json: o.Json = False,
+    rao: o.RaoFile = None, roll_damping: o.RollDamping = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Run a ship as an NMEA 0183 device in real time."""
     from ..engine import SimulationError
     from ..workflow.steer import steer as run
 
-    ran = run(ship, nmea, to=to or (), anywhere=anywhere, framed=framed, only=only, place=place, antenna=antenna,
-              rate=rate, factor=factor, duration=duration, hold=hold, commander=commander or (), speed=speed,
-              heading=heading, wind=wind, current=current, gusts=gusts, waves=waves, depth=depth, other=other or (),
+    ran = run(ship, nmea, to=to, anywhere=anywhere, framed=framed, only=only, place=place, antenna=antenna,
+              rate=rate, factor=factor, duration=duration, hold=hold, commander=commander, speed=speed,
+              heading=heading, wind=wind, current=current, gusts=gusts, waves=waves, depth=depth, other=other,
               mmsi=mmsi, sensors=sensors, seed=seed, log=log, out=out, beside=beside, simulator=simulator, note=note,
               sea=sea, rao=rao, roll_damping=roll_damping,
               printed=lambda text: hand_on(text, aside=json))  # fmt: skip
@@ -185,12 +204,12 @@ def bridge(
     ship: o.ShipName, host: o.Host = "127.0.0.1", port: o.Port = 8020, anywhere: o.Anywhere = False,
     factor: o.Factor = 1.0, speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None,
     gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
-    seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = None, place: o.Place = None,
+    seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = (), place: o.Place = None,
     chart: o.BridgeChart = None, out: o.RecordingFolder = Path(), hold: o.Hold = 5.0,
-    scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None, to: o.To = None, framed: o.Framed = False,
-    only: o.Sentences = None, commander: o.Commander = None, mmsi: o.Mmsi = None, simulator: o.Simulator = False,
+    scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None, to: o.To = (), framed: o.Framed = False,
+    only: o.Sentences = None, commander: o.Commander = (), mmsi: o.Mmsi = None, simulator: o.Simulator = False,
     log: o.SentenceLog = None, signalk: o.WithSignalK = False, rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
-    bands: o.Bands = None, draws: o.Foreseen = None, extrapolate: o.Extrapolate = False,
+    bands: o.Bands = None, draws: o.Foreseen = None, extrapolate: o.Extrapolate = False, json: bool = False,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
     if scenario is not None or nmea is not None or signalk or rosbridge or can is not None:
@@ -200,14 +219,14 @@ def bridge(
             raise RequestError("--ghost: a measured trial is shown without --nmea and --scenario only")
         rigged = rig(ship, nmea, scenario, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed,
                      heading=heading, wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed,
-                     other=other or (), place=place, chart=chart, out=out, hold=hold, to=to or (), framed=framed,
-                     only=only, commander=commander or (), mmsi=mmsi, simulator=simulator, log=log, signalk=signalk,
+                     other=other, place=place, chart=chart, out=out, hold=hold, to=to, framed=framed,
+                     only=only, commander=commander, mmsi=mmsi, simulator=simulator, log=log, signalk=signalk,
                      rosbridge=rosbridge, can=can, bands=bands, draws=draws, extrapolate=extrapolate,
                      note=note)  # fmt: skip
-        say_lines(*rigged.written)
+        _recorded(rigged.written, json)
         if rigged.failure is not None:
             note(f"error: {rigged.failure}")
-            raise typer.Exit(1)
+            raise Exit(1)
         return
     if to or framed or only or commander or mmsi or simulator or log:
         raise RequestError("--to, --framed, --only, --commander, --mmsi, --simulator, --log need --nmea udp://...")
@@ -215,23 +234,27 @@ def bridge(
 
     recordings = run(ship, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed, heading=heading,
                      wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed, ghost=ghost,
-                     other=other or (), place=place, chart=chart, out=out, hold=hold, bands=bands, draws=draws,
+                     other=other, place=place, chart=chart, out=out, hold=hold, bands=bands, draws=draws,
                      extrapolate=extrapolate, note=note)  # fmt: skip
-    say_lines(*recordings)
+    _recorded(recordings, json)
+
+
+def _recorded(files: Iterable[object], json: bool) -> None:
+    emit({"written": [*map(str, files)]}) if json else say_lines(*files)
 
 
 def range_(
-    scenario: o.ScenarioPath, nmea: o.RangeNmea = None, to: o.To = None, anywhere: o.Anywhere = False,
+    scenario: o.ScenarioPath, nmea: o.RangeNmea = None, to: o.To = (), anywhere: o.Anywhere = False,
     framed: o.Framed = False, only: o.Sentences = None, factor: o.RangeFactor = None, lock_step: o.LockStep = False,
-    answer_to: o.AnswerTo = "ZDA", patience: o.Patience = 20.0, hold: o.Hold = 10.0, commander: o.Commander = None,
+    answer_to: o.AnswerTo = "ZDA", patience: o.Patience = 20.0, hold: o.Hold = 10.0, commander: o.Commander = (),
     duration: o.End = None, log: o.SentenceLog = None, out: o.Record = None, beside: o.Beside = None,
-    simulator: o.Simulator = False, json: o.Json = False,
+    simulator: o.Simulator = False, json: bool = False,
 ) -> None:  # fmt: skip
     """Run a scenario without a page and judge its criteria."""
     from ..workflow.ranges import play
 
-    ran = play(scenario, nmea, to=to or (), anywhere=anywhere, framed=framed, only=only, factor=factor,
-               lock_step=lock_step, answer_to=answer_to, patience=patience, hold=hold, commander=commander or (),
+    ran = play(scenario, nmea, to=to, anywhere=anywhere, framed=framed, only=only, factor=factor,
+               lock_step=lock_step, answer_to=answer_to, patience=patience, hold=hold, commander=commander,
                duration=duration, log=log, out=out, beside=beside, simulator=simulator, note=note,
                printed=lambda text: hand_on(text, aside=json))  # fmt: skip
     document = ran.document()
@@ -242,7 +265,7 @@ def range_(
     if not ran.met:
         missed = [f"{one.name}{f' of {one.where}' if one.where else ''}" for one in ran.judged if not one.met]
         note(f"error: {ran.failure or 'not met: ' + ', '.join(missed)}")
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
 def _show_range(ran: Ranged, document: dict[str, Any]) -> None:
@@ -261,9 +284,9 @@ def _show_range(ran: Ranged, document: dict[str, Any]) -> None:
               *ran.written)  # fmt: skip
 def twin(
     model: o.ShipName, nmea: o.NmeaLog = None, mcap: o.McapLog = None, trial: o.TrialLog = None,
-    mapping: o.Mapping = None, antenna: o.Antenna = None, out: o.TwinFolder = None, free: o.Drifting = None,
+    mapping: o.Mapping = None, antenna: o.Antenna = None, out: o.TwinFolder = None, free: o.Drifting = (),
     estimator: o.Estimator = "ekf", rate: o.RowRate = 10.0, factor: o.LogFactor = math.inf, page: o.TwinPage = False,
-    port: o.TwinPort = 8022, json: o.Json = False,
+    port: o.TwinPort = 8022, json: bool = False,
 ) -> None:  # fmt: skip
     """Run a twin on the log of a ship; name faults."""
     from ..workflow.live.twin import twin as run
@@ -274,14 +297,14 @@ def twin(
         if listening is not None:
             note(f"page: {address(listening)}")
         show(run(model, nmea=nmea, mcap=mcap, trial=trial, mapping=mapping, antenna=antenna, out=out,
-                 free=free or (), estimator=estimator, rate=rate, factor=factor, page=listening,
+                 free=free, estimator=estimator, rate=rate, factor=factor, page=listening,
                  note=note), json)  # fmt: skip
     finally:
         if listening is not None:
             listening.close()
 
 
-def demo(out: o.DemoFolder = Path("demo"), json: o.Json = False) -> None:
+def demo(out: o.DemoFolder = Path("demo"), json: bool = False) -> None:
     """Run the complete worked example on built-in ships."""
     from ..workflow.demo import tell
     from ..workflow.request import make_folder
@@ -291,15 +314,15 @@ def demo(out: o.DemoFolder = Path("demo"), json: o.Json = False) -> None:
     emit(summary) if json else say_lines(*summary["lines"])
 
 
-def bench(names: o.Peers = None, listed: o.Listed = False, out: o.BenchFolder = None, json: o.Json = False) -> None:
+def bench(names: o.Peers = (), listed: o.Listed = False, out: o.BenchFolder = None, json: bool = False) -> None:
     """Compare run times with those of other programs."""
     from ..engine import SimulationError
-    from ..workflow.bench import bench as run
+    from ..workflow.installation.bench import bench as run
 
     if listed:
-        _list_peers(names or [], json)
+        _list_peers(names, json)
         return
-    result = run(names or [], out, note)
+    result = run(names, out, note)
     emit(result) if json else _show_times(result)
     if out is not None:
         note(f"wrote {out / 'bench.json'}")
@@ -307,8 +330,8 @@ def bench(names: o.Peers = None, listed: o.Listed = False, out: o.BenchFolder = 
         raise SimulationError("; ".join(f"{one['peer']} cannot be measured: {one['why']}" for one in result["failed"]))
 
 
-def _list_peers(names: list[str], json: bool) -> None:
-    from ..workflow.bench import peers, state
+def _list_peers(names: tuple[str, ...], json: bool) -> None:
+    from ..workflow.installation.bench import peers, state
 
     chosen = peers(names)
     if json:

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import bench as room
-from ..bench import Peer, Row
-from ..bench.timing import control_loop, machine
-from ..core.files import write_whole
-from . import RequestError
-from .request import Note, make_folder, silent
+from ... import bench as room
+from ...bench import Peer, Row
+from ...bench.timing import control_loop, machine
+from ...core.files import write_whole
+from .. import RequestError
+from ..request import Note, make_folder, silent
 
 _BUSY = 1.15
 """Ratio of the slowest to the quickest control loop above which the machine had other work."""

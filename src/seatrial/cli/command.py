@@ -1,0 +1,208 @@
+"""A command from a function: its parameters become arguments and options, and each group of options becomes one value.
+
+A parameter whose type is a frozen dataclass is a group (`workflow.asked`): its fields are options, under a title of
+their own in the help.  `--json` and `--trust` are those of every command.  A command is made when it is asked for, so
+that `--help` and a short command do not make the others.
+"""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, fields, is_dataclass
+from pathlib import Path
+from typing import Any, cast, get_args, get_origin, get_type_hints
+
+import click
+
+from ..workflow.asked import Always, Argument, Option
+
+Function = Callable[..., None]
+
+_KINDS: Mapping[Any, click.ParamType[Any]] = {
+    str: click.STRING, int: click.INT, float: click.FLOAT, bool: click.BOOL, Path: click.Path(path_type=Path),
+}  # fmt: skip
+_WIDTH = 78
+
+
+def named(function: Function) -> str:
+    """The name of its command."""
+    return function.__name__.strip("_").replace("_", "-")
+
+
+class Command(click.Command):
+    """The command of a function.
+
+    Args:
+        function: does the work; its docstring is the help.
+        title, names: a list at the end of the help, whose names are imported only to show it.
+    """
+
+    def __init__(self, function: Function, title: str = "", names: Callable[[], Iterable[str]] | None = None) -> None:
+        self._function, self._title, self._names = function, title, names
+        self._own, self.groups = _taken(function)
+        groups = [*self.groups.values(), Always]
+        super().__init__(named(function), help=inspect.getdoc(function),
+                         params=[*self._own, *(one for group in groups for one in _options(group))])  # fmt: skip
+
+    def invoke(self, ctx: click.Context) -> None:
+        """Call the function with what was given; files that are read may name classes of trusted modules."""
+        given = ctx.params
+        values: dict[str, Any] = {str(one.name): given[str(one.name)] for one in self._own}
+        values |= {name: _value(group, given) for name, group in self.groups.items()}
+        always = _value(Always, given)
+        if "json" in inspect.signature(self._function).parameters:
+            values["json"] = always.json
+        if not always.trust:
+            self._function(**values)
+            return
+        from ..ships.classes import trusting
+
+        with trusting(always.trust):
+            self._function(**values)
+
+    def format_arguments(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Nothing: arguments are the first rows of the options, whatever the version of Click."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Arguments, options of this command, those of each group, and those of every command."""
+        for title, some in self._sections(ctx):
+            rows = [(one.make_metavar(ctx), about(one)) if isinstance(one, click.Argument) else one.get_help_record(ctx)
+                    for one in some]  # fmt: skip
+            if found := [row for row in rows if row is not None]:
+                with formatter.section(title):
+                    formatter.write_dl(found)
+
+    def get_help(self, ctx: click.Context) -> str:
+        """The help, and the list of names where there is one."""
+        if self._names is None:
+            return super().get_help(ctx)
+        listed = textwrap.fill(f"{', '.join(self._names())}.", _WIDTH, initial_indent="  ", subsequent_indent="  ",
+                               break_on_hyphens=False)  # fmt: skip
+        return f"{super().get_help(ctx)}\n\n{self._title}:\n{listed}"
+
+    def _sections(self, ctx: click.Context) -> Iterator[tuple[str, Sequence[click.Parameter]]]:
+        arguments = [one for one in self._own if isinstance(one, click.Argument)]
+        yield "Arguments", arguments
+        yield "Options", [one for one in self._own if one not in arguments]
+        for group in (*self.groups.values(), Always):
+            names = ["help" if group is Always else "", *(field.name for field in fields(cast("Any", group)))]
+            yield _title(group), [one for one in self.get_params(ctx) if one.name in names]
+
+
+class Program(click.Group):
+    """The command line: commands by section, each made when it is asked for.
+
+    Args:
+        sections: functions of commands by title.
+        lists: title and names of the list at the end of a command's help.
+        epilog: the end of the help.
+    """
+
+    def __init__(
+        self, about: str, sections: Mapping[str, Sequence[Function]],
+        lists: Mapping[Function, tuple[str, Callable[[], Iterable[str]]]], epilog: str,
+    ) -> None:  # fmt: skip
+        super().__init__("seatrial", help=about, epilog=epilog)
+        self.sections, self._lists = sections, lists
+        self._functions = {named(one): one for some in sections.values() for one in some}
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Their names, by section."""
+        return list(self._functions)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of this name, made at its first use."""
+        if cmd_name not in self.commands and cmd_name in self._functions:
+            function = self._functions[cmd_name]
+            title, names = self._lists.get(function, ("", None))
+            self.commands[cmd_name] = Command(function, title, names)
+        return self.commands.get(cmd_name)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that is asked for; of an unknown one the message names those that are near."""
+        if args[0] not in self._functions:
+            self.whole()
+        return super().resolve_command(ctx, args)
+
+    def whole(self) -> Mapping[str, click.Command]:
+        """Every command by name."""
+        with click.Context(self) as context:
+            return {name: cast("click.Command", self.get_command(context, name)) for name in self._functions}
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The first line of each command's help, by section."""
+        width = max(map(len, self._functions))
+        for title, some in self.sections.items():
+            with formatter.section(title):
+                formatter.write_dl([(f"{named(one):{width}}", (inspect.getdoc(one) or "").splitlines()[0])
+                                    for one in some])  # fmt: skip
+
+
+def about(parameter: click.Parameter) -> str:
+    """The help of an argument or option."""
+    return str(getattr(parameter, "help", "") or "")
+
+
+def _title(group: type) -> str:
+    """The title of a group in the help: what its docstring says."""
+    return (inspect.getdoc(group) or "").splitlines()[0].rstrip(".")
+
+
+def _taken(function: Function) -> tuple[list[click.Parameter], dict[str, type]]:
+    """Arguments and options of a function's own, and its groups by the name of the parameter."""
+    hints = get_type_hints(function, include_extras=True)
+    own: list[click.Parameter] = []
+    groups: dict[str, type] = {}
+    for name, one in inspect.signature(function).parameters.items():
+        if is_dataclass(hint := hints[name]):
+            groups[name] = cast("type", hint)
+        elif name != "json":
+            own.append(_parameter(name, hint, MISSING if one.default is one.empty else one.default))
+    return own, groups
+
+
+def _options(group: type) -> list[click.Parameter]:
+    hints = get_type_hints(group, include_extras=True)
+    return [_parameter(one.name, hints[one.name], one.default) for one in fields(cast("Any", group))]
+
+
+def _value(group: Any, given: Mapping[str, Any]) -> Any:
+    return group(**{one.name: given[one.name] for one in fields(group)})
+
+
+def _completed(offers: Callable[[], list[str]]) -> Callable[[click.Context, click.Parameter, str], list[str]]:
+    def completed(_: click.Context, __: click.Parameter, typed: str) -> list[str]:
+        return [one for one in offers() if one.startswith(typed)]
+
+    return completed
+
+
+def _parameter(name: str, hint: Any, default: Any) -> click.Parameter:
+    """A parameter as Click has it, from its annotation.
+
+    Raises:
+        TypeError: an annotation without an `Argument` or `Option`.
+    """
+    kind, how = get_args(hint)[:2] if get_args(hint) else (hint, None)
+    several = get_origin(kind) is tuple
+    [plain] = [one for one in get_args(kind) or [kind] if one not in (type(None), Ellipsis)]
+    given: dict[str, Any] = {"type": _KINDS[plain], "required": default is MISSING}
+    if default not in (MISSING, None, ()):
+        given["default"] = default
+    if isinstance(how, Argument):
+        if how.offers is not None:
+            given["shell_complete"] = _completed(how.offers)
+        made = click.Argument([name], metavar=how.metavar, nargs=-1 if several else 1, **given)
+        vars(made)["help"] = how.help
+        return made
+    if not isinstance(how, Option):
+        raise TypeError(f"{name}: an Argument or Option says how a command line names it")
+    flags = how.flags or (f"--{name.replace('_', '-')}",)
+    if plain is bool:  # said of another, Click takes a value such as -5 for the next option
+        given["is_flag"] = True
+    return click.Option([name, *flags], help=how.help, metavar=how.metavar, multiple=several,
+                        show_default=plain is not bool and default not in (MISSING, None, ()), **given)  # fmt: skip

@@ -1,0 +1,123 @@
+"""What a user asks for, as values: groups of settings that several commands share, each declared once.
+
+The fields of a group are the options of a command that takes it (`cli.command` makes them), and the group itself is
+what the work is given.  A value has the unit that its help names; none is converted here.  Nothing of the package is
+imported here, as `--help` needs no more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+
+@dataclass(frozen=True)
+class Argument:
+    """How a command line names a value that stands by its place.
+
+    Attributes:
+        help: an imperative sentence of at most 80 characters.
+        metavar: its name in the usage; that of the parameter in capitals unless given.
+        offers: values that a shell completes.
+    """
+
+    help: str
+    metavar: str | None = None
+    offers: Callable[[], list[str]] | None = None
+
+
+@dataclass(frozen=True, init=False)
+class Option:
+    """How a command line names a value that is given by a flag.
+
+    Attributes:
+        flags: such as ``-o, --out``; the name of the field with two dashes unless given.
+        help: an imperative sentence of at most 80 characters.
+        metavar: what stands for the value; its type unless given.
+    """
+
+    flags: tuple[str, ...]
+    help: str
+    metavar: str | None
+
+    def __init__(self, *flags: str, help: str, metavar: str | None = None) -> None:
+        vars(self).update(flags=flags, help=help, metavar=metavar)
+
+
+@dataclass(frozen=True)
+class Always:
+    """Every command."""
+
+    json: Annotated[bool, Option(help="Print one JSON object and nothing else.")] = False
+    trust: Annotated[
+        tuple[str, ...], Option(metavar="MODULE", help="Import classes of files from MODULE. Repeatable.")
+    ] = ()
+
+
+@dataclass(frozen=True)
+class Around:
+    """Around the ship."""
+
+    wind: Annotated[str | None, Option(help="Set the true wind M/S,DEG: speed and direction it comes from.")] = None
+    gusts: Annotated[str | None, Option(help="Add gusts of a spectrum such as davenport.")] = None
+    current: Annotated[
+        str | None, Option(help="Set the current M/S,DEG: speed and direction it flows towards.")
+    ] = None
+    waves: Annotated[
+        str | None, Option(help="Set waves M,S,DEG: height, mean period, direction they come from.")
+    ] = None
+    depth: Annotated[float | None, Option(help="Set the water depth [m]; deep water unless given.")] = None
+
+
+@dataclass(frozen=True)
+class InWaves:
+    """Motion in waves."""
+
+    sea: Annotated[
+        str | None, Option(help="Set an irregular sea: a file, or M,S,DEG (JONSWAP, peak period).")
+    ] = None
+    rao: Annotated[Path | None, Option(help="Read operators of the motion in waves: .nc or .csv.")] = None
+    roll_damping: Annotated[
+        float | None, Option(help="Add damping of roll to an .nc file, as a share of critical.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class Approach:
+    """Approach."""
+
+    speed: Annotated[float | None, Option(help="Set the approach speed [m/s].")] = None
+    rps: Annotated[float | None, Option(help="Set the propeller revolutions [1/s].")] = None
+    throttle: Annotated[float | None, Option(help="Set the throttle of a craft driven by throttle [%].")] = None
+
+
+@dataclass(frozen=True)
+class Orders:
+    """Orders."""
+
+    rudder: Annotated[float | None, Option(help="Set the rudder angle, magnitude [deg].")] = None
+    steer: Annotated[float | None, Option(help="Set the steering demand of a craft without rudder [%].")] = None
+    heading: Annotated[float | None, Option(help="Set the heading change, such as of a zigzag [deg].")] = None
+    side: Annotated[str | None, Option(help="Turn first to port or starboard.")] = None
+    seed: Annotated[int | None, Option(help="Seed a random manoeuvre and the gusts.")] = None
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Bands of a fitted ship."""
+
+    level: Annotated[
+        float | None, Option("--bands", metavar="PERCENT", help="Set the level of bands, such as 95 [%].")
+    ] = None
+    count: Annotated[
+        int | None, Option("--draws", metavar="N", help="Set the draws for --bands (100 to 1000 unless given).")
+    ] = None
+
+
+@dataclass(frozen=True)
+class Bands(Draws):
+    """Bands of a fitted ship."""
+
+    extrapolate: Annotated[bool, Option(help="Allow --bands beyond the ranges of the trials of the fit.")] = False
