@@ -20,7 +20,7 @@ from .tables import Cell, Table, Tabular, entries
 from .trials import Trial, trial_of
 
 if TYPE_CHECKING:
-    from ..exchange import Plant as Equations
+    from ..exchange import Equations
     from ..models.linear import Linear
     from ..realtime.plant import Plant
 
@@ -90,9 +90,9 @@ class Ship(ships.Ship):
         Raises:
             ShipError: a model in discrete time; a step that is not above zero.
         """
-        from ..exchange import plant
+        from ..exchange import equations_of
 
-        return plant(self, dt)
+        return equations_of(self, dt)
 
     def save(self, path: str | Path) -> Path:
         """Write a ship file, which `load` reads."""
