@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import data, ships
-from ..core.parameters import read, walk
+from ..core.errors import MissingError
+from ..core.parameters import unknown, values, walk
 from ..manoeuvres import Policy
 from ..ships.classes import Trust
 from ..ships.files import load as load_ship
@@ -114,7 +115,10 @@ class Parameters(Tabular, Mapping[str, float]):
     ship: ships.Ship
 
     def __getitem__(self, path: str) -> float:
-        return float(read(self.ship.model, path))
+        known = values(self.ship.model)
+        if path not in known:
+            raise MissingError(f"{self.ship.name}: {unknown(path, known)}")
+        return float(known[path])
 
     def __iter__(self) -> Iterator[str]:
         return (path for path, _, _ in walk(self.ship.model))
