@@ -28,7 +28,8 @@ from seatrial.campaign.inputs import Input
 from seatrial.campaign.running import run
 from seatrial.core import executors
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.simulate.lanes import prepare
+from seatrial.simulate import lanes
+from seatrial.simulate.lanes import Steps, steered
 
 MILLION, CORES, TRIES = 1_000_000, 2, 15
 TRACKED, LONG, FEW, EVERY = 200_000, 384.0, 10_000, 10
@@ -75,11 +76,8 @@ def million() -> list[Row]:
     (case,), runs = plan.cases, ready(plan, 0, 0, CHUNK)
 
     def bare() -> None:
-        loop = prepare(case.ship, case.manoeuvre, case.dt, runs.vary, runs.start, runs.around, CHUNK)
-        loop.simulator.stored(
-            loop.state, loop.series, loop.shared, memory0=loop.memory, lanewise=loop.lanewise, dt=case.dt,
-            steps=runs.steps, every=runs.steps - 1, method=case.method, threads=1,
-        )  # fmt: skip
+        loop = steered(case.ship, case.manoeuvre, case.dt, runs.vary, runs.start, runs.around, CHUNK)
+        lanes.run(loop, Steps(case.dt, runs.steps, runs.steps - 1, case.method), None, threads=1)
 
     with tempfile.TemporaryDirectory() as there:
         parts = Path(there) / "parts"

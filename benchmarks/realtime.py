@@ -51,7 +51,7 @@ def one_ship(plant: Plant, suite: Suite) -> Callable[[], None]:
 
 def marshalled(compiled: Compiled) -> float:
     """The same step through the interface of whole runs, which packs its arrays each time [microseconds]."""
-    simulator, ship = compiled.simulator, compiled.ship
+    simulator, ship = compiled.kernel.forward, compiled.ship
     system = simulator.system
     state, memory = np.array([[0.0, 0.0, 0.0, ship.speed, 0.0, 0.0]]), np.zeros((1, len(system.memory)))
     series, numbers = np.zeros((1, 1, len(CHANNELS) + 2)), np.ones(len(system.parameters))

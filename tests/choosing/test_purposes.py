@@ -13,7 +13,9 @@ from seatrial.choosing import survey as surveys
 from seatrial.choosing.probing import Probe
 from seatrial.choosing.purposes import Purpose, advise, fittest, recommend, unmet
 from seatrial.choosing.survey import Assessment, assess, count, nanoseconds, vector_arx
+from seatrial.engine import Rollout
 from seatrial.ships.files import load
+from seatrial.simulate.lanes import Lanes, Steps
 
 KEYS = tuple(c.key for c in CAPABILITIES)
 A, B, C = KEYS[:3]
@@ -124,20 +126,13 @@ def test_the_cost_is_the_shortest_time_of_a_step_and_lane(monkeypatch: pytest.Mo
     monkeypatch.setattr(surveys.time, "perf_counter", now)
     counts: list[int] = []
     probe = Probe.of(load("mariner_nomoto"))
-    made = surveys.simulator
+    run = surveys.run
 
-    def watched(system: Any) -> Any:
-        engine = made(system)
-        run = engine.run
+    def counted(lanes: Lanes, steps: Steps, threads: int) -> Rollout:
+        counts.append(steps.count)
+        return run(lanes, steps, threads=threads)
 
-        def counted(*args: Any, steps: int, **kept: Any) -> Any:
-            done = run(*args, steps=steps, **kept)
-            counts.append(steps)
-            return done
-
-        return type("Watched", (), {"virtual": engine.virtual, "pack": engine.pack, "run": staticmethod(counted)})()
-
-    monkeypatch.setattr(surveys, "simulator", watched)
+    monkeypatch.setattr(surveys, "run", counted)
     assert nanoseconds(probe) == pytest.approx(0.5e9 / (128 * (counts[0] - 1)))
     assert len(set(counts)) == 1
 

@@ -12,7 +12,8 @@ from seatrial.environment.weather import Measured
 from seatrial.manoeuvres.turning import Turning
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
-from seatrial.simulate.run import approach, campaign, in_water, simulate, surrounded
+from seatrial.simulate.lanes import Judge
+from seatrial.simulate.run import approach, campaign, simulate, surrounded
 
 L7 = load("kvlcc2_l7")
 
@@ -45,15 +46,15 @@ def test_validity_is_judged_through_the_water_at_the_stored_rows() -> None:
     """In a current to the east a ship that heads east at 5 m/s over ground makes 4 through the water."""
     rows = np.zeros((6, len(CHANNELS)))
     rows[:, CHANNELS.index("current_y")] = np.arange(1.0, 7.0)
-    judge = in_water(rows, 2)
-    assert judge is not None
+    judge = Judge.of(load("mariner"), rows, 2)
+    assert judge.told is not None
     values = np.array(
         [[[0, 0, 0.5 * math.pi, 5.0, 0.2, 0], [0, 0, 0.0, 5.0, 0.2, 0], [0, 0, -0.5 * math.pi, 5.0, 0, 0]]]
     )
-    found = judge(values.astype(float))
+    found = judge.told(values.astype(float))
     assert found["u"] == pytest.approx(np.array([[5.0 - 1.0, 5.0, 5.0 + 5.0]]))
     assert found["v_m"] == pytest.approx(np.array([[0.2, 0.2 - 3.0, 0.0]]), abs=1e-12)
-    assert in_water(np.zeros((6, len(CHANNELS))), 2) is None
+    assert Judge.of(load("mariner"), np.zeros((6, len(CHANNELS))), 2).told is None
 
 
 def test_a_row_has_the_mean_of_the_weather_up_to_the_next() -> None:

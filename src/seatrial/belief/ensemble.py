@@ -16,7 +16,6 @@ import numpy as np
 from ..core.executors import Pool, parted
 from ..core.parameters import Free
 from ..data import Array, DataError, Trial
-from ..engine.rollout import simulator
 from ..identify import Fit, FitError, Loss, Problem
 from ..identify.posterior.misfit import white
 from ..identify.record import Settings, windows
@@ -25,6 +24,7 @@ from ..identify.vector import Vector
 from ..models import STATES
 from ..ships import Ship
 from ..simulate.approach import substeps
+from ..simulate.lanes import Kernel, Lanes, run
 from ..simulate.loop import open_loop, open_loop_parameters
 
 _TOLERANCE = 1e-7
@@ -174,12 +174,9 @@ def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:
         raise DataError(f"{trial.name}: its complete rows fall apart into {cut.state0.shape[0]} runs; give one")
     vector, system, shared = Vector.of(group.free), open_loop(group.ship), open_loop_parameters(group.ship)
     lanes = np.vstack([shared[vector.positions(system.parameters)], group.values])
-    run = simulator(system, vector.paths).run(
-        np.repeat(cut.state0, len(lanes), axis=0), np.repeat(cut.series, len(lanes), axis=0), shared,
-        lanewise=lanes, dt=cut.dt, steps=cut.steps, every=cut.every, method=group.settings.method,
-        threads=group.settings.threads,
-    )  # fmt: skip
-    states = run.values[:, :, : len(STATES)]
+    state0, series = (np.repeat(one, len(lanes), axis=0) for one in (cut.state0, cut.series))
+    many = Lanes(Kernel(system, vector.paths), shared, state0, series, lanewise=lanes)
+    states = run(many, cut.grid(group.settings.method), threads=group.settings.threads).values[:, :, : len(STATES)]
     t = trial.t[0] + dt * np.arange(states.shape[1])
     read = [] if manoeuvre is None else [_indices(trial, t, one, manoeuvre, group.ship.L_pp) for one in states]
     found = sorted({name for one in read for name in one})

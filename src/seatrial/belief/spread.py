@@ -21,7 +21,6 @@ from ..core.files import write_whole
 from ..core.parameters import values
 from ..core.unpacking import unpacked
 from ..data import Array, Trial
-from ..engine.rollout import simulator
 from ..identify import Fit, Loss, Problem
 from ..identify.record import windows
 from ..identify.trajectory.shooting import Trajectory
@@ -29,6 +28,7 @@ from ..models import STATES
 from ..models.hybrid import Hybrid
 from ..ships import Ship, ShipError
 from ..simulate.approach import substeps
+from ..simulate.lanes import Kernel, Lanes, run
 from ..simulate.loop import open_loop, open_loop_parameters
 from .coverage import VERDICTS, Coverage, Reference, coverage, usual
 from .freer import UNITS, freer, with_units
@@ -180,13 +180,12 @@ def _drifts(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[tuple[A
         window=found.restart or max(trial.duration for trial in trials), substeps=substeps(wide, dt),
     )  # fmt: skip
     system, parameters = open_loop(wide), open_loop_parameters(wide)
-    forward, where = simulator(system), [system.parameters.index(path) for path in found.paths]
-    packed, every = forward.pack(cut.series), list[Array]()
+    kernel, where = Kernel(system), [system.parameters.index(path) for path in found.paths]
+    lanes, every = Lanes(kernel, parameters, cut.state0, kernel.pack(cut.series)), list[Array]()
     with np.errstate(all="ignore"):  # a member that diverges does not return
         for row in found.drawn:
             parameters[where] = row
-            run = forward.run(cut.state0, packed, parameters, dt=cut.dt, steps=cut.steps, every=cut.every)
-            every.append(run.values[:, :, : len(STATES)])
+            every.append(run(lanes, cut.grid("rk4")).values[:, :, : len(STATES)])
         deviation = np.nan_to_num(np.std(every, axis=0), nan=np.inf)
     deviation = np.where(cut.scale > 0, deviation, np.nan)
     square = (deviation / np.array([found.sigma[name] for name in STATES])) ** 2

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
 
 import numpy as np
 
-from ..engine.rollout import simulator
 from ..environment import CHANNELS
 from ..ships.files import load
-from ..simulate.loop import open_loop, open_loop_parameters
+from ..simulate.lanes import Steps, given, run
 from .timing import best
 
 MODULE = "python_vehicle_simulator.vehicles.tanker"
@@ -21,11 +19,9 @@ RPM, DEEP = 80.0, 1e9
 def ours() -> float:
     """Time of a step of one ship [s]; a ship a lane, one thread."""
     ship = load("esso_190k_tanker")
-    run, p = simulator(open_loop(ship)), open_loop_parameters(ship)
     held = np.tile([RPM / 60.0, DELTA, *([0.0] * len(CHANNELS))], (LANES, 1, 1))
-    z = np.tile([0.0, 0.0, 0.0, 4.8, 0.0, 0.0], (LANES, 1))
-    options: dict[str, Any] = {"dt": DT, "steps": STEPS + 1, "every": STEPS, "method": "euler", "threads": 1}
-    return best(lambda: run.run(z, held, p, **options), 1.0) / (STEPS * LANES)
+    lanes = given(ship, np.tile([0.0, 0.0, 0.0, 4.8, 0.0, 0.0], (LANES, 1)), held)
+    return best(lambda: run(lanes, Steps(DT, STEPS + 1, STEPS, "euler"), threads=1), 1.0) / (STEPS * LANES)
 
 
 def theirs() -> float:

@@ -12,11 +12,10 @@ from scipy.interpolate import CubicHermiteSpline
 
 from ..data import Array
 from ..engine import SimulationError
-from ..engine.rollout import simulator
 from ..environment import CALM, CHANNELS
 from ..ships import Ship
 from ..ships.files import load
-from ..simulate.loop import open_loop, open_loop_parameters
+from ..simulate.lanes import Lanes, Steps, given, run
 from .timing import best
 
 LANES, DURATION, N_P, DELTA = 128, 200.0, 11.85, math.radians(35.0)
@@ -31,10 +30,10 @@ def ship() -> Ship:
 
 
 @cache
-def engine() -> tuple[Any, Array, Array]:
-    """The engine of the ship, its parameters, and what acts on each lane."""
-    system, held = open_loop(ship()), np.array([N_P, DELTA, *([0.0] * len(CHANNELS))])
-    return simulator(system), open_loop_parameters(ship()), np.tile(held, (LANES, 1, 1))
+def turns() -> Lanes:
+    """The turn of all lanes."""
+    held = np.array([N_P, DELTA, *([0.0] * len(CHANNELS))])
+    return given(ship(), np.tile(start(), (LANES, 1)), np.tile(held, (LANES, 1, 1)))
 
 
 def start() -> Array:
@@ -44,9 +43,8 @@ def start() -> Array:
 
 def sailed(dt: float) -> Any:
     """The turn of all lanes on one thread; its rows are the start and the end."""
-    run, p, held = engine()
     steps = round(DURATION / dt) + 1
-    return run.run(np.tile(start(), (LANES, 1)), held, p, dt=dt, steps=steps, every=steps - 1, threads=1)
+    return run(turns(), Steps(dt, steps, steps - 1), threads=1)
 
 
 def per_call() -> float:
@@ -62,8 +60,8 @@ def bare() -> float:
 
 def by_scipy() -> float:
     """Time of one right-hand side in scipy's solve_ivp on our equations on Python floats [s]."""
-    system, (_, p, held) = open_loop(ship()), engine()
-    numbers, acting = tuple(p.tolist()), tuple(held[0, 0].tolist())
+    system = turns().kernel.system
+    numbers, acting = tuple(turns().shared.tolist()), tuple(turns().series[0, 0].tolist())
 
     def rates(_: float, z: Array) -> Any:
         return system.derivative(tuple(z.tolist()), acting, numbers)
@@ -76,9 +74,7 @@ def by_scipy() -> float:
 
 def track(dt: float) -> Array:
     """States of one ship at every step, shape (steps, 6)."""
-    run, p, held = engine()
-    steps = round(DURATION / dt) + 1
-    return np.asarray(run.run(start()[None], held[:1], p, dt=dt, steps=steps).values[0])
+    return run(turns().part(slice(1)), Steps(dt, round(DURATION / dt) + 1)).values[0]
 
 
 def dense(dt: float, t: Array) -> Array:

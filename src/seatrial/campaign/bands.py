@@ -20,7 +20,7 @@ from ..models import STATES, Sampled, Stepped
 from ..ships import Ship
 from ..ships.felt import driven
 from ..simulate.approach import substeps
-from ..simulate.lanes import prepare
+from ..simulate.lanes import Steps, run, steered
 from . import Case
 from .reading import figures, sailed
 from .revolutions import balanced
@@ -126,18 +126,16 @@ def _tallied(
     What a tally leaves out, means over the end of a run, is read from the rows that are kept.
     """
     steps = round(case.duration / case.dt) + 1
-    loop = prepare(case.ship, tally, case.dt, vary, start, around, lanes)
-    every = -(-steps // min(_ROWS, max(_KEPT // (lanes * len(loop.simulator.system.stored)), _FEWEST)))
-    rows = loop.simulator.stored(
-        loop.state, loop.series, loop.shared, memory0=loop.memory, lanewise=loop.lanewise, dt=case.dt,
-        steps=every * -(-steps // every) + 1, every=every, method=case.method, threads=threads,
-    )  # fmt: skip
-    found = figures(tally, loop.simulator.system.stored, rows[:, -1], vary)
+    loop = steered(case.ship, tally, case.dt, vary, start, around, lanes)
+    stored = loop.kernel.system.stored
+    every = -(-steps // min(_ROWS, max(_KEPT // (lanes * len(stored)), _FEWEST)))
+    rows = run(loop, Steps(case.dt, every * -(-steps // every) + 1, every, case.method), None, threads).values
+    found = figures(tally, stored, rows[:, -1], vary)
     t, failed = case.dt * every * np.arange(rows.shape[1] - 1), found.pop("failed")
     found.pop("complete")
     ends = np.where(np.isnan(failed), np.inf, failed)
     tracks = np.where((t >= ends[:, None])[:, :, None], np.nan, rows[:, :-1, : len(STATES)])
-    kept = rows[:, :-1, [loop.simulator.system.stored.index(name) for name in (*STATES, *case.ship.model.controls)]]
+    kept = rows[:, :-1, [stored.index(name) for name in (*STATES, *case.ship.model.controls)]]
     more = [_lacking(case, tally, t[t < end], one) for one, end in zip(kept, ends.tolist(), strict=True)]
     return Bands(t, tracks, {**found, **_columns(more)}, failed)
 

@@ -19,7 +19,7 @@ from ..environment import CHANNELS, Uniform
 from ..environment.weather import Gust
 from ..manoeuvres import Manoeuvre
 from ..models import STATES
-from ..simulate.lanes import check_varied, prepare
+from ..simulate.lanes import check_varied, steered
 from ..simulate.loop import loop_values
 from . import Campaign, CampaignError, Case
 from .columns import meanings
@@ -254,11 +254,11 @@ def _sailed(
         return whole_indices(case, names, vary, runs.start, around, runs.lanes, steps, threads, tracks)
     flow = {"policy.current_x": north, "policy.current_y": east}
     more = {name: np.broadcast_to(one, runs.lanes) for name, one in flow.items()}
-    loop = prepare(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, runs.start, around, runs.lanes,
+    loop = steered(case.ship, tally, case.dt, {**vary, **(more if flowing else {})}, runs.start, around, runs.lanes,
                    case.device, case.precision)  # fmt: skip
     names = tracks.names(case.ship, case.manoeuvre) if tracks else ()
     rows, kept = sail(loop, case.dt, steps, case.method, threads, tracks, names, away=case.device != "cpu")
-    return figures(tally, loop.simulator.system.stored, rows, vary), kept
+    return figures(tally, loop.kernel.system.stored, rows, vary), kept
 
 
 def replay(campaign: Campaign, run: int, cube: Array | None = None) -> tuple[Runs, Manoeuvre, Trial]:

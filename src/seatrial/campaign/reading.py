@@ -10,10 +10,9 @@ import numpy as np
 
 from ..core.parameters import update
 from ..data import Array, DataError, Trial
-from ..environment import CHANNELS
-from ..manoeuvres import Index, Manoeuvre, Scheduled
-from ..simulate.lanes import prepare
-from ..simulate.run import in_water, recorded
+from ..manoeuvres import Index, Manoeuvre
+from ..simulate.lanes import Judge, Steps, run, steered
+from ..simulate.run import recorded, scheduled
 from . import CampaignError, Case
 from .tallies import Tally
 from .tracks import Column, Tracks
@@ -103,25 +102,16 @@ def sailed(
     case: Case, vary: Mapping[str, Array], start: Array, around: Array, lanes: int, steps: int, threads: int
 ) -> Iterator[tuple[Manoeuvre, Trial, float]]:
     """Each run as a trial, up to where it failed, with its manoeuvre and when it failed [s] (NaN: it did not)."""
-    policy, series = case.manoeuvre, around
-    if isinstance(policy, Scheduled):
-        shape = (len(around), steps)
-        given = np.broadcast_to(policy.schedule(case.dt, steps), (*shape, len(policy.given)))
-        series = np.concatenate([np.broadcast_to(around[:, :steps], (*shape, len(CHANNELS))), given], axis=2)
-    ready = prepare(case.ship, policy, case.dt, vary, start, series, lanes, case.device, case.precision)
-    run = ready.simulator.run(
-        ready.state, ready.series, ready.shared, memory0=ready.memory, lanewise=ready.lanewise, dt=case.dt,
-        steps=steps, method=case.method, threads=threads,
-        validity={k: v for k, v in case.ship.validity.items() if k in ready.simulator.system.states},
-        judged=in_water(around, 1),
-    )  # fmt: skip
-    failed = {failure.lane: failure.time for failure in run.failures}
+    policy, series = case.manoeuvre, scheduled(case.manoeuvre, around, case.dt, steps)
+    ready = steered(case.ship, policy, case.dt, vary, start, series, lanes, case.device, case.precision)
+    done = run(ready, Steps(case.dt, steps, method=case.method), Judge.of(case.ship, around, 1), threads)
+    failed = {failure.lane: failure.time for failure in done.failures}
     for lane in range(lanes):
         changes = {name[7:]: float(column[lane]) for name, column in vary.items() if name.startswith("policy.")}
         end = round(failed[lane] / case.dt) if lane in failed else steps
         own = update(policy, changes)
         here = around[min(lane, len(around) - 1), : max(end, 1)]
-        trial = recorded(case.ship, own, run.t[:end], run.values[lane, :end], here, dt=case.dt)
+        trial = recorded(case.ship, own, done.t[:end], done.values[lane, :end], here, dt=case.dt)
         yield own, trial, failed.get(lane, math.nan)
 
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..data import Array
-from ..engine.rollout import simulator
 from ..environment import CALM
 from ..models import Sampled
 from ..ships import Ship
+from ..simulate.lanes import Kernel
 from ..simulate.loop import open_loop, open_loop_parameters
 from . import CampaignError
 
@@ -32,9 +32,8 @@ def balanced(ship: Ship, vary: Mapping[str, Array], speed: Array) -> Array:
     if isinstance(ship.model, Sampled) or ship.model.states != ship.model.motion:
         whose = "models without states of their own"
         raise CampaignError(f"{ship.name}: revolutions are balanced for {whose}; give policy.n_P")
-    system = open_loop(ship)
     own = tuple(name[5:] for name in vary if name.startswith("ship."))
-    code, shared = simulator(system, own), open_loop_parameters(ship)
+    kernel, shared = Kernel(open_loop(ship), own), open_loop_parameters(ship)
     lanewise = np.column_stack([vary[f"ship.{name}"] for name in own]) if own else None
     state = np.zeros((len(speed), len(ship.model.states)))
     state[:, 3] = speed
@@ -42,7 +41,7 @@ def balanced(ship: Ship, vary: Mapping[str, Array], speed: Array) -> Array:
 
     def surge(n_P: Array) -> Array:
         acting = np.hstack([n_P[:, None] * factors, np.tile(np.array(CALM), (len(n_P), 1))])
-        return code.evaluate(state, acting, shared, lanewise)[:, 3]
+        return kernel.rates(state, acting, shared, lanewise)[:, 3]
 
     low, high = _LOW * speed / ship.L_pp, _HIGH * speed / ship.L_pp
     if (lost := np.flatnonzero(surge(low) * surge(high) > 0)).size:

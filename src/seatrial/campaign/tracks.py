@@ -6,7 +6,7 @@ Only the kept rows leave the compiled loop.  A run that fails keeps those before
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..core.parameters import unknown
 from ..data import Array
 from ..manoeuvres import Policy
 from ..ships import Ship
-from ..simulate.lanes import Lanes
+from ..simulate.lanes import Lanes, Steps, run
 from ..simulate.loop import logged
 
 Precision = Literal["single", "double"]
@@ -110,11 +110,11 @@ def sail(
         Shapes (lanes, stored) and, by name, (lanes, rows).
     """
     # One row more than the run has samples.
-    held = loop.series.shape[1] == 1
-    series = loop.series if held else np.pad(loop.series, ((0, 0), (0, 1), (0, 0)), "edge")
+    if loop.series.shape[1] > 1:
+        loop = replace(loop, series=np.pad(loop.series, ((0, 0), (0, 1), (0, 0)), "edge"))
     if tracks is None:
-        return _stored(loop, slice(None), series, dt, 0, steps, steps, method, threads)[:, -1], {}
-    system, lanes = loop.simulator.system, len(loop.state)
+        return run(loop, Steps(dt, steps + 1, steps, method), None, threads).values[:, -1], {}
+    system, lanes = loop.kernel.system, len(loop.state)
     # What a plant remembers is not stored, so such a run cannot be taken up again where the kept rows end.
     stride = 1 if system.hidden else tracks.every
     end, count = steps // stride * stride, tracks.rows(steps)
@@ -124,33 +124,17 @@ def sail(
     group = max(most // _LANES, 1) * _LANES
     for low in range(0, lanes, group):
         here = slice(low, min(low + group, lanes))
-        rows = _stored(loop, here, series, dt, 0, end, stride, method, threads)
+        rows = run(loop.part(here), Steps(dt, end + 1, stride, method), None, threads).values
         for name, column in kept.items():
             column[here] = rows[:, : count * (tracks.every // stride) : tracks.every // stride,
                                 system.stored.index(name)]  # fmt: skip
         last[here] = rows[:, -1]
     if end < steps:
-        last = _stored(_from(loop, last), slice(None), series, dt, end, steps, steps - end, method, threads)[:, -1]
+        states, series = len(system.states), loop.series if loop.series.shape[1] == 1 else loop.series[:, end:]
+        on = replace(loop, state=last[:, :states], memory=last[:, states : states + len(system.memory)], series=series)
+        rest = Steps(dt, steps - end + 1, steps - end, method, end * dt)
+        last = run(on, rest, None, threads).values[:, -1]
     return last, kept
-
-
-def _from(loop: Lanes, rows: Array) -> Lanes:
-    """The loop, to go on from stored rows."""
-    states, memory = loop.state.shape[1], loop.memory.shape[1]
-    return Lanes(loop.simulator, rows[:, :states], rows[:, states : states + memory], loop.series, loop.shared,
-                 loop.lanewise)  # fmt: skip
-
-
-def _stored(
-    loop: Lanes, here: slice, series: Array, dt: float, first: int, last: int, every: int, method: str, threads: int
-) -> Array:
-    """Stored rows from sample `first`, where the loop stands, to sample `last`."""
-    around = series[here] if series.shape[1] == 1 else series[here, first:]
-    return loop.simulator.stored(
-        loop.state[here], around, loop.shared, memory0=loop.memory[here],
-        lanewise=None if loop.lanewise is None else loop.lanewise[here], t0=first * dt, dt=dt,
-        steps=last - first + 1, every=every, method=method, threads=threads,
-    )  # fmt: skip
 
 
 def counts(failed: Array, samples: Any, dt: Any, every: int) -> NDArray[np.int64]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..actuators import Actuators
 from ..core.parameters import Terms, walk
-from ..engine.rollout import simulator
 from ..environment import CALM
 from ..identify.design.excitation import TABLE_1, Published
 from ..models import Sampled
@@ -23,6 +22,7 @@ from ..models.settled import begun
 from ..ships import Ship
 from ..ships.classes import find_class
 from ..ships.files import library, load
+from ..simulate.lanes import Kernel, Lanes, Steps, run
 from ..simulate.loop import open_loop, open_loop_parameters
 from . import ANSWERS, CAPABILITIES, Family, Finding, table
 from .probing import Probe, findings, outputs
@@ -194,8 +194,8 @@ def _defaults(model: Any, prefix: str = "") -> dict[str, float]:
 
 def nanoseconds(probe: Probe) -> float:
     """Shortest time of a step of Euler's method over 128 lanes on one thread, per lane and step [ns]."""
-    ship, system = probe.ship, open_loop(probe.ship)
-    engine = simulator(system)
+    ship, kernel = probe.ship, Kernel(open_loop(probe.ship))
+    system = kernel.system
     model: Any = ship.model
     dt = float(model.dt) if isinstance(model, Sampled) else 0.01 * ship.L_pp / ship.speed
     control, state = probe.control(1.0, 0.1), probe.state(1.0, 0.0, 0.0)
@@ -203,12 +203,11 @@ def nanoseconds(probe: Probe) -> float:
     memory = model.begin(state, control) if isinstance(model, Sampled) else ()
     memory = memory[: len(system.memory) + len(system.hidden)]
     z, m = np.tile(np.array(state), (_LANES, 1)), np.tile(np.array(memory, dtype=float), (_LANES, 1))
-    series = engine.pack(np.tile(np.array([*control, *CALM], dtype=float), (_LANES, 1, 1)))
-    parameters, best = open_loop_parameters(ship), float("inf")
-    steps = _STEPS // 30 if engine.virtual else _STEPS
+    series = kernel.pack(np.tile(np.array([*control, *CALM], dtype=float), (_LANES, 1, 1)))
+    lanes, best = Lanes(kernel, open_loop_parameters(ship), z, series, m), float("inf")
+    steps = _STEPS // 30 if kernel.forward.virtual else _STEPS
     for _ in range(_REPEATS):
         start = time.perf_counter()
-        engine.run(z, series, parameters, dt=dt, steps=steps, every=steps - 1, memory0=m,
-                   method="euler", threads=1)  # fmt: skip
+        run(lanes, Steps(dt, steps, steps - 1, "euler"), threads=1)
         best = min(best, time.perf_counter() - start)
     return 1e9 * best / (_LANES * (steps - 1))

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from ..data import Array
 from ..engine import System
 from ..engine.csource import LANES
-from ..engine.rollout import Simulator, simulator
+from ..engine.rollout import Simulator
 from ..engine.simd import field_of
 from ..engine.virtual import Packed
 from ..environment import CHANNELS
 from ..ships import Ship
+from ..simulate.lanes import Kernel
 from .episodes import Fleet, Settings, uniform
 from .tasks import Task, TaskError
 
@@ -45,7 +46,7 @@ class Lanes:
         self._buffers = Buffers.of(self.system, blocks, len(fleet.free), np.array(list(fleet.parameters.values())))
         self._views(blocks, len(self.work.orders), len(self.work.seen))
         self.seeds, self.episodes = (np.zeros(blocks * LANES, dtype=np.uint64) for _ in range(2))
-        compiled = simulator(self.system, fleet.free)
+        compiled = Kernel(self.system, fleet.free).forward
         self._step = stepping(compiled, self._buffers, self.work.dt, fleet.steps, threads)
 
     def _views(self, blocks: int, chosen: int, seen: int) -> None:

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import data, ships
-from ..core.errors import MissingError
-from ..core.parameters import unknown, values, walk
+from ..core.parameters import read, walk
 from ..manoeuvres import Policy
 from ..ships.classes import Trust
 from ..ships.files import load as load_ship
@@ -21,7 +20,7 @@ from .tables import Cell, Table, Tabular, entries
 from .trials import Trial, trial_of
 
 if TYPE_CHECKING:
-    from ..exchange import Equations
+    from ..exchange import Plant as Equations
     from ..models.linear import Linear
     from ..realtime.plant import Plant
 
@@ -91,9 +90,9 @@ class Ship(ships.Ship):
         Raises:
             ShipError: a model in discrete time; a step that is not above zero.
         """
-        from ..exchange import equations_of
+        from ..exchange import plant
 
-        return equations_of(self, dt)
+        return plant(self, dt)
 
     def save(self, path: str | Path) -> Path:
         """Write a ship file, which `load` reads."""
@@ -115,10 +114,7 @@ class Parameters(Tabular, Mapping[str, float]):
     ship: ships.Ship
 
     def __getitem__(self, path: str) -> float:
-        known = values(self.ship.model)
-        if path not in known:
-            raise MissingError(f"{self.ship.name}: {unknown(path, known)}")
-        return float(known[path])
+        return float(read(self.ship.model, path))
 
     def __iter__(self) -> Iterator[str]:
         return (path for path, _, _ in walk(self.ship.model))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import between_readings, resample
 from ..models import ROLL, STATES, Model
+from ..simulate.lanes import Steps
 from ..simulate.replay import inputs, own_states
 from ..simulate.steering import is_held, logged, sources
 from . import Loss, Problem, StudyError
@@ -284,6 +285,10 @@ class Windows:
     def width(self) -> int:
         """States that are measured, the first ones of the model: six, or eight of a ship that rolls."""
         return self.scale.shape[2]
+
+    def grid(self, method: str) -> Steps:
+        """Steps of every window, a compared row each time."""
+        return Steps(self.dt, self.steps, self.every, method)
 
     @property
     def samples(self) -> int:

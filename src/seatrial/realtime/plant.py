@@ -21,7 +21,7 @@ import numpy as np
 from ..core.parameters import unknown
 from ..data import Array
 from ..engine import SimulationError, System
-from ..engine.rollout import Simulator, simulator
+from ..engine.rollout import Simulator
 from ..engine.single import Stepper, stepper
 from ..environment import CHANNELS, Environment, Uniform, Weather, through_water
 from ..environment.grid import SMOOTH, Grid
@@ -30,6 +30,7 @@ from ..models import STATES, Sampled, Stepped
 from ..models.settled import settled
 from ..ships import Ship, ShipError
 from ..simulate.approach import approach, time_step
+from ..simulate.lanes import Kernel
 from ..simulate.loop import closed_loop, loop_memory, loop_values
 from ..simulate.place import Place
 from .helm import CommandError, Helm, Range, limits, obeying, ranges
@@ -53,7 +54,7 @@ class Compiled:
 
     ship: Ship
     dt: float
-    simulator: Simulator
+    kernel: Kernel
     ranges: Mapping[str, Range]
     place: Place | None = None
 
@@ -69,7 +70,7 @@ class Compiled:
         if isinstance(ship.model, Sampled) and abs(dt / float(ship.model.dt) - 1.0) > 1e-9:
             raise ShipError(f"{ship.name}: runs at its own step of {ship.model.dt:g} s only; got {dt:g} s")
         system = closed_loop(ship, Helm(ship.model.controls), dt, place)
-        return Compiled(ship, dt, simulator(system), ranges(ship), place)
+        return Compiled(ship, dt, Kernel(system), ranges(ship), place)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # What is compiled stays in its process; another one takes it from the cache.
@@ -110,7 +111,7 @@ class Plant:
         self.linkage: Callable[[str, float], float] | None = None
         self.controls = ship.model.controls
         self._commands, self._origin = {f"{name}_cmd": name for name in self.controls}, (compiled, environment)
-        system = compiled.simulator.system
+        system = compiled.kernel.system
         self.names = (*system.states, *self.controls, *self._commands, *CHANNELS)
         self._at = {name: system.stored.index(name) for name in (*system.states, *self.controls)}
         self._series = {name: k for k, name in enumerate(system.series)}
@@ -129,7 +130,7 @@ class Plant:
         rest = settled(ship.model, np.array([[*acting, *self._around.values]], dtype=np.float64))[0]
         parameters = np.array(list(loop_values(ship, policy).values()), dtype=np.float64)
         made = partial(NetworkStep, ship) if isinstance(ship.model, Stepped) else stepper
-        self._stepper: Stepper = made(compiled.simulator, parameters, self.dt)
+        self._stepper: Stepper = made(compiled.kernel.forward, parameters, self.dt)
         self._stepper.load(np.array([*six, *rest[len(six) - len(STATES) :], *memory]))
         self._stepper.surround(self._around.at(0))
         for (order, factor), control in zip(ship.model.follows, self.controls, strict=True):

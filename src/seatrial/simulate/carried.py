@@ -14,11 +14,11 @@ import numpy as np
 
 from ..data import Array, DataError, Trial
 from ..engine import Scalars, System
-from ..engine.rollout import Simulator, simulator
 from ..models import STATES, Sampled
 from ..ships import Ship
+from .lanes import Kernel, Lanes
 from .loop import open_loop, open_loop_parameters
-from .replay import Prepared, inputs, joined, prepared, unseen
+from .replay import Prepared, inputs, prepared, unseen
 
 DISTURBED = ("d_u", "d_v_m", "d_r")
 """Accelerations that are added to those of the model: ahead, to starboard [m/s^2] and in yaw [rad/s^2]."""
@@ -82,7 +82,7 @@ class Carrier:
     ship: Ship
     slow: Slow
     history: float
-    compiled: Simulator
+    kernel: Kernel
     parameters: Array
 
     @staticmethod
@@ -98,7 +98,7 @@ class Carrier:
         """
         if not history > 0.0:
             raise DataError(f"history is {history:g} s; it must be above zero")
-        return Carrier(ship, slow or Slow.of(ship), history, simulator(disturbed(ship)), open_loop_parameters(ship))
+        return Carrier(ship, slow or Slow.of(ship), history, Kernel(disturbed(ship)), open_loop_parameters(ship))
 
     def replay(
         self, trial: Trial, *, restart: float | None = None, method: str = "rk4", smooth_start: float | None = None,
@@ -113,14 +113,9 @@ class Carrier:
         acted = self.before(trial, ready)
         since = ready.dt * np.arange(ready.steps)
         carried = acted[:, None, :] * np.exp(-since / self.slow.fade)[None, :, None]
-        lanes = np.concatenate([ready.lanes, carried], axis=2)
-        run = self.compiled.run(
-            ready.begun, np.repeat(lanes, ready.each, axis=1), self.parameters, dt=ready.dt / ready.each,
-            every=ready.each, steps=(ready.steps - 1) * ready.each + 1, method=method, threads=threads,
-        )  # fmt: skip
-        out = joined(run, trial, ready.t, ready.starts, ready.begun.shape[1])
-        meta = {**trial.meta, "source": f"predicted by {self.ship.name}", "restart": restart}
-        made = Trial(trial.name, ready.t, {n: out[:, k] for k, n in enumerate(STATES)}, meta=meta)
+        ready = replace(ready, lanes=np.concatenate([ready.lanes, carried], axis=2))
+        lanes = Lanes(self.kernel, self.parameters, ready.begun, ready.series)
+        made = ready.sailed(self.ship, lanes, STATES, method, threads)
         return made.noting(f"what acted in {self.history:g} s before each start carried on")
 
     def before(self, trial: Trial, ready: Prepared) -> Array:
@@ -142,7 +137,7 @@ class Carrier:
             starts: rows, each of which is the last that is known.
         """
         acting = np.hstack([series, np.zeros((len(t), len(DISTURBED)))])
-        acted = np.nan_to_num(beyond(self.compiled, self.parameters, t, np.hstack([state, hidden]), acting))
+        acted = np.nan_to_num(beyond(self.kernel, self.parameters, t, np.hstack([state, hidden]), acting))
         span = np.diff(t)
         out = np.zeros((len(starts), len(DISTURBED)))
         for k, row in enumerate(starts):
@@ -153,7 +148,7 @@ class Carrier:
         return out
 
 
-def beyond(compiled: Simulator, parameters: Array, t: Array, state: Array, acting: Array) -> Array:
+def beyond(kernel: Kernel, parameters: Array, t: Array, state: Array, acting: Array) -> Array:
     """Measured accelerations from each row to the next less those of the model, shape (rows - 1, 3).
 
     Ahead and to starboard [m/s^2], in yaw [rad/s^2]; NaN where the velocities have a gap.
@@ -163,5 +158,5 @@ def beyond(compiled: Simulator, parameters: Array, t: Array, state: Array, actin
         state: measured, with what the model remembers, shape (rows, states).
         acting: controls and environment, shape (rows, inputs).
     """
-    rates = compiled.evaluate(np.nan_to_num(state), acting, parameters)
+    rates = kernel.rates(np.nan_to_num(state), acting, parameters)
     return np.diff(state[:, _VELOCITIES], axis=0) / np.diff(t)[:, None] - rates[:-1, _VELOCITIES]

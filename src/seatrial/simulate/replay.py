@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import between_readings, resampling, true_wind
-from ..engine import Rollout, SimulationError
-from ..engine.rollout import simulator
+from ..engine import SimulationError
 from ..environment import CHANNELS, VECTORS, to_body, to_earth
 from ..models import ROLL, STATES, Model, Sampled, Stepped
 from ..models.settled import unseen
 from ..ships import Ship
 from .approach import substeps
-from .loop import open_loop, open_loop_memory, open_loop_parameters
+from .lanes import Lanes, Steps, given, run
+from .loop import open_loop_memory
 from .run import SIMULATED
 from .steering import is_held, logged, sources
 
@@ -181,14 +181,8 @@ def replay(
         SimulationError: the prediction blows up; names time and state.
     """
     ready = prepared(ship, trial, restart=restart, method=method, smooth_start=smooth_start, begin=begin)
-    run = simulator(open_loop(ship)).run(
-        ready.begun, np.repeat(ready.lanes, ready.each, axis=1), open_loop_parameters(ship), dt=ready.dt / ready.each,
-        every=ready.each, steps=(ready.steps - 1) * ready.each + 1, method=method, threads=threads,
-        memory0=ready.memory,
-    )  # fmt: skip
-    out = joined(run, trial, ready.t, ready.starts, ready.begun.shape[1])
-    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
-    return Trial(trial.name, ready.t, {n: out[:, k] for k, n in enumerate(ship.model.motion)}, meta=meta)
+    lanes = given(ship, ready.begun, ready.series, ready.memory)
+    return ready.sailed(ship, lanes, ship.model.motion, method, threads)
 
 
 @dataclass(frozen=True)
@@ -196,6 +190,7 @@ class Prepared:
     """A trial as its free runs take it: a lane for each of them.
 
     Attributes:
+        trial, restart: what was prepared, and the seconds between starts.
         t: times of the rows [s].
         state: x, y, psi (unwrapped), u, v_m, r as measured, shape (rows, 6); NaN is a gap.
         starts: first row of each run.
@@ -205,6 +200,8 @@ class Prepared:
         dt, each, steps: time from row to row [s], steps of the integrator between them, rows of the longest run.
     """
 
+    trial: Trial
+    restart: float | None
     t: Array
     state: Array
     starts: Sequence[int]
@@ -214,6 +211,39 @@ class Prepared:
     dt: float
     each: int
     steps: int
+
+    @property
+    def series(self) -> Array:
+        """Controls and environment per step of the integrator, shape (lanes, steps, controls + 8)."""
+        return np.repeat(self.lanes, self.each, axis=1)
+
+    def grid(self, method: str = "rk4") -> Steps:
+        """Steps of the longest run, a row of the trial each time."""
+        return Steps.between(self.dt, self.steps, self.each, method)
+
+    def sailed(
+        self, ship: Ship, lanes: Lanes, names: Sequence[str], method: str = "rk4", threads: int | None = None
+    ) -> Trial:
+        """The runs one after the other, at the rows of the trial.
+
+        Args:
+            lanes: one a start.
+            names: of the first states, which are kept.
+
+        Raises:
+            SimulationError: a lane blows up; names time and state.
+        """
+        done, t = run(lanes, self.grid(method), threads=threads), self.t
+        out = np.empty((t.size, self.begun.shape[1]))
+        for lane, (a, b) in enumerate(pairwise((*self.starts, t.size))):
+            for k in range(out.shape[1]):
+                out[a:b, k] = np.interp(t[a:b] - t[a], done.t, done.values[lane, :, k])
+            if not np.isfinite(out[a:b]).all():
+                failed = next(f for f in done.failures if f.lane == lane)
+                where = f"{failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s"
+                raise SimulationError(f"{self.trial.name}: {where}; the model blows up")
+        meta = {**self.trial.meta, "source": f"predicted by {ship.name}", "restart": self.restart}
+        return Trial(self.trial.name, t, {name: out[:, k] for k, name in enumerate(names)}, meta=meta)
 
 
 def prepared(
@@ -247,25 +277,8 @@ def prepared(
     begun = np.hstack([first, hidden[starts]])
     if remembered is None:
         remembered = open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
-    return Prepared(t, state, starts, begun, lanes, remembered, dt, substeps(ship, dt, method), steps)
-
-
-def joined(run: Rollout, trial: Trial, t: Array, starts: Sequence[int], width: int) -> Array:
-    """The lanes of a run one after the other, at the rows of the trial, shape (rows, width).
-
-    Raises:
-        SimulationError: a lane blows up; names time and state.
-    """
-    out = np.empty((t.size, width))
-    for lane, (a, b) in enumerate(pairwise((*starts, t.size))):
-        for k in range(width):
-            out[a:b, k] = np.interp(t[a:b] - t[a], run.t, run.values[lane, :, k])
-        if not np.isfinite(out[a:b]).all():
-            failed = next(f for f in run.failures if f.lane == lane)
-            raise SimulationError(
-                f"{trial.name}: {failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s; the model blows up"
-            )
-    return out
+    each = substeps(ship, dt, method)
+    return Prepared(trial, restart, t, state, starts, begun, lanes, remembered, dt, each, steps)
 
 
 def _step(ship: Ship, t: Array, trial: Trial) -> float:

@@ -7,7 +7,7 @@ parameters that differ from lane to lane.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from ..core.parameters import values
 from ..data import UNITS, Array, Trial
 from ..engine import Failure, Rollout, SimulationError
 from ..engine.cuda import Device
-from ..environment import CHANNELS, VECTORS, Environment, Uniform, Weather, through_water
+from ..environment import CHANNELS, VECTORS, Environment, Uniform, Weather
 from ..manoeuvres import Policy, Scheduled
 from ..models import STATES, Sampled, unit
 from ..ships import Ship, ShipError
 from .approach import approach, fastest, straight, surge_balance, time_step
-from .lanes import check_varied, prepare
+from .lanes import Judge, Steps, check_varied, run, steered
 from .loop import closed_loop, logged, open_loop, open_loop_parameters
 from .place import Place, aground_or_inside, depths
 
@@ -46,11 +46,16 @@ def surroundings(environment: Weather | Array | None, dt: float, steps: int) -> 
 
 def inputs(policy: Policy, environment: Weather | Array | None, dt: float, steps: int) -> Array:
     """Inputs per step: the environment, then the schedule of the policy."""
-    around = surroundings(environment, dt, steps)
+    return scheduled(policy, surroundings(environment, dt, steps)[None], dt, steps)[0]
+
+
+def scheduled(policy: Policy, around: Array, dt: float, steps: int) -> Array:
+    """The environment, shape (lanes or 1, steps or 1, 8), with the schedule of the policy behind it."""
     if not isinstance(policy, Scheduled):
         return around
-    rows = np.broadcast_to(around, (steps, around.shape[1])) if len(around) == 1 else around[:steps]
-    return np.hstack([rows, policy.schedule(dt, steps)])
+    shape = len(around), steps
+    orders = np.broadcast_to(policy.schedule(dt, steps), (*shape, len(policy.given)))
+    return np.concatenate([np.broadcast_to(around[:, :steps], (*shape, len(CHANNELS))), orders], axis=2)
 
 
 def campaign(
@@ -88,33 +93,9 @@ def campaign(
         raise ShipError(f"start: {len(six)} numbers; give {', '.join(ship.model.motion)}")
     if place is not None and (wrong := aground_or_inside(place, six[: len(STATES)], float(ship.model.draught))):
         raise ShipError(f"{ship.name}: {wrong}; move the start into the water")
-    prepared = prepare(
-        ship, policy, step, vary, np.array([six], dtype=np.float64), around[None], lanes, device, precision, place
-    )
-    return prepared.simulator.run(
-        prepared.state, prepared.series, prepared.shared, memory0=prepared.memory, lanewise=prepared.lanewise,
-        dt=step, steps=steps, every=every, method=method, threads=threads,
-        validity={k: v for k, v in ship.validity.items() if k in prepared.simulator.system.states},
-        judged=in_water(around, every),
-    )  # fmt: skip
-
-
-def in_water(around: Array, every: int) -> Callable[[Array], Mapping[str, Array]] | None:
-    """Values that are compared with [validity]: in a current, the velocity through the water.
-
-    Args:
-        around: inputs per step, shape (steps or 1, series), or with a first axis of lanes.
-        every: stride of the stored rows.
-    """
-    north, east = (around[..., ::every, CHANNELS.index(name)] for name in ("current_x", "current_y"))
-    if not (north.any() or east.any()):
-        return None
-
-    def judged(values: Array) -> Mapping[str, Array]:
-        psi, u, v_m = (values[:, :, STATES.index(name)] for name in ("psi", "u", "v_m"))
-        return dict(zip(("u", "v_m"), through_water(u, v_m, north, east, np.cos(psi), np.sin(psi)), strict=True))
-
-    return judged
+    begun = np.array([six], dtype=np.float64)
+    under_way = steered(ship, policy, step, vary, begun, around[None], lanes, device, precision, place)
+    return run(under_way, Steps(step, steps, every, method), Judge.of(ship, around, every), threads)
 
 
 def surrounded(around: Array, rows: int) -> dict[str, Array]:
@@ -200,15 +181,15 @@ def simulate(
     at_once = any(ship.actuators.of(control).at_once for control in controls)
     # An order may change between stored rows: every step is kept, so that the acting values can be averaged.
     stride = every if at_once and duration / step <= _ROWS else 1
-    run = campaign(
+    done = campaign(
         ship, policy, {}, speed=ship.speed if speed is None else speed, duration=duration,
         environment=environment, dt=dt, every=every // stride, method=method, threads=1, start=start,
         device=device, place=place,
     )  # fmt: skip
-    if run.failures:
-        raise SimulationError(f"{ship.name}: {blown_up(run.failures[0], ship)}", run.failures[0].time)
+    if done.failures:
+        raise SimulationError(f"{ship.name}: {blown_up(done.failures[0], ship)}", done.failures[0].time)
     around = surroundings(environment, step, round(duration / step) + 1)
-    trial = recorded(ship, policy, run.t, run.values[0], around, dt=step, every=every, stride=stride, name=name)
+    trial = recorded(ship, policy, done.t, done.values[0], around, dt=step, every=every, stride=stride, name=name)
     return trial if place is None or place.grid is None else trial.having(depth=depths(place, trial["x"], trial["y"]))
 
 

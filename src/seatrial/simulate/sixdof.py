@@ -15,7 +15,6 @@ import numpy as np
 from ..core.parameters import update
 from ..data import Array, Trial
 from ..engine import Rollout, Scalars, SimulationError, System
-from ..engine.rollout import simulator
 from ..environment import CHANNELS, FORCES, Environment, InWaves, Weather
 from ..environment.sea import Sea, Waves
 from ..environment.sea.rao import Rao
@@ -23,7 +22,7 @@ from ..manoeuvres import Policy
 from ..models.unified import HEAVING
 from ..ships import Ship, ShipError
 from .approach import rounded_down, time_step
-from .lanes import prepare
+from .lanes import Judge, Kernel, Steps, run, steered
 from .run import blown_up, inputs, recorded
 
 _ROUNDS = 30
@@ -59,13 +58,13 @@ def forced(
     here = Environment(*around[0, : len(CHANNELS)].tolist())
     U = ship.speed if speed is None else speed
     start = np.array([[0.0, 0.0, 0.0, U + here.current_x, here.current_y, 0.0]])
-    run = solved(ship, policy, start, around, sea.waves, forces, step, steps, sea.spectrum.omega_P)
-    if run.failures:
-        raise SimulationError(f"{ship.name}: {blown_up(run.failures[0], ship)}", run.failures[0].time)
-    rows = run.values[0]
-    trial = recorded(ship, policy, run.t, rows, around, dt=step)
+    done = solved(ship, policy, start, around, sea.waves, forces, step, steps, sea.spectrum.omega_P)
+    if done.failures:
+        raise SimulationError(f"{ship.name}: {blown_up(done.failures[0], ship)}", done.failures[0].time)
+    rows = done.values[0]
+    trial = recorded(ship, policy, done.t, rows, around, dt=step)
     own = {name: rows[:, ship.model.states.index(name)].copy() for name in HEAVING}
-    zeta = _elevation(sea.waves, run.t, rows[:, 0], rows[:, 1])
+    zeta = _elevation(sea.waves, done.t, rows[:, 0], rows[:, 1])
     units = {**trial.units, "z": "m", "w": "m/s", "q": "rad/s", "zeta": "m"}
     return replace(trial.having(**own, zeta=zeta), units=units)
 
@@ -77,39 +76,36 @@ def solved(
     """The run whose wave forces are those along its own track; every step is stored."""
     if "theta" not in ship.model.states:
         raise ShipError(f"{ship.name}: wave forces move a ship in six degrees of freedom; make one of it (seakeeping)")
-    lanes = prepare(ship, policy, dt, {}, start, around[None], 1)
-    compiled = simulator(_with_forces(lanes.simulator.system, ship), ())
+    lanes = steered(ship, policy, dt, {}, start, around[None], 1)
+    kernel, judge = Kernel(_with_forces(lanes.kernel.system, ship)), Judge(ship.validity)
     table = forces.at(waves.omega)
     rows = np.broadcast_to(around, (steps, around.shape[1]))
     acting = np.zeros((steps, len(FORCES)))
     k_P = omega_P**2 / 9.81
     before: Array | None = None
     for _ in range(_ROUNDS):
-        series = np.hstack([rows, acting])[None]
-        run = compiled.run(
-            lanes.state, series, lanes.shared, memory0=lanes.memory, dt=dt, steps=steps, every=1, threads=1,
-            validity={key: value for key, value in ship.validity.items() if key in compiled.system.states},
-        )  # fmt: skip
-        track = run.values[0, :, :3]
+        forced_by = replace(lanes, kernel=kernel, series=np.hstack([rows, acting])[None])
+        now = run(forced_by, Steps(dt, steps), judge, threads=1)
+        track = now.values[0, :, :3]
         if before is not None:
             moved = np.abs(track - before)
-            if run.failures or (k_P * moved[:, :2].max() < _STAYS and moved[:, 2].max() < _STAYS):
-                return run
-        elif run.failures:
-            return run
+            if now.failures or (k_P * moved[:, :2].max() < _STAYS and moved[:, 2].max() < _STAYS):
+                return now
+        elif now.failures:
+            return now
         before = track.copy()
-        acting = _along(run, forces, table, waves, dt)
+        acting = _along(now, forces, table, waves, dt)
     raise SimulationError(
         f"{ship.name}: in these waves its track does not stay from run to run; take a shorter run", None
     )
 
 
-def _along(run: Rollout, forces: Rao, table: Any, waves: Waves, dt: float) -> Array:
+def _along(done: Rollout, forces: Rao, table: Any, waves: Waves, dt: float) -> Array:
     """Forces held over each step: those at its middle, at the place between its ends."""
-    track = run.values[0, :, :3]
+    track = done.values[0, :, :3]
     middle = np.vstack([0.5 * (track[1:] + track[:-1]), track[-1:]])
     rate = np.vstack([np.diff(track[:, :2], axis=0), np.zeros((1, 2))]) / dt
-    t = run.t + 0.5 * dt
+    t = done.t + 0.5 * dt
     return forces.motions(waves, t, middle[:, 0], middle[:, 1], middle[:, 2], rate, table)[0]
 
 

@@ -13,11 +13,11 @@ from .. import models
 from ..core.parameters import update, walk
 from ..data import Array
 from ..engine import Rollout
-from ..engine.rollout import simulator
 from ..environment import CHANNELS, Environment
 from ..models import STATES, Model, Sampled, Stepped, unit
 from ..ships import Ship
-from ..simulate.run import approach, fastest, open_loop, open_loop_parameters, straight
+from ..simulate.lanes import Steps, given, run
+from ..simulate.run import approach, fastest, straight
 from . import discovery
 from .discovery import (
     compiled,
@@ -286,12 +286,7 @@ def _run(ship: Ship, start: Array, around: Environment, dt: float) -> Rollout:
     control = [0.4 if unit(key) == "rad" else x or 0.3 * size for key, x, size in usual]
     series = np.tile([*control, *around], (len(start), 1, 1))
     steps = round(5 * ship.L_pp / ship.speed / dt) + 1
-    memory = None
-    if isinstance(ship.model, Sampled):
-        memory = np.array([ship.model.begin(tuple(state), tuple(control)) for state in start.tolist()])
-    return simulator(open_loop(ship)).run(
-        start, series, open_loop_parameters(ship), memory0=memory, dt=dt, steps=steps, every=max(steps // 50, 1)
-    )
+    return run(given(ship, start, series), Steps(dt, steps, max(steps // 50, 1)))
 
 
 Check = Callable[[Ship], str | None]

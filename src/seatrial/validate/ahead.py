@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from ..core.parameters import values
 from ..data import Array, Trial
-from ..engine.rollout import simulator
 from ..models import STATES
 from ..ships import Ship
+from ..simulate.lanes import Kernel, Lanes, Steps, run
 from ..simulate.loop import open_loop, open_loop_parameters
 from ..simulate.replay import Prepared, prepared
 
@@ -113,9 +113,9 @@ def _sailed(
     Args:
         starts: what each start is off by, shape (draws, windows, 6).
     """
-    code, windows, steps = simulator(open_loop(ship), tuple(names)), len(ready.starts), int(rows[-1]) + 1
-    series = np.repeat(ready.lanes[:, :steps], ready.each, axis=1)
-    stored = steps * len(open_loop(ship).stored)
+    kernel, windows, steps = Kernel(open_loop(ship), tuple(names)), len(ready.starts), int(rows[-1]) + 1
+    series, parameters = ready.series[:, : steps * ready.each], open_loop_parameters(ship)
+    stored, grid = steps * len(kernel.system.stored), Steps.between(ready.dt, min(steps, ready.steps), ready.each)
     group = max(_STORED // (windows * (stored + series.shape[1] * series.shape[2])), 1)
     out: list[Array] = []
     for low in range(0, len(draws), group):
@@ -123,14 +123,11 @@ def _sailed(
         many = len(some)
         begun = np.tile(ready.begun, (many, 1))
         begun[:, : len(STATES)] += starts[low : low + group].reshape(-1, len(STATES))
-        run = code.stored(
-            begun, np.tile(series, (many, 1, 1)), open_loop_parameters(ship),
-            memory0=None if ready.memory is None else np.tile(ready.memory, (many, 1)),
-            lanewise=np.repeat(some, windows, axis=0), dt=ready.dt / ready.each, every=ready.each,
-            steps=(min(steps, ready.steps) - 1) * ready.each + 1,
-        )  # fmt: skip
-        at = np.minimum(rows, run.shape[1] - 1)
-        out.append(run[:, at, : len(STATES)].reshape(many, windows, len(rows), len(STATES)))
+        acting, own = np.tile(series, (many, 1, 1)), np.repeat(some, windows, axis=0)
+        memory = None if ready.memory is None else np.tile(ready.memory, (many, 1))
+        found = run(Lanes(kernel, parameters, begun, acting, memory, own), grid, None).values
+        at = np.minimum(rows, found.shape[1] - 1)
+        out.append(found[:, at, : len(STATES)].reshape(many, windows, len(rows), len(STATES)))
     return np.concatenate(out)
 
 

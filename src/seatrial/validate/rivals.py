@@ -15,7 +15,6 @@ import numpy as np
 
 from ..core.parameters import values
 from ..data import Array, Trial, unwrapped
-from ..engine.rollout import simulator
 from ..environment import Uniform
 from ..identify import Fit, Problem
 from ..identify.components.servo import ServoFit, fit_servo, servos
@@ -24,7 +23,7 @@ from ..identify.record import between
 from ..models import STATES
 from ..ships import Ship
 from ..simulate.approach import substeps
-from ..simulate.loop import open_loop, open_loop_memory, open_loop_parameters
+from ..simulate.lanes import Steps, given, run
 from ..simulate.replay import inputs, unseen
 from ..study.study import Study
 from ..study.virtual import VirtualTrials
@@ -276,13 +275,9 @@ def _short(ship: Ship, states: Sequence[Array], acting: Sequence[Array], dt: flo
 
 def _predicted(ship: Ship, begun: Array, lanes: Array, dt: float) -> Array:
     """States from each start under the inputs of its lane, shape (lanes, steps, 6); not finite where one diverges."""
-    system, each = open_loop(ship), substeps(ship, dt)
-    run = simulator(system).run(
-        begun, between(lanes, each), open_loop_parameters(ship), dt=dt / each, every=each,
-        steps=(lanes.shape[1] - 1) * each + 1,
-        memory0=open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)]),
-    )  # fmt: skip
-    return run.values[:, :, : len(STATES)]
+    each = substeps(ship, dt)
+    runs = given(ship, begun, between(lanes, each))
+    return run(runs, Steps.between(dt, lanes.shape[1], each)).values[:, :, : len(STATES)]
 
 
 def _rms(errors: Array) -> list[float]:

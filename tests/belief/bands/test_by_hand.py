@@ -23,7 +23,7 @@ from seatrial.belief.bands.held import held, windows
 from seatrial.belief.bands.learning import LAYOUT, Windows, quiet
 from seatrial.belief.bands.past import Filter, Past, _Belief, _onwards, disturbing, enough
 from seatrial.belief.bands.prediction import Fan, Runs, whole
-from seatrial.belief.bands.sailing import Lanes, Uncertain, sailed
+from seatrial.belief.bands.sailing import FreeRuns, Uncertain, sailed
 from seatrial.core.errors import RequestError
 from seatrial.data import DataError, Trial
 from seatrial.models import STATES
@@ -103,7 +103,7 @@ def test_a_reading_that_is_missing_changes_nothing_and_the_first_one_is_where_it
 def test_speeds_through_water_and_air_are_those_of_vectors(by: str, sense: float) -> None:
     """Water moves towards, wind comes from: over ground less the current, over ground plus the wind's direction."""
     names = ["n_P", "delta", "wind_x", "wind_y", "current_x", "current_y"]
-    own: Any = SimpleNamespace(compiled=SimpleNamespace(system=SimpleNamespace(series=names)))
+    own: Any = SimpleNamespace(kernel=SimpleNamespace(system=SimpleNamespace(series=names)))
     rng = np.random.default_rng(2)
     state, series = rng.standard_normal((7, 6)), rng.standard_normal((7, 6))
     psi = state[:, 2]
@@ -119,9 +119,9 @@ def test_speeds_through_water_and_air_are_those_of_vectors(by: str, sense: float
 def test_what_acted_acts_on_fading_in_its_own_time_with_the_current_beside_it() -> None:
     lacks = Disturbance((Process("u", 2e-3, 5.0), Process("r", 1e-3, 40.0)), 0.05)
     filters = Filter.of(ship(), lacks, np.zeros(6), 20.0)
-    names = filters.compiled.system.series
+    names = filters.kernel.system.series
     series = np.zeros((2, 11, len(open_loop(ship()).series)))
-    lanes = Lanes(np.array([[0.0, 0.0, 0.3, 0.7, 0.0, 0.0]] * 2), series, 0.5, 2)
+    lanes = FreeRuns(np.array([[0.0, 0.0, 0.3, 0.7, 0.0, 0.0]] * 2), series, 0.5, 2)
     mean = np.array([[1.5, -0.5, 0.4, -2.0], [0.0, 1.0, 0.0, 0.0]])
     acted = np.array([[1e-3, 0.0, 0.0], [0.0, 0.0, 2e-3]])
     past = Past(mean, np.tile(np.eye(4), (2, 1, 1)), np.zeros(2), np.full(2, 20.0), acted, np.zeros(2))
@@ -186,7 +186,7 @@ def test_a_spread_is_that_of_the_draws_that_stay_finite_and_of_a_reading() -> No
 @pytest.mark.slow
 def test_each_source_widens_by_itself_and_together_as_the_root_of_squares() -> None:
     """Of a ship adrift: a start that is off, and a surge that is pushed; each twice as large is twice as wide."""
-    lanes = Lanes(np.zeros((300, 6)), np.zeros((300, 41, len(open_loop(ship()).series))), 0.5, 20)
+    lanes = FreeRuns(np.zeros((300, 6)), np.zeros((300, 41, len(open_loop(ship()).series))), 0.5, 20)
     start = np.array([0.2, 0.1, 0.0, 0.0, 0.0, 0.0])
     still = [Process(on, 0.0, 5.0, by) for on, by in LAYOUT]
     still[LAYOUT.index(("u", ""))] = Process("u", 1e-4, 5.0)
@@ -232,7 +232,7 @@ def test_tracks_are_moved_until_they_are_as_wide_as_the_bands() -> None:
 
 
 def test_lanes_end_with_a_full_row() -> None:
-    lanes = Lanes(np.zeros((1, 6)), np.arange(24.0).reshape(1, 8, 3), 0.5, 3)
+    lanes = FreeRuns(np.zeros((1, 6)), np.arange(24.0).reshape(1, 8, 3), 0.5, 3)
     assert lanes.t.tolist() == [0.0, 1.5, 3.0]
     full = whole(lanes)
     assert full.series.shape == (1, 10, 3)
@@ -445,11 +445,11 @@ def test_predictions_that_fit_the_first_seconds_have_the_spread_of_the_current_t
         (one,) = trials
         assert dt == 0.5
         assert begun[one.name].tolist() == [7.0] * 6
-        lanes = Lanes(np.zeros((2, 6)), np.zeros((2, 11, 10)), 0.5, 10)
+        lanes = FreeRuns(np.zeros((2, 6)), np.zeros((2, 11, 10)), 0.5, 10)
         return Windows((one.name,) * 2, ("turn",) * 2, lanes, horizons, np.ones((2, 2, 6)), np.ones((2, 2, 6)),
                        np.zeros(2, dtype=np.intp))  # fmt: skip
 
-    def spread_of(out: Any, lanes: Lanes, lacks: Disturbance, sigma: Any) -> Any:
+    def spread_of(out: Any, lanes: FreeRuns, lacks: Disturbance, sigma: Any) -> Any:
         asked.append((lacks.current, out.trials[0].name))
         return np.tile(np.arange(2.0)[None, :, None], (2, 1, 6))  # a row at the start and one at the first horizon
 

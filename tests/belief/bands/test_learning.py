@@ -27,7 +27,7 @@ from seatrial.belief.bands.learning import (
     variances,
     windows_of,
 )
-from seatrial.belief.bands.sailing import Lanes, Uncertain, sailed
+from seatrial.belief.bands.sailing import FreeRuns, Uncertain, sailed
 from seatrial.belief.parts import LeftOut
 from seatrial.data import Trial
 from seatrial.environment import Environment
@@ -211,7 +211,7 @@ def drifted(north: float, east: float) -> np.ndarray:
 def test_variances_of_start_and_current_are_those_of_the_kinematics() -> None:
     """A ship at rest: a steady current moves it by U t, a start that is off stays off; readings add their own."""
     state, series = np.zeros((40, 6)), np.zeros((40, 41, len(open_loop(SHIP).series)))
-    lanes = Lanes(state, series, 0.5, 10)
+    lanes = FreeRuns(state, series, 0.5, 10)
     shape = (40, 3, 6)
     cut: Any = SimpleNamespace(lanes=lanes, rows=np.array([1, 2, 4]), error=np.zeros(shape))
     held = posterior()
@@ -234,7 +234,7 @@ def test_variances_of_start_and_current_are_those_of_the_kinematics() -> None:
 
 def test_longer_steps_act_with_the_mean_of_their_inputs() -> None:
     rng = np.random.default_rng(0)
-    lanes = Lanes(np.zeros((2, 6)), rng.normal(size=(2, 41, 3)), 0.01, 20)
+    lanes = FreeRuns(np.zeros((2, 6)), rng.normal(size=(2, 41, 3)), 0.01, 20)
     longer = lanes.longer(SHIP)
     k = round(longer.dt / lanes.dt)
     assert k > 1
@@ -242,14 +242,14 @@ def test_longer_steps_act_with_the_mean_of_their_inputs() -> None:
     assert longer.t == pytest.approx(lanes.t)
     for j in range(40 // k):
         assert longer.series[:, j] == pytest.approx(lanes.series[:, j * k : (j + 1) * k].mean(axis=1))
-    odd = Lanes(np.zeros((2, 6)), np.zeros((2, 15, 3)), 0.01, 7)
+    odd = FreeRuns(np.zeros((2, 6)), np.zeros((2, 15, 3)), 0.01, 7)
     assert odd.longer(SHIP) is odd
 
 
 @pytest.mark.slow
 def test_draws_differ_by_what_is_uncertain_and_by_nothing_else() -> None:
     state = np.tile([0.0, 0.0, 0.0, 0.4, 0.0, 0.0], (3, 1))
-    lanes = Lanes(state, np.zeros((3, 41, len(open_loop(SHIP).series))), 0.5, 10)
+    lanes = FreeRuns(state, np.zeros((3, 41, len(open_loop(SHIP).series))), 0.5, 10)
     still = sailed(SHIP, lanes, quiet(SHIP, 2), 1)
     assert still.shape == (2, 3, 5, 6)
     assert (still[0] == still[1]).all()
@@ -281,7 +281,7 @@ def test_a_short_push_spreads_velocity_as_a_random_walk(on: str, column: int, po
     sigma, tau, t = 1e-4, 2.0, 3.0
     still = [Process(a, 0.0, tau, by) for a, by in LAYOUT]
     still[LAYOUT.index((on, ""))] = Process(on, sigma, tau)
-    lanes = Lanes(np.zeros((400, 6)), np.zeros((400, 31, len(open_loop(SHIP).series))), 0.1, 30)
+    lanes = FreeRuns(np.zeros((400, 6)), np.zeros((400, 31, len(open_loop(SHIP).series))), 0.1, 30)
     quietly = quiet(SHIP, 6)
     run = sailed(SHIP, lanes, Uncertain((), quietly.draws, quietly.start, Disturbance(tuple(still))), 2)
     expected = 2.0 * (sigma * tau) ** 2 * (t / tau - 1.0 + math.exp(-t / tau))

@@ -12,12 +12,13 @@ from ...data import Array, DataError, Trial
 from ...identify.record import Record, even
 from ...models import STATES
 from ...ships import Ship
+from ...simulate.lanes import run
 from .calibrating import Grounds, Part, spread_of
 from .calibration import Calibration, begin_of
 from .conformal import needed
 from .learning import Windows, joined, windows_of
 from .past import ENOUGH, LAWS, Filter, Past, disturbing, together
-from .sailing import Lanes
+from .sailing import FreeRuns
 
 # Factors of the noise of the filter's readings, of which the likeliest is taken.
 _DOUBTS = (1.0, 3.0, 10.0, 30.0, 100.0)
@@ -75,14 +76,11 @@ def _past(filters: Filter, part: Part, dt: float) -> Past:
     return together(found)
 
 
-def _predicted(filters: Filter, lanes: Lanes, past: Past, law: str) -> Array:
+def _predicted(filters: Filter, lanes: FreeRuns, past: Past, law: str) -> Array:
     """States with what acted before acting on, shape (lanes, rows, 6)."""
     with np.errstate(all="ignore"):
-        run = filters.compiled.stored(
-            lanes.state0, filters.ahead(lanes, past, law), filters.parameters, dt=lanes.dt, every=lanes.every,
-            steps=(len(lanes.t) - 1) * lanes.every + 1,
-        )  # fmt: skip
-    return run[:, :, : len(STATES)]
+        rows = run(filters.lanes(lanes.state0, filters.ahead(lanes, past, law)), lanes.grid(), None).values
+    return rows[:, :, : len(STATES)]
 
 
 @dataclass(frozen=True)

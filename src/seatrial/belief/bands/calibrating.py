@@ -20,7 +20,7 @@ from .conformal import needed, shown, too_few
 from .disturbance import Disturbance
 from .indexing.left_out import left_indices
 from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
-from .sailing import Begins, Lanes, sailed
+from .sailing import Begins, FreeRuns, sailed
 
 # Draws of a spread; horizons, the first one over L/U and the ratio of two.
 _DRAWS, _FIRST, _RATIO = 100, 0.7, 1.4
@@ -153,7 +153,7 @@ def _learned(parts: Sequence[Part]) -> Disturbance:
 
 
 def spread_of(
-    out: LeftOut, lanes: Lanes, disturbance: Disturbance, sigma: Array, past: Begins | None = None
+    out: LeftOut, lanes: FreeRuns, disturbance: Disturbance, sigma: Array, past: Begins | None = None
 ) -> Array:  # fmt: skip
     """Standard deviation of the draws, readings included, shape (lanes, rows, 6); see `sailing.Uncertain`."""
     who = out.held

@@ -23,7 +23,7 @@ from ...ships import Ship
 from ...study.grounds import kind_of
 from ..parts import LeftOut
 from .disturbance import ACTS, Disturbance, Process
-from .sailing import Lanes, Uncertain, sailed
+from .sailing import FreeRuns, Uncertain, sailed
 
 TAUS = (0.3, 2.0, 12.0)
 """Correlation times over L/U."""
@@ -55,7 +55,7 @@ class Windows:
 
     trials: tuple[str, ...]
     kinds: tuple[str, ...]
-    lanes: Lanes
+    lanes: FreeRuns
     horizons: Array
     error: Array
     measured: Array
@@ -98,7 +98,7 @@ def windows_of(
         state0 = cut.state0.copy()
         if begun is not None and trial.name in begun:
             state0[0, : len(STATES)] = begun[trial.name]
-        lanes = Lanes(state0, cut.series, cut.dt, cut.every)
+        lanes = FreeRuns(state0, cut.series, cut.dt, cut.every)
         measured = np.where(cut.scale > 0, cut.measured, np.nan)
         error = sailed(ship, lanes, quiet(ship, 1), 0, "rk4")[0] - measured
         known = np.round(horizons / (every * dt)).astype(np.intp)
@@ -124,7 +124,7 @@ def joined(parts: Sequence[Windows]) -> Windows:
     steps = max(one.lanes.series.shape[1] for one in parts)
     series = [np.concatenate([one.lanes.series, np.repeat(one.lanes.series[:, -1:], steps - one.lanes.series.shape[1],
                                                           axis=1)], axis=1) for one in parts]  # fmt: skip
-    lanes = Lanes(np.concatenate([one.lanes.state0 for one in parts]), np.concatenate(series),
+    lanes = FreeRuns(np.concatenate([one.lanes.state0 for one in parts]), np.concatenate(series),
                   parts[0].lanes.dt, parts[0].lanes.every)  # fmt: skip
     return Windows(tuple(name for one in parts for name in one.trials), tuple(k for one in parts for k in one.kinds),
                    lanes, parts[0].horizons, *(np.concatenate([getattr(one, name) for one in parts])

@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 
 from ...core.errors import RequestError
 from ...data import Array, Trial
-from ...engine.rollout import Simulator, simulator
 from ...identify.record import Record
 from ...models import STATES
 from ...ships import Ship
 from ...simulate.carried import DISTURBED, Carrier, Slow
 from ...simulate.carried import disturbed as driven
+from ...simulate.lanes import Kernel, Lanes, Steps, run
 from ...simulate.loop import open_loop_parameters
-from ...simulate.replay import Prepared, joined, prepared
+from ...simulate.replay import Prepared, prepared
 from .disturbance import ACTS, CURRENT, WIND, Disturbance
-from .sailing import Lanes
+from .sailing import FreeRuns
 
 LAWS = ("usual", "filtered")
 """What acts on after a start; the calibration says which of them errs less on left-out trials."""
@@ -95,7 +95,7 @@ class Filter:
     noise: Array
     span: float
     doubt: float
-    compiled: Simulator
+    kernel: Kernel
     parameters: Array
 
     @staticmethod
@@ -108,7 +108,11 @@ class Filter:
         """
         if not span > 0.0:
             raise RequestError(f"--history is {span:g} s; it must be above zero")
-        return Filter(ship, disturbance, noise, span, doubt, simulator(driven(ship)), open_loop_parameters(ship))
+        return Filter(ship, disturbance, noise, span, doubt, Kernel(driven(ship)), open_loop_parameters(ship))
+
+    def lanes(self, state: Array, series: Array) -> Lanes:
+        """Runs of the ship from these states under the inputs of `ahead`."""
+        return Lanes(self.kernel, self.parameters, state, series)
 
     def before(self, record: Record, dt: float, starts: Sequence[int]) -> Past:
         """The disturbances at some rows of a trial.
@@ -135,12 +139,12 @@ class Filter:
                 here = row[on]
                 now.mean[on], now.cov[on] = _onwards(now.mean[on], now.cov[on], moved[here], towards[here],
                                                      drives[here], speeds[here], kept)  # fmt: skip
-        slow = Carrier(self.ship, Slow.of(self.ship), self.span, self.compiled, self.parameters)
+        slow = Carrier(self.ship, Slow.of(self.ship), self.span, self.kernel, self.parameters)
         t = dt * np.arange(len(read), dtype=np.float64)
         acted = slow.means(t, record.state[:, : len(STATES)], record.hidden, record.series, at.tolist())
         return now.told(each * dt, np.array(slow.slow.share) * acted)
 
-    def ahead(self, lanes: Lanes, past: Past, law: str) -> Array:
+    def ahead(self, lanes: FreeRuns, past: Past, law: str) -> Array:
         """Inputs of the ship with what has acted before acting on.
 
         Args:
@@ -157,12 +161,12 @@ class Filter:
             fade = np.exp(-t / Slow.of(self.ship).fade)
             still[:, :, -len(DISTURBED) :] += past.acted[:, None, :] * fade[:, None]
             return still
-        calm = self.compiled.stored(lanes.state0, still, self.parameters, dt=lanes.dt, every=1, steps=steps)
+        calm = run(self.lanes(lanes.state0, still), Steps(lanes.dt, steps), None).values
         for k, one in enumerate(self.disturbance.processes):
             acting = one.sigma * past.mean[:, k, None] * np.exp(-t / one.tau)
             grows = self._grows(one.by, calm, lanes.series)
             still[:, :, -len(DISTURBED) + ACTS.index(one.on)] += np.nan_to_num(acting * grows)
-        flow = [self.compiled.system.series.index(name) for name in CURRENT]
+        flow = [self.kernel.system.series.index(name) for name in CURRENT]
         still[:, :, flow] += self.disturbance.current * past.mean[:, None, -2:]
         return still
 
@@ -179,12 +183,12 @@ class Filter:
             moved = more.copy()
             moved[:, column] += by
             pair = (moved, acting) if more is state else (state, moved)
-            return self.compiled.evaluate(*pair, self.parameters)[:, _VELOCITIES]
+            return self.kernel.rates(*pair, self.parameters)[:, _VELOCITIES]
 
         plain = rates(state, 0, 0.0)
         slope = np.stack([(rates(state, 3 + k, h) - plain) / h for k, h in enumerate(_SMALL * np.array([U, U, U / L]))],
                          axis=2)  # fmt: skip
-        flow = [self.compiled.system.series.index(name) for name in CURRENT]
+        flow = [self.kernel.system.series.index(name) for name in CURRENT]
         current = [(rates(acting, column, _SMALL * U) - plain) / (_SMALL * U) for column in flow]
         drives = np.zeros((len(state), 3, len(self.disturbance.processes) + 2))
         for k, one in enumerate(self.disturbance.processes):
@@ -198,7 +202,7 @@ class Filter:
         """Square of the speed through water or air [m^2/s^2], shape of the rows; 1 where nothing grows."""
         if not by:
             return np.ones(state.shape[:-1])
-        north, east = (series[..., self.compiled.system.series.index(name)] for name in
+        north, east = (series[..., self.kernel.system.series.index(name)] for name in
                        (CURRENT if by == "water" else WIND))  # fmt: skip
         sense, cos, sin = (1.0 if by == "water" else -1.0), np.cos(state[..., 2]), np.sin(state[..., 2])
         u = state[..., 3] - sense * (north * cos + east * sin)
@@ -292,14 +296,8 @@ def carried(filters: Filter, law: str, trial: Trial, *, restart: float | None) -
     first = int(np.searchsorted(trial.t, ready.t[0]))
     record = Record.of(trial.rows(slice(first, first + len(ready.t))), ship.model)
     past = enough(filters, filters.before(record, ready.dt, ready.starts))
-    series = filters.ahead(lanes_of(ready), past, law)
-    run = filters.compiled.run(
-        ready.begun, series, filters.parameters, dt=ready.dt / ready.each, every=ready.each,
-        steps=(ready.steps - 1) * ready.each + 1,
-    )  # fmt: skip
-    out = joined(run, trial, ready.t, ready.starts, ready.begun.shape[1])
-    meta = {**trial.meta, "source": f"predicted by {ship.name}", "restart": restart}
-    made = Trial(trial.name, ready.t, {name: out[:, k] for k, name in enumerate(STATES)}, meta=meta)
+    series = filters.ahead(runs_of(ready), past, law)
+    made = ready.sailed(ship, filters.lanes(ready.begun, series), STATES)
     return made.noting(f"what acted in {filters.span:g} s before each start carried on"), past
 
 
@@ -312,11 +310,9 @@ def enough(filters: Filter, past: Past) -> Past:
                 np.where(short[:, None], 0.0, past.acted), past.unlikely)  # fmt: skip
 
 
-def lanes_of(ready: Prepared) -> Lanes:
+def runs_of(ready: Prepared) -> FreeRuns:
     """The runs of a trial, a row of the result for each row of the log."""
-    steps = (ready.steps - 1) * ready.each + 1
-    series = np.repeat(ready.lanes, ready.each, axis=1)[:, :steps]
-    return Lanes(ready.begun, series, ready.dt / ready.each, ready.each)
+    return FreeRuns(ready.begun, ready.series[:, : ready.grid().count], ready.dt / ready.each, ready.each)
 
 
 def disturbing(disturbance: Disturbance, current: float) -> Disturbance:

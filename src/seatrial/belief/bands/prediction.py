@@ -22,7 +22,7 @@ from .calibration import Calibration
 from .disturbance import Disturbance
 from .indexing.loop import Loop
 from .past import Past, disturbing
-from .sailing import Lanes, Uncertain, check_traced, sailed
+from .sailing import FreeRuns, Uncertain, check_traced, sailed
 
 # Rows of each run at which draws are kept.
 _ROWS = 200
@@ -97,8 +97,8 @@ def _spread(
     held: Posterior, found: Calibration, ready: Prepared, draws: int, seed: int, past: Past | None = None
 ) -> tuple[Array, Array]:
     """Times since the start [s], shape (rows,), and spread of the draws there, shape (windows, rows, 6)."""
-    own = whole(Lanes(ready.begun, np.repeat(ready.lanes, ready.each, axis=1), ready.dt / ready.each,
-                      ready.each * max(-(-(ready.steps - 1) // _ROWS), 1)))  # fmt: skip
+    every = ready.each * max(-(-(ready.steps - 1) // _ROWS), 1)
+    own = whole(FreeRuns(ready.begun, ready.series, ready.dt / ready.each, every))
     who = replace(uncertain(held, found, draws, seed), past=past)
     return own.t, spread(sailed(held.ship, own, who, seed), found.noise)
 
@@ -136,7 +136,7 @@ def scale_of(
     return float(np.exp(np.mean(ratio[np.isfinite(ratio)]))) if np.isfinite(ratio).any() else 1.0
 
 
-def whole(lanes: Lanes) -> Lanes:
+def whole(lanes: FreeRuns) -> FreeRuns:
     """The lanes with their last inputs held until the last row is full."""
     short = -(lanes.series.shape[1] - 1) % lanes.every
     return replace(lanes, series=np.concatenate([lanes.series, np.repeat(lanes.series[:, -1:], short, axis=1)], axis=1))

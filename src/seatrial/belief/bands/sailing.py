@@ -8,10 +8,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from ...data import Array
-from ...engine.rollout import simulator
 from ...models import STATES, Sampled, Stepped
 from ...ships import Ship, ShipError
 from ...simulate.approach import substeps
+from ...simulate.lanes import Kernel, Lanes, Steps, run
 from ...simulate.loop import open_loop, open_loop_parameters
 from .disturbance import LANEWISE, Disturbance, disturbed, shared
 
@@ -22,8 +22,8 @@ _LONGER = (10, 5, 4, 3, 2)
 
 
 @dataclass(frozen=True)
-class Lanes:
-    """Runs to be sailed, one lane each.
+class FreeRuns:
+    """FreeRuns to be sailed, one lane each.
 
     Attributes:
         state0: initial states, shape (lanes, states).
@@ -42,7 +42,11 @@ class Lanes:
         """Times of the rows of the result [s], from the start on."""
         return self.dt * self.every * np.arange((self.series.shape[1] - 1) // self.every + 1)
 
-    def longer(self, ship: Ship) -> Lanes:
+    def grid(self, method: str = "rk4") -> Steps:
+        """Steps to the last whole row."""
+        return Steps(self.dt, (len(self.t) - 1) * self.every + 1, self.every, method)
+
+    def longer(self, ship: Ship) -> FreeRuns:
         """The same with longer steps where the integrator allows; inputs are averaged over them."""
         fits = (k for k in _LONGER if self.every % k == 0 and substeps(ship, k * self.dt) == 1)
         k = next(fits, 1)
@@ -51,7 +55,7 @@ class Lanes:
         lanes, steps, width = self.series.shape
         whole = (steps - 1) // k
         mean = self.series[:, : whole * k].reshape(lanes, whole, k, width).mean(axis=2)
-        return Lanes(self.state0, np.concatenate([mean, mean[:, -1:]], axis=1), k * self.dt, self.every // k)
+        return FreeRuns(self.state0, np.concatenate([mean, mean[:, -1:]], axis=1), k * self.dt, self.every // k)
 
 
 class Begins(Protocol):
@@ -94,8 +98,8 @@ def check_traced(ship: Ship) -> None:
         raise ShipError(f"{ship.name}: no bands of a model in discrete time or a network; take a model with forces")
 
 
-def sailed(ship: Ship, lanes: Lanes, uncertain: Uncertain, seed: int, method: str = "euler") -> Array:
-    """States of every draw, shape (draws, lanes, rows, 6), rows as of `Lanes.t`; NaN or inf after one blows up.
+def sailed(ship: Ship, lanes: FreeRuns, uncertain: Uncertain, seed: int, method: str = "euler") -> Array:
+    """States of every draw, shape (draws, lanes, rows, 6), rows as of `FreeRuns.t`; NaN or inf after one blows up.
 
     Euler's rule, four times as fast as "rk4", serves for how far draws are apart: the steps are a fifth of what the
     fastest motion lasts at most (`substeps`), and its error is nearly the same in all draws.
@@ -104,7 +108,7 @@ def sailed(ship: Ship, lanes: Lanes, uncertain: Uncertain, seed: int, method: st
     lanes = lanes.longer(ship)
     who, rng = uncertain.disturbance, np.random.default_rng(seed)
     system = disturbed(open_loop(ship), who.layout)
-    code = simulator(system, (*uncertain.names, *LANEWISE))
+    kernel = Kernel(system, (*uncertain.names, *LANEWISE))
     parameters = shared(open_loop_parameters(ship), who)
     count, steps, width = lanes.series.shape
     size = (len(lanes.t) * len(system.stored) + steps * width) * count
@@ -117,16 +121,13 @@ def sailed(ship: Ship, lanes: Lanes, uncertain: Uncertain, seed: int, method: st
         begun = np.tile(lanes.state0, (len(some), 1))
         begun[:, : len(STATES)] += uncertain.start * rng.standard_normal((many, len(STATES)))
         if packed is None or packed.lanes != many:
-            packed = code.pack(np.tile(lanes.series, (len(some), 1, 1)))
+            packed = kernel.pack(np.tile(lanes.series, (len(some), 1, 1)))
         memory, currents = who.begun(many, rng), who.currents(many, rng)
         if uncertain.past is not None:
             values, flow = uncertain.past.drawn(len(some), rng)
             memory[:, : values.shape[1]], currents = values, who.current * flow
         with np.errstate(all="ignore"):  # a draw that diverges does not return
-            run = code.stored(
-                begun, packed, parameters, memory0=memory,
-                lanewise=np.hstack([np.repeat(some, count, axis=0), currents]),
-                dt=lanes.dt, every=lanes.every, steps=(len(lanes.t) - 1) * lanes.every + 1, method=method,
-            )  # fmt: skip
-        out[low : low + len(some)] = run[:, :, : len(STATES)].reshape(len(some), count, -1, len(STATES))
+            own = np.hstack([np.repeat(some, count, axis=0), currents])
+            rows = run(Lanes(kernel, parameters, begun, packed, memory, own), lanes.grid(method), None).values
+        out[low : low + len(some)] = rows[:, :, : len(STATES)].reshape(len(some), count, -1, len(STATES))
     return out

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...data import Array
-from ...engine.rollout import Simulator, simulator
+from ...simulate.lanes import Kernel, Lanes, run
 from ...simulate.loop import open_loop
 from .density import Density
 
@@ -22,13 +22,13 @@ class Plain:
 
     Attributes:
         posterior: what is evaluated.
-        simulator: of predictions, without derivatives.
+        kernel: of predictions, without derivatives.
         packed: inputs of the windows, repeated for `chunk` values.
         chunk: values that run together.
     """
 
     posterior: Density
-    simulator: Simulator
+    kernel: Kernel
     packed: Any
     chunk: int
 
@@ -36,7 +36,7 @@ class Plain:
     def of(posterior: Density, count: int) -> Plain:
         """The density of `count` values at once."""
         many = posterior.many
-        made = simulator(open_loop(many.problem.ship), many.kernel.free)
+        made = Kernel(open_loop(many.problem.ship), many.kernel.free)
         chunk = min(max(_STORED // many.windows.series.size, 1), count)
         return Plain(posterior, made, made.pack(np.tile(many.windows.series, (chunk, 1, 1))), chunk)
 
@@ -55,10 +55,9 @@ class Plain:
         lanes = len(cut.state0)
         state0 = np.tile(cut.state0, (self.chunk, 1)) if data is None else data.state0[index].reshape(
             self.chunk * lanes, -1)  # fmt: skip
-        rows = self.simulator.stored(
-            state0, self.packed, many.shared, lanewise=np.repeat(values[index], lanes, axis=0), dt=cut.dt,
-            steps=cut.steps, every=cut.every, method=many.method, threads=many.threads,
-        )[:, :, : cut.scale.shape[2]]  # fmt: skip
+        own = np.repeat(values[index], lanes, axis=0)
+        runs = Lanes(self.kernel, many.shared, state0, self.packed, lanewise=own)
+        rows = run(runs, cut.grid(many.method), None, many.threads).values[:, :, : cut.scale.shape[2]]
         used = min(self.chunk, len(values) - first)
         rows = rows.reshape(self.chunk, *cut.scale.shape)[:used]
         found = np.empty(used)

@@ -17,7 +17,6 @@ import numpy as np
 from ...core.parameters import Free, Spec, match, walk
 from ...data import Array, Trial
 from ...engine import SimulationError
-from ...engine.rollout import sensitivity
 from ...manoeuvres import Policy, Settings
 from ...manoeuvres.human_random import HumanRandom
 from ...manoeuvres.pseudo_random import PseudoRandom
@@ -26,6 +25,7 @@ from ...manoeuvres.zigzag import Zigzag
 from ...models import STATES, Sampled
 from ...ships import Ship
 from ...simulate.approach import substeps
+from ...simulate.lanes import Kernel, Lanes, slopes
 from ...simulate.loop import open_loop, open_loop_parameters
 from ...simulate.run import approach, simulate, time_step
 from .. import Loss, StudyError, Verdict
@@ -164,10 +164,9 @@ def informations(
     system = open_loop(ship)
     vector = Vector.of(free)
     values[vector.positions(system.parameters)] = vector.start
-    _, slopes = sensitivity(system, vector.paths).run(
-        cut.state0, cut.series, values, dt=cut.dt, steps=cut.steps, every=cut.every, method="rk4", threads=threads
-    )
-    weighted = slopes[:, :, : cut.width] * cut.scale[..., None]
+    lanes = Lanes(Kernel(system, free=vector.paths), values, cut.state0, cut.series)
+    _, found = slopes(lanes, cut.grid("rk4"), threads)
+    weighted = found[:, :, : cut.width] * cut.scale[..., None]
     matrix = np.array([_reduced(lane[cut.scale[k] > 0], len(free)) for k, lane in enumerate(weighted)])
     return tuple(
         Information(run.name, matrix[cut.trial == k].sum(axis=0), dimensionless_length([run], V, ship.L_pp))

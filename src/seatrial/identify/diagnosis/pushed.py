@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array, Trial
-from ...engine.rollout import simulator
 from ...ships import Ship
 from ...simulate.carried import beyond
+from ...simulate.lanes import Kernel
 from ...simulate.loop import open_loop, open_loop_parameters
 from ..record import Record
 
@@ -37,12 +37,12 @@ def undisturbed(ship: Ship, trials: Sequence[Trial], span: float) -> tuple[Trial
     Returns:
         A trial with nothing to leave out as it is; the parts of another as NAME_1, NAME_2, ...
     """
-    compiled, parameters = simulator(open_loop(ship)), open_loop_parameters(ship)
+    kernel, parameters = Kernel(open_loop(ship)), open_loop_parameters(ship)
     missing: list[Array] = []
     for trial in trials:
         record = Record.of(trial, ship.model)
         state = np.hstack([record.state, record.hidden])
-        surge = np.nan_to_num(beyond(compiled, parameters, trial.t, state, record.series)[:, 0])
+        surge = np.nan_to_num(beyond(kernel, parameters, trial.t, state, record.series)[:, 0])
         missing.append(_mean(np.append(0.0, surge), round(span / trial.dt)))
     usual = _ROBUST * float(np.median(np.abs(np.concatenate(missing))))
     return tuple(part for trial, mean in zip(trials, missing, strict=True)

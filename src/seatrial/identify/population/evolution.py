@@ -27,10 +27,11 @@ import numpy as np
 from ...core.files import write_whole
 from ...data import Array, Trial
 from ...engine import Scalars, System
-from ...engine.rollout import Simulator, is_rk4, simulator
+from ...engine.rollout import is_rk4
 from ...environment import CHANNELS
 from ...ships import Ship
 from ...simulate.approach import substeps
+from ...simulate.lanes import Kernel, Lanes, Steps, run
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..digest import digest
@@ -374,7 +375,7 @@ class Scoring:
 
     problem: Problem
     windows: Windows
-    kernel: Simulator
+    kernel: Kernel
     parameters: Array
     series: Array
     memory: Array
@@ -402,7 +403,7 @@ class Scoring:
         own = open_loop_memory(problem.ship, cut.state0, cut.series[:, 0, : -len(CHANNELS)])
         zero = np.zeros((cut.state0.shape[0], 1))
         return Scoring(
-            problem, cut, simulator(scored(problem.ship, layout), problem.vector.paths), parameters, series,
+            problem, cut, Kernel(scored(problem.ship, layout), problem.vector.paths), parameters, series,
             zero if own is None else np.hstack([zero, own]), method, threads,
         )  # fmt: skip
 
@@ -415,7 +416,8 @@ class Scoring:
     def batch(self, size: int) -> Batch:
         """A batch that scores `size` candidates at a time."""
         series, state0, memory = (np.repeat(a, size, axis=0) for a in (self.series, self.windows.state0, self.memory))
-        return Batch(self, size, self.kernel.pack(series), state0, memory, len(self.series))
+        lanes = Lanes(self.kernel, self.parameters, state0, self.kernel.pack(series), memory)
+        return Batch(self, size, lanes, len(self.series))
 
     def prior(self, candidates: Array) -> Array:
         """Squared distance from the prior mean in its sigma, shape (candidates,)."""
@@ -429,9 +431,7 @@ class Batch:
 
     scoring: Scoring
     size: int
-    packed: Any
-    state0: Array
-    memory0: Array
+    lanes: Lanes
     windows: int
 
     @property
@@ -446,14 +446,11 @@ class Batch:
         Args:
             candidates: values of the free parameters, shape (size, free).
         """
-        own = self.scoring
+        own, cut = self.scoring, self.scoring.windows
         with np.errstate(all="ignore"):
-            run = own.kernel.run(
-                self.state0, self.packed, own.parameters, memory0=self.memory0,
-                lanewise=np.tile(candidates, (self.windows, 1)), dt=own.windows.dt, steps=own.windows.steps + 1,
-                every=own.windows.steps, method=own.method, threads=self.threads,
-            )  # fmt: skip
-        score = run.values[:, -1, len(own.kernel.system.states)].reshape(self.windows, self.size).T
+            lanes = replace(self.lanes, lanewise=np.tile(candidates, (self.windows, 1)))
+            done = run(lanes, Steps(cut.dt, cut.steps + 1, cut.steps, own.method), threads=self.threads)
+        score = done.values[:, -1, len(own.kernel.system.states)].reshape(self.windows, self.size).T
         return np.where(np.isfinite(score), score, np.inf)
 
     def costs(self, candidates: Array) -> Array:

@@ -20,7 +20,7 @@ from ...belief.bands.calibrating import spread
 from ...belief.bands.calibration import Calibration
 from ...belief.bands.learning import quiet
 from ...belief.bands.prediction import uncertain
-from ...belief.bands.sailing import Lanes, Uncertain, check_traced, sailed
+from ...belief.bands.sailing import FreeRuns, Uncertain, check_traced, sailed
 from ...belief.posterior import Posterior
 from ...data import Array, Trial
 from ...engine import SimulationError
@@ -170,7 +170,7 @@ class Ahead:
         return {"t": round(begun, 3), "rows": [[float(f"{v:.7g}") for v in row] for row in shown.tolist()],
                 "why": why}  # fmt: skip
 
-    def sail(self, plant: Plant) -> tuple[Trial, Lanes]:
+    def sail(self, plant: Plant) -> tuple[Trial, FreeRuns]:
         """The path at its marks from the present state of `plant` on, and the same run as lanes for the draws.
 
         Raises:
@@ -188,14 +188,14 @@ class Ahead:
             if k < series.shape[1] - 1:
                 for _ in range(self._stride):
                     plant.step()
-        lanes = Lanes(np.array([states]), series, self._stride * plant.dt, self._every)
+        lanes = FreeRuns(np.array([states]), series, self._stride * plant.dt, self._every)
         with np.errstate(divide="ignore"):
             depth = 1.0 / around[:, 2]
         channels = {**dict(zip(names, marks.T, strict=True)), "U_T": np.hypot(around[:, 0], around[:, 1]),
                     "depth": depth}  # fmt: skip
         return Trial("path ahead", lanes.t, channels), lanes
 
-    def _ellipses(self, lanes: Lanes) -> tuple[str, Array]:
+    def _ellipses(self, lanes: FreeRuns) -> tuple[str, Array]:
         """Why there are none, and the matrix of the ellipse about each place, xx, xy, yy [m^2], shape (marks, 3)."""
         runs = sailed(self._plant.ship, lanes, self.draws, self._seed)[:, 0]
         with np.errstate(all="ignore"):

@@ -12,15 +12,15 @@ import numpy as np
 
 from ...core.parameters import Scalar, spec
 from ...data import Array, Trial
-from ...engine.rollout import simulator
-from ...environment import CALM, CHANNELS, Environment, Uniform, Weather
+from ...environment import CALM, Environment, Uniform, Weather
 from ...environment.weather import Gust
 from ...manoeuvres import Policy
 from ...models import STATES, Sampled, unit
 from ...models.settled import settled
 from ...ships import Ship, ShipError
 from ...ships.steering import helm_limit
-from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
+from ...simulate.lanes import Kernel, Steps, given, run
+from ...simulate.loop import open_loop, open_loop_parameters
 from ...simulate.run import approach, simulate, time_step
 
 
@@ -195,8 +195,7 @@ class Probe:
                 moved.tolist(), orders.tolist(), air.tolist(), strict=True)])  # fmt: skip
         place = np.broadcast_to(np.array([0.0, 0.0, psi]), (rows, 3))
         state = np.hstack([place, moved, settled(model, acting)])
-        system = open_loop(self.ship)
-        return simulator(system).evaluate(state, acting, open_loop_parameters(self.ship))[:, 3:6]
+        return Kernel(open_loop(self.ship)).rates(state, acting, open_loop_parameters(self.ship))[:, 3:6]
 
     def slopes(self, u: float, control: tuple[float, ...]) -> Array:
         """d(rates of u, v_m, r and what is beyond)/d(the same) straight ahead, square, by central differences."""
@@ -223,11 +222,8 @@ class Probe:
         steps = max(round(duration / dt), 2) + 1
         series = np.array([[(*control, *around)] for control in controls], dtype=float)
         begun = np.hstack([np.array(states, dtype=float), settled(self.ship.model, series[:, 0])])
-        run = simulator(open_loop(self.ship)).run(
-            begun, series, open_loop_parameters(self.ship), dt=dt, steps=steps, every=max(steps // 400, 1),
-            memory0=open_loop_memory(self.ship, begun, series[:, 0, : -len(CHANNELS)]),
-        )  # fmt: skip
-        return run.t, run.values[:, :, : len(STATES)]
+        found = run(given(self.ship, begun, series), Steps(dt, steps, max(steps // 400, 1)))
+        return found.t, found.values[:, :, : len(STATES)]
 
     def run(
         self, n_order: float, delta: float, duration: float, *, speed: float | None = None,

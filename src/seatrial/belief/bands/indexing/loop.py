@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ....data import Array
-from ....engine.rollout import simulator
 from ....manoeuvres import Policy
 from ....ships import Ship
-from ....simulate.lanes import prepare
+from ....simulate.lanes import Kernel, Steps, run, steered
+from ....simulate.loop import closed_loop
 from ..disturbance import LANEWISE, Disturbance, disturbed, shared
 
 
@@ -35,23 +35,22 @@ class Loop:
 
     @property
     def stored(self) -> tuple[str, ...]:
-        lanes = prepare(self.ship, self.policy, self.dt, {}, self.start, self.around, 1)
-        return lanes.simulator.system.stored
+        return closed_loop(self.ship, self.policy, self.dt).stored
 
     def run(self, names: tuple[str, ...], draws: Array, disturbance: Disturbance, seed: int) -> Array:
         """Stored rows, shape (draws, rows, columns of the loop)."""
         rng, count = np.random.default_rng(seed), len(draws)
         vary = {f"ship.{name}": column for name, column in zip(names, draws.T, strict=True)}
-        lanes = prepare(self.ship, self.policy, self.dt, vary, self.start, self.around, count)
-        system = lanes.simulator.system
-        code = simulator(disturbed(system, disturbance.layout), (*lanes.simulator.lanewise, *LANEWISE))
+        lanes = steered(self.ship, self.policy, self.dt, vary, self.start, self.around, count)
+        system = lanes.kernel.system
+        memory = np.hstack([np.asarray(lanes.memory), disturbance.begun(count, rng)])
+        moved = replace(
+            lanes, kernel=Kernel(disturbed(system, disturbance.layout), (*lanes.kernel.lanewise, *LANEWISE)),
+            shared=shared(lanes.shared, disturbance), memory=memory,
+            lanewise=np.hstack([draws, disturbance.currents(count, rng)]),
+        )  # fmt: skip
         with np.errstate(all="ignore"):
-            run = code.stored(
-                lanes.state, lanes.series, shared(lanes.shared, disturbance),
-                memory0=np.hstack([lanes.memory, disturbance.begun(count, rng)]),
-                lanewise=np.hstack([draws, disturbance.currents(count, rng)]), dt=self.dt, every=self.every,
-                steps=self.steps,
-            )  # fmt: skip
+            rows = run(moved, Steps(self.dt, self.steps, self.every), None).values
         kept = len(system.states) + len(system.memory)
-        columns = [*range(kept), *range(run.shape[2] - len(system.logged), run.shape[2])]
-        return run[:, :, columns]
+        columns = [*range(kept), *range(rows.shape[2] - len(system.logged), rows.shape[2])]
+        return rows[:, :, columns]
