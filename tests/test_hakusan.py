@@ -1,4 +1,4 @@
-"""Forecasts of a real ship in waves (HAKUSAN, R package TSSS): the figures of docs/studies.md on rows left out."""
+"""Forecasts of a real ship in waves (HAKUSAN, R package TSSS): the figures of docs/published.md on rows left out."""
 
 from __future__ import annotations
 

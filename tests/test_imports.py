@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 import subprocess
 import sys
 
 import pytest
 
-from house import MODULES, ROOT, arrows, circles, dotted, imported, imports, short
+from house import MODULES, REPOSITORY, ROOT, arrows, circles, dotted, imported, imports, short
 
 ROOMS = (
     "core", "engine", "data", "environment", "forces", "harbour", "actuators", "models", "ships", "sensors",
@@ -43,6 +44,13 @@ def test_imports_point_left() -> None:
             if room(there) in ROOMS and ROOMS.index(room(there)) > ROOMS.index(here)
         ]
     assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize("page", ["development.md", "decisions.md"])
+def test_the_order_of_the_rooms_is_told_as_it_is(page: str) -> None:
+    words = " ".join((REPOSITORY / "docs" / page).read_text(encoding="utf-8").split())
+    told = next(line for line in words.split("`") if line.startswith("core < engine"))
+    assert tuple(re.split(r" < |, ", told)) == ROOMS
 
 
 @pytest.mark.slow

@@ -65,7 +65,7 @@ def table(study, raw, moving):
     for (name, run), errors in found.items():
         if name != "fit":
             told = (f"{h:4.0f} s {a:6.2f} m {np.degrees(b):5.1f} deg {c:6.2f} m" for h, (a, b, c) in errors.items())
-            sys.stdout.write(f"{run:8}{name:20}{''.join(told)}\n")  # the table of docs/studies.md, with -s
+            sys.stdout.write(f"{run:8}{name:20}{''.join(told)}\n")  # the table of docs/published.md, with -s
     return found
 
 
