@@ -11,7 +11,7 @@ from typing import Any
 
 from timing import publish
 
-from seatrial.exchange import Plant, plant, save_c
+from seatrial.exchange import Equations, equations_of, save_c
 from seatrial.models import Sampled
 from seatrial.ships.files import library, load
 
@@ -43,7 +43,7 @@ int main(void)
 """
 
 
-def microseconds(made: Plant, speed: float, L_pp: float) -> float:
+def microseconds(made: Equations, speed: float, L_pp: float) -> float:
     """Shortest mean time of a step over 15 rounds of 20000, compiled by -O2."""
     with tempfile.TemporaryDirectory() as folder:
         _, source = save_c(made, folder)
@@ -60,7 +60,7 @@ def main() -> None:
     if shutil.which("gcc") is None:
         raise SystemExit("no gcc")
     ships = [ship for ship in map(load, library()) if not isinstance(ship.model, Sampled)]
-    times = {ship.name: microseconds(plant(ship), ship.speed, ship.L_pp) for ship in ships}
+    times = {ship.name: microseconds(equations_of(ship), ship.speed, ship.L_pp) for ship in ships}
     slowest = max(times, key=lambda name: times[name])
     told = {f"slowest of {len(times)} ships, {slowest}": slowest} | {name: name for name in ("qiuxin5", "kvlcc2")}
     rows: list[dict[str, Any]] = [

@@ -7,7 +7,7 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent / "site"), str(Path(__file__).parents[1] / "src")]
 
-from seatrial.core.version import __version__  # noqa: E402 -- from this checkout
+from seatrial import __version__  # noqa: E402 -- from this checkout
 
 project, author, release, version = "seatrial", "The seatrial authors", __version__, __version__
 copyright = "The seatrial authors, MIT licence"

@@ -17,11 +17,7 @@ from dataclasses import MISSING, Field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from seatrial import forces, models
-from seatrial.core.parameters import Parts, Spec
-from seatrial.models import Model
-from seatrial.ships.actuation import KINDS, USUAL, meanings
-from seatrial.ships.files import ROLES, library, load, role_of
+import seatrial as st
 
 PAGE = Path(__file__).parent / "types.md"
 
@@ -59,16 +55,16 @@ def classes(room: Any) -> Iterator[type]:
 
 def families() -> list[type]:
     """Every family, by name."""
-    found = [cls for cls in classes(models) if issubclass(cls, Model) and not inspect.isabstract(cls)]
+    found = [cls for cls in classes(st.models) if issubclass(cls, st.models.Model) and not inspect.isabstract(cls)]
     return sorted(found, key=name_of)
 
 
 def components() -> dict[str, list[type]]:
     """Every component by its role, then by name."""
     found: dict[str, list[type]] = {role: [] for role in TITLES}
-    for cls in sorted((cls for room in (forces, models) for cls in classes(room)), key=name_of):
-        if role_of(cls) in found and not issubclass(cls, Model) and not inspect.isabstract(cls):
-            found[role_of(cls)].append(cls)
+    for cls in sorted((cls for room in (st.forces, st.models) for cls in classes(room)), key=name_of):
+        if st.role_of(cls) in found and not issubclass(cls, st.models.Model) and not inspect.isabstract(cls):
+            found[st.role_of(cls)].append(cls)
     return found
 
 
@@ -76,7 +72,7 @@ def bodies() -> list[type]:
     """Classes that a family has as a part by default and that are no force: bodies, inertias, derivatives."""
     wanted = {hint for cls in families() for f in fields(cls) for hint in _hints(cls, f)}
     known = {one for some in components().values() for one in some}
-    inside = {cls for room in (forces, models) for cls in classes(room)}
+    inside = {cls for room in (st.forces, st.models) for cls in classes(room)}
     return sorted({cls for cls in inside if wanted & set(cls.__mro__)} - known, key=name_of)
 
 
@@ -130,14 +126,14 @@ def _takes(cls: type, f: Field[Any]) -> str:
     if "network" in f.metadata:
         return "a network, see [networks.md](networks.md)"
     hints = _hints(cls, f)
-    roles = [ROLES[hint.__name__] for hint in hints if hint.__name__ in ROLES]
+    roles = [st.ROLES[hint.__name__] for hint in hints if hint.__name__ in st.ROLES]
     return f"a {roles[0]}" if roles else ", ".join(f"`{name_of(hint)}`" for hint in hints) or "see above"
 
 
 def _hints(cls: type, f: Field[Any]) -> list[type]:
     hint = typing.get_type_hints(cls)[f.name]
     return [one for one in (typing.get_args(hint) or (hint,))
-            if inspect.isclass(one) and one not in (type(None), float, str, int, Parts)
+            if inspect.isclass(one) and one not in (type(None), float, str, int, st.parameters.Parts)
             and one.__module__.startswith("seatrial.") and "spec" not in f.metadata]  # fmt: skip
 
 
@@ -158,7 +154,7 @@ def _numbers(own: list[Field[Any]]) -> str:
     return NUMBERS + "".join(rows) if rows else ""
 
 
-def _row(name: str, meaning: Spec, default: Any) -> str:
+def _row(name: str, meaning: st.parameters.Spec, default: Any) -> str:
     low, high = meaning.low, meaning.high
     span = "any" if math.isinf(low) and math.isinf(high) else f"{_end(low)} to {_end(high)}"
     said = "**required**" if default is MISSING else _end(float(default))
@@ -179,10 +175,11 @@ def _actuators() -> str:
         "`n_P`,\nany other by the name of its control. Units below are those of a rudder and, for a shaft, of a "
         "propeller.\n"
     )
-    for name, kind in KINDS.items():
+    for name, kind in st.actuation.KINDS.items():
+        meanings = st.actuation.meanings(kind, "n_P" if name == "Shaft" else "delta")
         rows = [_row(key, meaning, next(f.default for f in fields(kind) if f.name == key))
-                for key, meaning in meanings(kind, "n_P" if name == "Shaft" else "delta").items()]  # fmt: skip
-        usual = "(without a `type`)" if name == USUAL else ""
+                for key, meaning in meanings.items()]  # fmt: skip
+        usual = "(without a `type`)" if name == st.actuation.USUAL else ""
         text += f"\n### `{name}` {usual}".rstrip() + f"\n\n{_about(kind)}\n" + NUMBERS + "".join(rows)
     return text
 
@@ -190,8 +187,8 @@ def _actuators() -> str:
 def _used() -> dict[str, list[str]]:
     """Ships of the library by the types that they name."""
     found: dict[str, list[str]] = {}
-    for ship in library():
-        for name in dict.fromkeys(name_of(type(part)) for part in _within(load(ship).model)):
+    for ship in st.library():
+        for name in dict.fromkeys(name_of(type(part)) for part in _within(st.load(ship).model)):
             found.setdefault(name, []).append(ship)
     return found
 
@@ -199,7 +196,7 @@ def _used() -> dict[str, list[str]]:
 def _within(model: Any) -> Iterator[Any]:
     yield model
     for part in vars(model).values():
-        if isinstance(part, Parts):
+        if isinstance(part, st.parameters.Parts):
             yield from part.components
         elif is_dataclass(part):
             yield part

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.forces import Flow
-from seatrial.ships.files import load
+import seatrial as st
 
 HEAD = "U [m/s],beta [deg],r ['],delta [deg],n_P [rps],X [N],Y [N],N [N m],T [N],F_N [N]"
 U, N_P, NOISE = 1.179, 11.85, 0.005
@@ -32,14 +31,14 @@ def programs() -> dict[str, list[tuple[float, float, float, float]]]:
 
 def write(folder: Path) -> None:
     """One table a program; the same noise at every call."""
-    model: Any = load("kvlcc2_l7").model
+    model: Any = st.load("kvlcc2_l7").model
     rng = np.random.default_rng(1)
     folder.mkdir(parents=True, exist_ok=True)
     for name, runs in programs().items():
         loads = []
         for speed, beta, turn, delta in runs:
             u, v = speed * math.cos(math.radians(beta)), -speed * math.sin(math.radians(beta))
-            flow = Flow(u, v, turn * speed / 7.0, N_P, math.radians(delta), u, v, 1000.0, 7.0, 0.46)
+            flow = st.forces.Flow(u, v, turn * speed / 7.0, N_P, math.radians(delta), u, v, 1000.0, 7.0, 0.46)
             loads.append(model.loads(flow, (0.0, 0.0, 0.0)))
         measured = np.array(loads, dtype=np.float64)
         measured += NOISE * np.abs(measured).max(axis=0) * rng.standard_normal(measured.shape)

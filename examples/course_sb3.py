@@ -16,13 +16,13 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 
-import seatrial.envs
+import seatrial as st
 
 ID = "seatrial/Course-v0"
 
 
 def main(steps: int) -> None:
-    if ID not in seatrial.envs.IDS:
+    if ID not in st.envs.IDS:
         raise SystemExit(f"no environment {ID}")
     agent = PPO("MlpPolicy", make_vec_env(ID, 8, seed=1), n_steps=256, gamma=0.99, seed=1, device="cpu")
     judge = make_vec_env(ID, 1, seed=100)

@@ -9,26 +9,23 @@ import sys
 import numpy as np
 from matplotlib.figure import Figure
 
-from seatrial.core.parameters import read
-from seatrial.identify import Loss, Nuisance, Problem
-from seatrial.identify.trajectory.shooting import Trajectory, free_everywhere
-from seatrial.manoeuvres.turning import Turning
-from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.sensors import Sensors
-from seatrial.ships.files import load
-from seatrial.simulate.replay import replay
-from seatrial.simulate.run import approach, simulate
-from seatrial.workflow.demo import HIDDEN, NOISE
+import seatrial as st
+
+NOISE = st.demo.NOISE
+Turning = st.manoeuvres.turning.Turning
+Zigzag = st.manoeuvres.zigzag.Zigzag
 
 DEGREE = math.pi / 180.0
-handbook = load("kvlcc2_l7")
-at_sea = handbook.having({path: factor * read(handbook.model, path) for path, factor in HIDDEN.items()})
-n_P = approach(handbook)[1]
+handbook = st.load("kvlcc2_l7")
+at_sea = handbook.having(
+    {path: factor * st.parameters.read(handbook.model, path) for path, factor in st.demo.HIDDEN.items()}
+)
+n_P = st.approach(handbook)[1]
 rng = np.random.default_rng(7)
 
 
 def trial(policy, duration, name):
-    return Sensors(noise=NOISE).read(simulate(at_sea, policy, duration=duration, dt=0.1, name=name), rng)
+    return st.Sensors(noise=NOISE).read(st.run_policy(at_sea, policy, duration=duration, dt=0.1, name=name), rng)
 
 
 training = (
@@ -38,15 +35,15 @@ training = (
 )
 unseen = trial(Turning(n_P, -25 * DEGREE), 150.0, "unseen turn to port")
 
-free = free_everywhere(handbook, tuple(HIDDEN), 0.3)
-problem = Problem(handbook, training, free, Loss(NOISE, correlation=0.0), Nuisance(initial=NOISE))
-fit = Trajectory(window=120.0, every=5, method="rk4").fit(problem)
+free = st.free_everywhere(handbook, tuple(st.demo.HIDDEN), 0.3)
+problem = st.Problem(handbook, training, free, st.Loss(NOISE, correlation=0.0), st.Nuisance(initial=NOISE))
+fit = st.Trajectory(window=120.0, every=5, method="rk4").fit(problem)
 
 figure = Figure(figsize=(8.4, 4.4), layout="constrained")
 axes = figure.subplots()
 L = handbook.L_pp
 for label, ship, style in (("handbook", handbook, "--"), ("fitted", fit.ship, "-")):
-    predicted = replay(ship, unseen)
+    predicted = st.replay(ship, unseen)
     axes.plot(predicted["y"] / L, predicted["x"] / L, style, lw=1.8, color="#D55E00" if style == "--" else "#0072B2",
               label=f"predicted, {label} coefficients", zorder=3 if style == "-" else 2)  # fmt: skip
 east, north = unseen["y"][::12] / L, unseen["x"][::12] / L

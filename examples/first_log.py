@@ -14,18 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.core.parameters import read
-from seatrial.data import Trial
-from seatrial.data.geodesy import Datum
-from seatrial.manoeuvres.turning import Turning
-from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.sensors import Sensors
-from seatrial.ships.files import load
-from seatrial.simulate.run import approach, simulate
-from seatrial.workflow.demo import HIDDEN, NOISE, SHIP
+import seatrial as st
+
+Turning = st.manoeuvres.turning.Turning
+Zigzag = st.manoeuvres.zigzag.Zigzag
 
 DEGREE, KNOT = math.pi / 180.0, 1852.0 / 3600.0
-QUAY, START = Datum(63.4412, 10.4199), datetime(2025, 4, 11, 9, 15, 45)
+QUAY, START = st.Datum(63.4412, 10.4199), datetime(2025, 4, 11, 9, 15, 45)
 ABOVE = ("Prøvetur", "Fartøy: modell 7 m", "Logger: bro 2", "")
 HEADS = (("Dato", ""), ("Tid", ""), ("Bredde", ""), ("Lengde", ""), ("Kurs", "grader"), ("Fart over grunn", "knop"),
          ("Kurs over grunn", "grader"), ("Girhastighet", "grader/min"), ("Ror", ""), ("Turtall", "o/min"))  # fmt: skip
@@ -37,7 +32,7 @@ def minutes(value: float, letters: str) -> str:
     return f"{whole}° {60.0 * (abs(value) - whole):.6f}' {letters[value < 0]}"
 
 
-def logged(trial: Trial, begins: datetime, rng: np.random.Generator) -> str:
+def logged(trial: st.Trial, begins: datetime, rng: np.random.Generator) -> str:
     """The trial as the text of a log."""
     speed, psi = np.hypot(trial["u"], trial["v_m"]), trial["psi"]
     course = psi + np.arctan2(trial["v_m"], trial["u"])
@@ -62,9 +57,11 @@ def logged(trial: Trial, begins: datetime, rng: np.random.Generator) -> str:
 
 def main(folder: Path) -> None:
     """Write one log for each manoeuvre."""
-    handbook = load(SHIP)
-    at_sea = handbook.having({path: factor * read(handbook.model, path) for path, factor in HIDDEN.items()})
-    n_P, rng = approach(handbook)[1], np.random.default_rng(11)
+    handbook = st.load(st.demo.SHIP)
+    at_sea = handbook.having(
+        {path: factor * st.parameters.read(handbook.model, path) for path, factor in st.demo.HIDDEN.items()}
+    )
+    n_P, rng = st.approach(handbook)[1], np.random.default_rng(11)
     plans = {
         "sving_35_styrbord": Turning(n_P, 35 * DEGREE), "sving_20_babord": Turning(n_P, -20 * DEGREE),
         "zigzag_10": Zigzag(n_P, 10 * DEGREE, 10 * DEGREE), "zigzag_20": Zigzag(n_P, 20 * DEGREE, 20 * DEGREE, -1.0),
@@ -72,8 +69,8 @@ def main(folder: Path) -> None:
     }  # fmt: skip
     folder.mkdir(parents=True, exist_ok=True)
     for k, (name, plan) in enumerate(plans.items()):
-        run = simulate(at_sea, plan, duration=120.0, dt=0.1, every=2, name=name)
-        trial = Sensors(noise=NOISE).read(run, rng)
+        run = st.run_policy(at_sea, plan, duration=120.0, dt=0.1, every=2, name=name)
+        trial = st.Sensors(noise=st.demo.NOISE).read(run, rng)
         text = logged(trial, START + timedelta(minutes=10 * k), rng)
         (folder / f"{name}.csv").write_text(text, encoding="latin-1")
 

@@ -2,9 +2,9 @@
 
 import sys
 
-from seatrial import read_study
+import seatrial as st
 
-study = read_study("studies/esso_osaka_mmg.toml")
+study = st.read_study("studies/esso_osaka_mmg.toml")
 fit = study.estimator.fit(study.problem)
 for verdict in fit.verdicts:
     sys.stdout.write(f"{verdict.subject:20} {verdict.status:16} {verdict.text}\n")

@@ -20,16 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.data import Trial
-from seatrial.data.formats.frt_esso import read
-from seatrial.data.prepare import drop_trailing_gaps
-from seatrial.ships import Ship
-from seatrial.simulate.carried import Carrier
-from seatrial.simulate.replay import replay
-from seatrial.study.study import Study, read_study
-from seatrial.validate import Comparison
-from seatrial.validate.comparison import compare, pooled
-from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
+import seatrial as st
 
 ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared" / "data")) / "esso_osaka_frt" / "data"
 STUDY = Path(__file__).parents[1] / "studies" / "esso_osaka_hybrid.toml"
@@ -38,23 +29,25 @@ COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58
 FOLDS, RESTART, HISTORY = 5, 100.0, 60.0
 MEAN = "mean of the widths"
 CARRIED = f"the same, --history {HISTORY:g}"
-Files = dict[str, list[Trial]]
+Files = dict[str, list[st.Trial]]
 
 
 def read_files() -> Files:
     """The files of each kind, in the order of their names."""
-    return {kind: [drop_trailing_gaps(read(f)) for f in sorted((ROOT / kind).glob("*.csv")) if f.stem != COPY]
+    read = st.reader("frt-esso")
+    return {kind: [st.drop_trailing_gaps(read(f)) for f in sorted((ROOT / kind).glob("*.csv")) if f.stem != COPY]
             for kind in KINDS}  # fmt: skip
 
 
-def errors(ship: Ship, trials: Sequence[Trial], history: float | None = None) -> list[Comparison]:
+def errors(ship: st.Ship, trials: Sequence[st.Trial], history: float | None = None) -> list[st.Comparison]:
     """Predictions restarted every 100 s, against the measurement."""
-    run = partial(replay, ship) if history is None else Carrier.of(ship, history).replay
-    return [compare(t, run(t, restart=RESTART, method="euler"), label="", restart=RESTART, sigma=ESSO_OSAKA_SIGMA)
+    run = partial(st.replay, ship) if history is None else st.Carrier.of(ship, history).replay
+    sigma = st.metrics.ESSO_OSAKA_SIGMA
+    return [st.compare(t, run(t, restart=RESTART, method="euler"), label="", restart=RESTART, sigma=sigma)
             for t in trials]  # fmt: skip
 
 
-def fold(study: Study, files: Files, number: int) -> dict[str, Ship]:
+def fold(study: st.Study, files: Files, number: int) -> dict[str, st.Ship]:
     """The ships fitted without the files of a fold: with each width, and with the mean of all."""
     train = tuple(t for kind in KINDS for i, t in enumerate(files[kind]) if i % FOLDS != number)
     who: Any = study.estimator
@@ -72,8 +65,8 @@ def main() -> None:
     where: Path = asked.parse_args().out
     if not ROOT.is_dir():
         sys.exit(f"{ROOT}: no such folder; set SEATRIAL_DATA (public set NAOE-5thLab/FRT-DS-ESSO)")
-    study, files = read_study(STUDY), read_files()
-    held: dict[str, dict[str, list[Comparison]]] = {}
+    study, files = st.read_study(STUDY), read_files()
+    held: dict[str, dict[str, list[st.Comparison]]] = {}
     for number in range(FOLDS):
         out = {kind: [t for i, t in enumerate(files[kind]) if i % FOLDS == number] for kind in KINDS}
         ships = fold(study, files, number)
@@ -82,8 +75,8 @@ def main() -> None:
             for kind, trials in out.items():
                 rows[kind] += errors(ship, trials, HISTORY if label == CARRIED else None)
         sys.stderr.write(f"fold {number + 1} of {FOLDS}\n")
-    found = {label: {**{kind: pooled(some) for kind, some in rows.items()},
-                     "together": pooled([c for some in rows.values() for c in some])}
+    found = {label: {**{kind: st.pooled(some) for kind, some in rows.items()},
+                     "together": st.pooled([c for some in rows.values() for c in some])}
              for label, rows in held.items()}  # fmt: skip
     told = {"what": "standardised error of files held out, five folds, restart 100 s",
             "command": "SEATRIAL_DATA=DIR python examples/hybrid_folds.py", **found}  # fmt: skip

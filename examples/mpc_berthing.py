@@ -59,17 +59,16 @@ def export(folder: Path, model: str = TRUTH) -> None:
     Raises:
         ValueError: a model whose controls are not those of the tug, or whose thrusters turn at any rate.
     """
-    from seatrial.exchange import plant, save_casadi
-    from seatrial.ships.files import load
+    import seatrial as st
 
-    ship = load(model)
+    ship = st.load(model)
     if tuple(ship.model.controls) != CONTROLS:
         raise ValueError(f"{model}: its controls are {', '.join(ship.model.controls)}; a tug has {', '.join(CONTROLS)}")
     turn = [float(getattr(ship.actuators.of(name), "rate", math.inf)) for name in CONTROLS[1::2]]
     if not np.isfinite(turn).all():
         raise ValueError(f"{model}: give the thrusters a rate of turn, [actuators.alpha_1] and [actuators.alpha_2]")
-    save_casadi(plant(ship, STEP / SUBSTEPS), folder / "tug.casadi")
-    save_casadi(plant(load(TRUTH), STEP / SUBSTEPS), folder / "true.casadi")
+    st.save_casadi(st.equations_of(ship, STEP / SUBSTEPS), folder / "tug.casadi")
+    st.save_casadi(st.equations_of(st.load(TRUTH), STEP / SUBSTEPS), folder / "true.casadi")
     (folder / "turn.json").write_text(json.dumps(turn), encoding="utf-8")
 
 

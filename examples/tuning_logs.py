@@ -12,15 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.data import Trial
-from seatrial.study.study import read_study
+import seatrial as st
 
 KNOT = 1852.0 / 3600.0
 HEAD = "Time,North,East,HDG,VN,VE,ROT,RUD,RPM"
 STUDY = Path(__file__).resolve().parents[1] / "studies" / "suyama2023.toml"
 
 
-def logged(trial: Trial, rng: np.random.Generator) -> str:
+def logged(trial: st.Trial, rng: np.random.Generator) -> str:
     """The trial as the text of a log; positions and heading have their noise already."""
     psi, degrees = trial["psi"], 180.0 / math.pi
     north = trial["u"] * np.cos(psi) - trial["v_m"] * np.sin(psi)
@@ -37,7 +36,7 @@ def logged(trial: Trial, rng: np.random.Generator) -> str:
 
 def main(folder: Path) -> None:
     """Write one log for each turn: `starboard_10.csv`, `port_20.csv`, ..."""
-    study, rng = read_study(STUDY), np.random.default_rng(4)
+    study, rng = st.read_study(STUDY), np.random.default_rng(4)
     folder.mkdir(parents=True, exist_ok=True)
     for trial in (*study.problem.trials, *study.test):
         side = "starboard" if trial.name[1] == "+" else "port"

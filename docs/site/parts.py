@@ -11,8 +11,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import seatrial as st
 from equations import equations, literal, written
-from seatrial import forces, manoeuvres, models
 
 SOURCE = Path(importlib.import_module("seatrial").__file__ or "").parents[1]
 
@@ -34,10 +34,10 @@ class Room:
 
 ROOMS = (
     Room("forces", "Forces", "Each module of `seatrial.forces`: a force on the ship, its numbers and its equations.",
-         forces),
-    Room("families", "Model families", "Each module of `seatrial.models`: how a family computes its rates.", models),
+         st.forces),
+    Room("families", "Model families", "Each module of `seatrial.models`: how a family computes its rates.", st.models),
     Room("manoeuvres", "Manoeuvres", "Each module of `seatrial.manoeuvres`: what it orders, and its indices.",
-         manoeuvres, ("command", "begin")),
+         st.manoeuvres, ("command", "begin")),
 )  # fmt: skip
 
 

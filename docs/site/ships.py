@@ -15,9 +15,6 @@ from matplotlib.figure import Figure
 
 import seatrial as st
 from equations import literal
-from seatrial.core.errors import SeatrialError
-from seatrial.report.figures import BLUE, GREY, STYLE, VERMILION
-from seatrial.ships.files import library
 
 _KEPT = 400
 _PARTICULARS = ("L_pp", "B", "d", "C_b", "m", "rho", "x_G")
@@ -27,7 +24,7 @@ _DEGREES = math.degrees(1.0)
 
 def write(out: Path) -> list[str]:
     """Write a page, two pictures and their data for each ship; their names."""
-    names = list(library())
+    names = list(st.library())
     with ThreadPoolExecutor(2) as pool:
         runs = dict(zip(names, pool.map(_runs, names), strict=True))  # compiling waits for the compiler
     for name in names:
@@ -51,7 +48,7 @@ def _runs(name: str) -> tuple[st.Ship, Mapping[str, Any]]:
                     warnings.simplefilter("ignore")
                     found[kind] = ship.simulate(one)
                 break
-            except SeatrialError:
+            except st.SeatrialError:
                 continue
     return ship, found
 
@@ -131,10 +128,12 @@ def _data(run: Any, path: Path) -> None:
 
 
 def _turning_circle(ship: st.Ship, runs: Mapping[str, Any], path: Path) -> None:
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(st.figures.STYLE):
         figure = Figure(figsize=(6.0, 4.0), layout="constrained")
         ax = figure.subplots()
-        for (side, run), (colour, dashes) in zip(runs.items(), ((BLUE, "-"), (VERMILION, "--")), strict=False):
+        for (side, run), (colour, dashes) in zip(
+            runs.items(), ((st.figures.BLUE, "-"), (st.figures.VERMILION, "--")), strict=False
+        ):
             ax.plot(run["y"] / ship.L_pp, run["x"] / ship.L_pp, dashes, color=colour, label=f"to {side}")
         ax.set(xlabel="east / L_pp [-]", ylabel="north / L_pp [-]", aspect="equal")
         ax.legend(loc="best")
@@ -142,13 +141,13 @@ def _turning_circle(ship: st.Ship, runs: Mapping[str, Any], path: Path) -> None:
 
 
 def _zigzag(run: Any, path: Path) -> None:
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(st.figures.STYLE):
         figure = Figure(figsize=(6.0, 3.0), layout="constrained")
         ax = figure.subplots()
-        ax.plot(run.t, run["psi"] * _DEGREES, color=BLUE, label="heading")
+        ax.plot(run.t, run["psi"] * _DEGREES, color=st.figures.BLUE, label="heading")
         if "delta" in run:
-            ax.plot(run.t, run["delta"] * _DEGREES, "--", color=VERMILION, label="rudder")
-        ax.axhline(0.0, color=GREY, lw=0.8)
+            ax.plot(run.t, run["delta"] * _DEGREES, "--", color=st.figures.VERMILION, label="rudder")
+        ax.axhline(0.0, color=st.figures.GREY, lw=0.8)
         ax.set(xlabel="t [s]", ylabel="angle [°], starboard positive")
         ax.legend(loc="best")
         figure.savefig(path, metadata={"Date": None})

@@ -17,12 +17,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial import __version__
-from seatrial.data import Array, DataError, Trial
-from seatrial.data.formats import reader
-from seatrial.identify.regression.vector_ar import VectorAr, fit_vector_ar, forecast, vector_orders
-from seatrial.report import figures
-from seatrial.report.page import Page, Section, bullets, figure, gallery, lead, number, provenance, soft, table, write
+import seatrial as st
+
+figure, gallery, number, Section = st.page.figure, st.page.gallery, st.page.number, st.page.Section
+table = st.page.table
 
 HOME = Path(__file__).parents[1]
 MAPPING = HOME / "hakusan_mapping.toml"
@@ -59,15 +57,15 @@ RIVALS = (
 )
 
 
-def read_rows(path: Path) -> Trial:
+def read_rows(path: Path) -> st.Trial:
     """The rows through the mapping.
 
     Raises:
         DataError: no such file, or other columns.
     """
     if not path.is_file():
-        raise DataError(f"{path}: no such file; save the first 500 rows of HAKUSAN (R package TSSS) there")
-    return reader("csv", MAPPING)(path)
+        raise st.DataError(f"{path}: no such file; save the first 500 rows of HAKUSAN (R package TSSS) there")
+    return st.reader("csv", MAPPING)(path)
 
 
 @dataclass(frozen=True)
@@ -80,20 +78,22 @@ class Judged:
         inside: share of the readings within the forecast's 95 % interval, shape (steps,); NaN for the baselines.
     """
 
-    error: Array
-    low: Array
-    high: Array
-    gain: tuple[Array, Array, Array]
-    inside: Array
+    error: st.Array
+    low: st.Array
+    high: st.Array
+    gain: tuple[st.Array, st.Array, st.Array]
+    inside: st.Array
 
 
-def forecasts(model: VectorAr, trial: Trial, starts: NDArray[np.intp], output: str, rudder: str) -> tuple[Array, Array]:
+def forecasts(
+    model: st.VectorAr, trial: st.Trial, starts: NDArray[np.intp], output: str, rudder: str
+) -> tuple[st.Array, st.Array]:
     """Forecasts of one output, shape (starts, steps), and their standard deviation, shape (steps,)."""
     k = model.outputs.index(output)
-    return forecast(model, trial, starts, STEPS, inputs=rudder)[:, :, k], model.spread(STEPS)[:, k]
+    return st.forecast(model, trial, starts, STEPS, inputs=rudder)[:, :, k], model.spread(STEPS)[:, k]
 
 
-def judged(made: Array, sigma: Array | None, truth: Array, held: Array, scale: float) -> Judged:
+def judged(made: st.Array, sigma: st.Array | None, truth: st.Array, held: st.Array, scale: float) -> Judged:
     """Compare forecasts with what came, all of shape (starts, steps); `held` are those of persistence."""
     square, theirs = (made - truth) ** 2, (held - truth) ** 2
     rng, count = np.random.default_rng(1), len(square)
@@ -108,8 +108,8 @@ def judged(made: Array, sigma: Array | None, truth: Array, held: Array, scale: f
 
 
 def compared(
-    trial: Trial, models: Sequence[tuple[Rival, VectorAr]], first: int, output: str
-) -> tuple[dict[str, Judged], dict[str, Array]]:
+    trial: st.Trial, models: Sequence[tuple[Rival, st.VectorAr]], first: int, output: str
+) -> tuple[dict[str, Judged], dict[str, st.Array]]:
     """Every model that forecasts this output beside persistence and the mean, from row `first` on; and forecasts."""
     values = trial[output]
     starts = np.arange(first - 1, len(values) - STEPS)
@@ -119,7 +119,7 @@ def compared(
     scale = float(np.sqrt(np.mean((values[first:] - mean) ** 2)))
     out = {"persistence": judged(held, None, truth, held, scale),
            "mean": judged(np.full_like(truth, mean), None, truth, held, scale)}  # fmt: skip
-    made: dict[str, Array] = {}
+    made: dict[str, st.Array] = {}
     for rival, model in models:
         if output in model.outputs:
             made[rival.label], sigma = forecasts(model, trial, starts, output, rival.rudder)
@@ -127,34 +127,36 @@ def compared(
     return out, made
 
 
-def page(trial: Trial, given: Path) -> Page:
+def page(trial: st.Trial, given: Path) -> st.page.Page:
     """Fit, order, judge, and write down."""
     past = trial.rows(slice(0, TRAIN))
-    tables = {rival.label: vector_orders(past, rival.outputs, rival.inputs, most=MOST) for rival in RIVALS}
+    tables = {rival.label: st.vector_orders(past, rival.outputs, rival.inputs, most=MOST) for rival in RIVALS}
     # The order is chosen on common rows; the model then takes every row of training.
-    models = [(rival, fit_vector_ar(past, rival.outputs, rival.inputs, order=tables[rival.label][0].order))
+    models = [(rival, st.fit_vector_ar(past, rival.outputs, rival.inputs, order=tables[rival.label][0].order))
               for rival in RIVALS]  # fmt: skip
     found = {output: compared(trial, models, TRAIN, output) for output in ("r", "phi")}
     rehearsed = _rehearsed(trial)
     # Which way is the best was decided before the judged rows were looked at.
     chosen = {output: _best(judgements) for output, judgements in rehearsed.items()}
-    sections = [Section("", lead(_summary(found, chosen)) + bullets(_caveats(trial)))]
+    sections = [Section("", st.page.lead(_summary(found, chosen)) + st.page.bullets(_caveats(trial)))]
     for output, (judgements, _) in found.items():
         sections.append(_errors(output, judgements, chosen[output]))
     sections += [_orders(tables, models), _drawn(trial, found, chosen), _rehearsal(rehearsed),
-                 provenance({"data": f"{FILE}: 500 rows at 1 Hz, of which the first {TRAIN} for training",
-                             "version": f"seatrial {__version__}",
+                 st.page.provenance({"data": f"{FILE}: 500 rows at 1 Hz, of which the first {TRAIN} for training",
+                             "version": f"seatrial {st.__version__}",
                              "command": f"python studies/reports/hakusan.py -o {given}"})]  # fmt: skip
     numbers = {"train_rows": TRAIN, "judged_rows": len(trial) - TRAIN, "models": {
         rival.label: {"order": model.order, "aic": tables[rival.label][0].aic, "radius": model.radius}
         for rival, model in models}}  # fmt: skip
-    return Page("HAKUSAN: forecasts of yaw rate and roll in waves by AR, ARX and vector AR", tuple(sections), numbers)
+    return st.page.Page(
+        "HAKUSAN: forecasts of yaw rate and roll in waves by AR, ARX and vector AR", tuple(sections), numbers
+    )
 
 
-def _rehearsed(trial: Trial) -> dict[str, dict[str, Judged]]:
+def _rehearsed(trial: st.Trial) -> dict[str, dict[str, Judged]]:
     """The same within the training rows: fitted to the first 250, judged by the next 100."""
     past = trial.rows(slice(0, REHEARSAL))
-    models = [(rival, vector_orders(past, rival.outputs, rival.inputs, most=MOST)[0]) for rival in RIVALS]
+    models = [(rival, st.vector_orders(past, rival.outputs, rival.inputs, most=MOST)[0]) for rival in RIVALS]
     return {output: compared(trial.rows(slice(0, TRAIN)), models, REHEARSAL, output)[0] for output in ("r", "phi")}
 
 
@@ -164,7 +166,7 @@ def _best(judgements: dict[str, Judged]) -> str:
     return min(honest, key=lambda label: float(np.mean(judgements[label].error[:5])))
 
 
-def _summary(found: dict[str, tuple[dict[str, Judged], dict[str, Array]]], chosen: dict[str, str]) -> str:
+def _summary(found: dict[str, tuple[dict[str, Judged], dict[str, st.Array]]], chosen: dict[str, str]) -> str:
     parts: list[str] = []
     for output, (judgements, _) in found.items():
         best = judgements[label := chosen[output]]
@@ -173,7 +175,7 @@ def _summary(found: dict[str, tuple[dict[str, Judged], dict[str, Array]]], chose
     return "On the 150 rows that no fit has seen, by the ways that the rehearsal preferred: " + "; ".join(parts) + "."
 
 
-def _caveats(trial: Trial) -> list[str]:
+def _caveats(trial: st.Trial) -> list[str]:
     """What the data do not say."""
     r, pitch, phi = np.degrees(trial["r"]), np.degrees(trial["theta"]), np.degrees(trial["phi"])
     return [
@@ -188,9 +190,9 @@ def _caveats(trial: Trial) -> list[str]:
 
 
 def _errors(output: str, judgements: dict[str, Judged], best: str) -> Section:
-    drawn, (ax,) = figures.canvas(1, (7.0, 4.4))
-    styles = {**figures.line_styles([k for k in judgements if k not in ("persistence", "mean")], "persistence"),
-              "mean": (figures.SOFT, "-")}  # fmt: skip
+    drawn, (ax,) = st.figures.canvas(1, (7.0, 4.4))
+    styles = {**st.figures.line_styles([k for k in judgements if k not in ("persistence", "mean")], "persistence"),
+              "mean": (st.figures.SOFT, "-")}  # fmt: skip
     steps = np.arange(1, STEPS + 1)
     for label, one in judgements.items():
         colour, dashes = styles[label]
@@ -199,14 +201,14 @@ def _errors(output: str, judgements: dict[str, Judged], best: str) -> Section:
         if label == best:
             ax.fill_between(steps, one.low, one.high, color=colour, alpha=0.15, lw=0)
     ax.set(xlabel="horizon [s]", ylabel=f"error of {LABELS[output]} / spread [-]", ylim=(0.0, None), xlim=(1, STEPS))
-    figures.legend_below(drawn, ax)
+    st.figures.legend_below(drawn, ax)
     head = ("way", *(f"{s} s" for s in SHOWN), "of persistence at 3 s", "within 95 % band at 1, 5 s")
     rows: list[tuple[str, ...]] = []
     for label, one in judgements.items():
         gain = f"{one.gain[0][2]:.2f} ({one.gain[1][2]:.2f} … {one.gain[2][2]:.2f})"
         inside = "–" if np.isnan(one.inside[0]) else f"{100 * one.inside[0]:.0f} %, {100 * one.inside[4]:.0f} %"
         rows.append((label, *(number(float(one.error[s - 1]), 2) for s in SHOWN), gain, inside))
-    note = soft(
+    note = st.page.soft(
         "Root mean square over the spread of the judged rows about the training mean: 1 is as good as the mean. "
         "In brackets 90 % of resamples of blocks of 15 s. “Known” uses the logged rudder of the time to come."
     )
@@ -216,15 +218,15 @@ def _errors(output: str, judgements: dict[str, Judged], best: str) -> Section:
     } for label, one in judgements.items()}}  # fmt: skip
     name = LABELS[output].capitalize()
     caption = f"{name}: error over horizon; the band is of {best}, the best of the rehearsal"
-    shown = gallery(figure(figures.svg(drawn, output), caption), least=640)
+    shown = gallery(figure(st.figures.svg(drawn, output), caption), least=640)
     body = shown + f'<div class="wrap">{table(head, rows)}</div>' + note
     return Section(f"{name}: error against horizon", body, numbers)
 
 
-def _orders(tables: dict[str, list[VectorAr]], models: Sequence[tuple[Rival, VectorAr]]) -> Section:
+def _orders(tables: dict[str, list[st.VectorAr]], models: Sequence[tuple[Rival, st.VectorAr]]) -> Section:
     """AIC over the order, of each way less its least; and what was chosen."""
-    drawn, (ax,) = figures.canvas(1, (7.0, 3.8))
-    styles = figures.line_styles([*tables], "")
+    drawn, (ax,) = st.figures.canvas(1, (7.0, 3.8))
+    styles = st.figures.line_styles([*tables], "")
     for label, tried in tables.items():
         if "known" in label:
             continue
@@ -232,37 +234,39 @@ def _orders(tables: dict[str, list[VectorAr]], models: Sequence[tuple[Rival, Vec
         colour, dashes = styles[label]
         ax.plot([*by], np.array([*by.values()]) - min(by.values()), color=colour, ls=dashes, lw=1.4, label=label)
     ax.set(xlabel="lags of the outputs [s]", ylabel="AIC above its least", ylim=(-5.0, 200.0), xlim=(1, MOST))
-    figures.legend_below(drawn, ax)
+    st.figures.legend_below(drawn, ax)
     rows = [(rival.label, str(model.order[0]), str(model.order[1] or "–"),
              str(model.A.size + model.B.size + len(model.outputs)), number(tables[rival.label][0].aic, 5),
              number(min(one.bic for one in tables[rival.label]), 5),
              str(min(tables[rival.label], key=lambda one: one.bic).order[0]), number(model.radius, 3))
             for rival, model in models]  # fmt: skip
     head = ("way", "lags", "of the rudder", "coefficients", "AIC", "least BIC", "its lags", "largest root")
-    about = soft("Orders up to 15 are compared on the same 335 rows; AIC of different outputs are not comparable. "
-                 "A largest root below 1 is a stable model.")  # fmt: skip
-    shown = gallery(figure(figures.svg(drawn, "orders"), "AIC over the order"), least=640)
+    about = st.page.soft(
+        "Orders up to 15 are compared on the same 335 rows; AIC of different outputs are not comparable. "
+        "A largest root below 1 is a stable model."
+    )
+    shown = gallery(figure(st.figures.svg(drawn, "orders"), "AIC over the order"), least=640)
     return Section("Order by AIC", shown + f'<div class="wrap">{table(head, rows)}</div>' + about)
 
 
 def _drawn(
-    trial: Trial, found: dict[str, tuple[dict[str, Judged], dict[str, Array]]], chosen: dict[str, str]
+    trial: st.Trial, found: dict[str, tuple[dict[str, Judged], dict[str, st.Array]]], chosen: dict[str, str]
 ) -> Section:  # fmt: skip
     """What was forecast 3 s before, beside what came."""
     shown: list[str] = []
     ahead = 3
     for output, (_, made) in found.items():
-        drawn, (ax,) = figures.canvas(1, (7.0, 3.2))
+        drawn, (ax,) = st.figures.canvas(1, (7.0, 3.2))
         label = chosen[output]
         values = np.degrees(trial[output])
         rows = np.arange(TRAIN - 1 + ahead, len(values) - STEPS + ahead)
-        ax.plot(trial.t[TRAIN:], values[TRAIN:], color=figures.INK, lw=1.3, label="measured")
-        colour, dashes, _ = figures.LINES[0]
+        ax.plot(trial.t[TRAIN:], values[TRAIN:], color=st.figures.INK, lw=1.3, label="measured")
+        colour, dashes, _ = st.figures.LINES[0]
         ax.plot(trial.t[rows], np.degrees(made[label][:, ahead - 1]), color=colour, ls=dashes, lw=1.3,
                 label=f"forecast {ahead} s before")  # fmt: skip
         ax.set(xlabel="time t [s]", ylabel=_UNIT[output])
-        figures.legend_below(drawn, ax)
-        shown.append(figure(figures.svg(drawn, f"traces {output}"), f"{LABELS[output]}: {label}"))
+        st.figures.legend_below(drawn, ax)
+        shown.append(figure(st.figures.svg(drawn, f"traces {output}"), f"{LABELS[output]}: {label}"))
     return Section("Three seconds ahead", gallery(*shown, least=640))
 
 
@@ -276,11 +280,11 @@ def _rehearsal(found: dict[str, dict[str, Judged]]) -> Section:
     return Section("Rehearsal", body)
 
 
-def final(trial: Trial) -> dict[str, object]:
+def final(trial: st.Trial) -> dict[str, object]:
     """The vector AR of yaw rate, roll and pitch on all rows, for forecasts of rows to come: coefficients in SI."""
     outputs = ("r", "phi", "theta")
-    order = vector_orders(trial.rows(slice(0, TRAIN)), outputs, most=MOST)[0].order
-    model = fit_vector_ar(trial, outputs, order=order)
+    order = st.vector_orders(trial.rows(slice(0, TRAIN)), outputs, most=MOST)[0].order
+    model = st.fit_vector_ar(trial, outputs, order=order)
     return {"outputs": outputs, "sample_time": 1.0, "A": model.A.tolist(), "constant": model.constant.tolist(),
             "covariance": model.covariance.tolist(), "rows": model.rows, "order": order}  # fmt: skip
 
@@ -293,9 +297,9 @@ def main(arguments: list[str] | None = None) -> int:
     root = Path(os.environ.get("SEATRIAL_DATA", HOME.parents[1] / "shared" / "data"))
     try:
         trial = read_rows(root / FILE)
-        path = write(given.out / "report.html", page(trial, given.out))
+        path = st.page.write(given.out / "report.html", page(trial, given.out))
         (given.out / "model.json").write_text(json.dumps(final(trial)) + "\n", encoding="utf-8")
-    except (DataError, OSError) as error:
+    except (st.DataError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 2
     sys.stdout.write(f"wrote {path}\n")

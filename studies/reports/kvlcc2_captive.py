@@ -21,25 +21,9 @@ from typing import Any
 import kvlcc2_captive_arm as arm
 import numpy as np
 
-from seatrial import __version__
-from seatrial.core.errors import SeatrialError
-from seatrial.core.parameters import read, specs
-from seatrial.data import Trial
-from seatrial.identify import Fit
-from seatrial.identify.regression.captive import CaptiveFit, fit_captive
-from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.report import figures
-from seatrial.report.figures import canvas, legend_below, svg
-from seatrial.report.judging import captive as pages
-from seatrial.report.page import Page, Section, figure, gallery, lead, number, provenance, soft, table, text, write
-from seatrial.ships import Ship
-from seatrial.ships.files import load, save
-from seatrial.simulate.replay import replay
-from seatrial.simulate.run import simulate
-from seatrial.study.study import Study, read_study
-from seatrial.validate.comparison import manoeuvre
-from seatrial.validate.metrics import pairs
-from seatrial.workflow.judging import captive
+import seatrial as st
+
+number, Section, soft, table = st.page.number, st.page.Section, st.page.soft, st.page.table
 
 STUDIES = Path(__file__).parents[1]
 COLUMNS = STUDIES / "kvlcc2_captive_columns.toml"
@@ -76,15 +60,15 @@ class Found:
         ships: by label.
     """
 
-    tests: CaptiveFit
-    within: Mapping[int, CaptiveFit]
-    whole: CaptiveFit
-    study: Study
-    fit: Fit
-    ships: Mapping[str, Ship]
+    tests: st.CaptiveFit
+    within: Mapping[int, st.CaptiveFit]
+    whole: st.CaptiveFit
+    study: st.Study
+    fit: st.Fit
+    ships: Mapping[str, st.Ship]
 
     @property
-    def trials(self) -> tuple[Trial, ...]:
+    def trials(self) -> tuple[st.Trial, ...]:
         """Those trained on, then those kept back."""
         return (*self.study.problem.trials, *self.study.test)
 
@@ -93,30 +77,30 @@ def find() -> Found:
     """Fit the captive tests, then the trials."""
     root = Path(os.environ.get("SEATRIAL_DATA", STUDIES.parents[1] / "shared" / "data")) / "kvlcc2_captive"
     water = root / "open_water_characteristics_captive.csv"
-    tests = captive(STUDIES / "kvlcc2_l7_neutral.toml", [root / "captive.csv"], mapping=COLUMNS, water=water)
-    whole = captive("modified_abkowitz_kvlcc2_l7", [root / "captive.csv"], mapping=COLUMNS, water=water)
+    tests = st.captive(STUDIES / "kvlcc2_l7_neutral.toml", [root / "captive.csv"], mapping=COLUMNS, water=water)
+    whole = st.captive("modified_abkowitz_kvlcc2_l7", [root / "captive.csv"], mapping=COLUMNS, water=water)
     drift = np.abs(tests.runs.beta) * DEGREES
-    within = {limit: fit_captive(tests.began, tests.runs.kept(drift < limit + 0.1)) for limit in (12, 20, 30)}
-    studies = {label: read_study(STUDIES / f"{name}.toml") for label, name in (
+    within = {limit: st.fit_captive(tests.began, tests.runs.kept(drift < limit + 0.1)) for limit in (12, 20, 30)}
+    studies = {label: st.read_study(STUDIES / f"{name}.toml") for label, name in (
         (TUNED, "kvlcc2_captive"), (FROM_PUBLISHED, "kvlcc2_fine_tuning"), (WHOLE[2], "kvlcc2_captive_abkowitz")
     )}  # fmt: skip
     fits = {label: study.estimator.fit(study.problem) for label, study in studies.items()}
     ships = {
-        PUBLISHED: load("kvlcc2_l7"), FROM_PUBLISHED: fits[FROM_PUBLISHED].ship,
+        PUBLISHED: st.load("kvlcc2_l7"), FROM_PUBLISHED: fits[FROM_PUBLISHED].ship,
         CAPTIVE: studies[TUNED].problem.ship, TUNED: fits[TUNED].ship,
-        WHOLE[0]: load("modified_abkowitz_kvlcc2_l7"), WHOLE[1]: studies[WHOLE[2]].problem.ship,
+        WHOLE[0]: st.load("modified_abkowitz_kvlcc2_l7"), WHOLE[1]: studies[WHOLE[2]].problem.ship,
         WHOLE[2]: fits[WHOLE[2]].ship,
     }  # fmt: skip
     return Found(tests, within, whole, studies[TUNED], fits[TUNED], ships)
 
 
-def errors(ship: Ship, trial: Trial, restart: float | None) -> dict[str, float]:
+def errors(ship: st.Ship, trial: st.Trial, restart: float | None) -> dict[str, float]:
     """Root mean square errors of heading [rad], rate of turn [rad/s] and speed [m/s] of one prediction."""
-    both = pairs(trial, replay(ship, trial, restart=restart), restart)
+    both = st.metrics.pairs(trial, st.replay(ship, trial, restart=restart), restart)
     return {name: float(np.sqrt(np.nanmean((both[name][1] - both[name][0]) ** 2))) for name in ("psi", "r", "u")}
 
 
-def executed(trial: Trial, delta: float, psi: float) -> float:
+def executed(trial: st.Trial, delta: float, psi: float) -> float:
     """Mean heading at which the rudder of a measured zigzag leaves its angle [rad]: the tanks reversed it late."""
     heading, rudder = trial["psi"], trial["delta"] / delta
     over = np.abs(rudder) > 0.98
@@ -127,20 +111,20 @@ def executed(trial: Trial, delta: float, psi: float) -> float:
     return float(np.mean(swung)) if swung else psi
 
 
-def overshoots(trial: Trial, ship: Ship | None = None) -> list[float]:
+def overshoots(trial: st.Trial, ship: st.Ship | None = None) -> list[float]:
     """First and second overshoot beyond the nominal heading [rad], measured or of a ship that runs the zigzag itself.
 
     The ship starts in the state of the trial and reverses its rudder at the heading at which the trial did.
     """
-    policy = manoeuvre(trial)
-    if not isinstance(policy, Zigzag):
+    policy = st.comparison.manoeuvre(trial)
+    if not isinstance(policy, st.manoeuvres.zigzag.Zigzag):
         return []
     late, run = 0.0, trial
     if ship is not None:
         late = executed(trial, policy.delta, policy.psi) - policy.psi
         policy = replace(policy, n_P=float(np.nanmean(trial["n_P"])), psi=policy.psi + late)
         start = (0.0, 0.0, 0.0, *(float(trial[name][0]) for name in ("u", "v_m", "r")))
-        run = simulate(replace(ship, validity={}), policy, start=start, duration=trial.duration, dt=0.05)
+        run = st.run_policy(replace(ship, validity={}), policy, start=start, duration=trial.duration, dt=0.05)
     got = policy.indices(run, 7.0)
     return [got[name].value + late if name in got else math.nan for name in ("first_overshoot", "second_overshoot")]
 
@@ -149,7 +133,7 @@ def numbers(found: Found) -> dict[str, Any]:
     """The numbers of the page: overshoots and errors by ship and trial, and what the tuning moved."""
     held = {trial.name for trial in found.study.test}
     return {
-        "captive": pages.numbers(found.tests), "captive_whole_ship": pages.numbers(found.whole),
+        "captive": st.captive_page.numbers(found.tests), "captive_whole_ship": st.captive_page.numbers(found.whole),
         "ranges": {str(limit): dict(zip(fit.paths, fit.values.tolist(), strict=True))
                    for limit, fit in found.within.items()},
         "x_H": arm.fits(found.tests), "overshoots_missed": missed(found),
@@ -173,20 +157,20 @@ def missed(found: Found) -> dict[str, float]:
     ])) * DEGREES for name, fit in arm.at_points(found.tests).items()}  # fmt: skip
 
 
-def page(found: Found, sources: Mapping[str, str]) -> Page:
+def page(found: Found, sources: Mapping[str, str]) -> st.page.Page:
     """The story in its order."""
     said = numbers(found)
     parts = (
-        Section("", lead(story(said)) + means(said), said),
+        Section("", st.page.lead(story(said)) + means(said), said),
         Section("1. Captive tests", beside(found) + arms(found, said) + ranges(found)),
-        *pages.sections(found.tests)[1:],
+        *st.captive_page.sections(found.tests)[1:],
         Section("2. Prediction of the zigzags", predicted(found, said)),
         Section("3. Fine-tuning to the zigzags", moved(found)),
         Section("4. Held-out zigzags", drawn(found)),
         Section("5. The modified Abkowitz model", whole_ship(found)),
-        provenance(sources),
+        st.page.provenance(sources),
     )
-    return Page("KVLCC2: captive tests, prediction, fine-tuning", parts)
+    return st.page.Page("KVLCC2: captive tests, prediction, fine-tuning", parts)
 
 
 def story(said: Mapping[str, object]) -> str:
@@ -243,9 +227,9 @@ def beside(found: Found) -> str:
     published, tests = found.ships[PUBLISHED], found.tests
     rows: list[list[str]] = []
     for path, value, sigma in zip(tests.paths, tests.values.tolist(), tests.sigma.tolist(), strict=True):
-        unit = specs(tests.ship.model)[path].unit
-        printed = 0.0 if path == "rudder.delta_0" else float(read(published.model, path))
-        a, b, s = (pages.shown(path, v, unit, 7.0) for v in (printed, value, sigma))
+        unit = st.parameters.specs(tests.ship.model)[path].unit
+        printed = 0.0 if path == "rudder.delta_0" else float(st.parameters.read(published.model, path))
+        a, b, s = (st.captive_page.shown(path, v, unit, 7.0) for v in (printed, value, sigma))
         far = abs(b - a) > 2.0 * s
         rows.append([path, number(a), number(b), number(s, 2), number((b - a) / s, 2),
                      WHY.get(path, "") if far else "within two sigma"])  # fmt: skip
@@ -266,7 +250,10 @@ def ranges(found: Found) -> str:
          *(f"{number(fit.values[k])} ± {number(fit.sigma[k], 2)}" for k in map(fit.paths.index, paths))]
         for limit, fit in found.within.items()
     ]  # fmt: skip
-    published = ["published (20°)", *(number(float(read(found.ships[PUBLISHED].model, path))) for path in paths)]
+    published = [
+        "published (20°)",
+        *(number(float(st.parameters.read(found.ships[PUBLISHED].model, path))) for path in paths),
+    ]
     remark = (
         "The same tests with drift up to a limit: linear and cubic terms depend on it by more than white noise would "
         "allow, which is why sigma is a jackknife over conditions."
@@ -303,10 +290,10 @@ def both(pair: list[float]) -> str:
 
 def moved(found: Found) -> str:
     """What the tuning moved, in sigmas of the captive tests."""
-    meanings = specs(found.study.problem.ship.model)
+    meanings = st.parameters.specs(found.study.problem.ship.model)
     rows: list[list[str]] = []
     for free, value, sigma in zip(found.fit.free, found.fit.values, found.fit.sigma, strict=True):
-        a, s, b, t = (pages.shown(free.path, float(v), meanings[free.path].unit, 7.0)
+        a, s, b, t = (st.captive_page.shown(free.path, float(v), meanings[free.path].unit, 7.0)
                       for v in (free.start, free.sigma, value, sigma))  # fmt: skip
         origin = "captive tests" if free.path in found.tests.paths else "published, 30 %"
         rows.append([free.path, number(a), number(s, 2), origin, number(b), number(t, 2), number((b - a) / s, 2)])
@@ -317,21 +304,25 @@ def moved(found: Found) -> str:
 def drawn(found: Found) -> str:
     """Heading of the held-out zigzags over time."""
     labels = (PUBLISHED, CAPTIVE, TUNED)
-    styles = figures.line_styles(labels, PUBLISHED)
+    styles = st.figures.line_styles(labels, PUBLISHED)
     out: list[str] = []
     for trial in found.study.test:
-        graph, (ax,) = canvas(1, (5.2, 3.2))
-        figures.measured_motion(ax, trial, "psi", DEGREES)
+        graph, (ax,) = st.figures.canvas(1, (5.2, 3.2))
+        st.figures.measured_motion(ax, trial, "psi", DEGREES)
         ax.lines[-1].set_label("measured")
         for label in labels:
-            run = replay(found.ships[label], trial)
+            run = st.replay(found.ships[label], trial)
             colour, dashes = styles[label]
             ax.plot(run.t[::10], DEGREES * run["psi"][::10], color=colour, ls=dashes, lw=1.4, label=label)
         low, high = DEGREES * np.nanmin(trial["psi"]), DEGREES * np.nanmax(trial["psi"])
         ax.set(xlabel="time t [s]", ylabel="ψ [°]", ylim=(2.5 * low - 1.5 * high, 2.5 * high - 1.5 * low))
-        legend_below(graph, ax)
-        out.append(figure(svg(graph, f"heading {trial.name}"), f"{trial.name}: free-running, by the measured rudder"))
-    return gallery(*out)
+        st.figures.legend_below(graph, ax)
+        out.append(
+            st.page.figure(
+                st.figures.svg(graph, f"heading {trial.name}"), f"{trial.name}: free-running, by the measured rudder"
+            )
+        )
+    return st.page.gallery(*out)
 
 
 def whole_ship(found: Found) -> str:
@@ -340,7 +331,7 @@ def whole_ship(found: Found) -> str:
         "The same tests and trials fitted with the modified Abkowitz model, whose errors are in the first table. Terms "
         "with yaw begin at what a fit to the simulated MMG ship gave, since no captive run has yaw."
     )
-    return f"<p>{text(words)}</p>" + pages.sections(found.whole)[1].body
+    return f"<p>{st.page.text(words)}</p>" + st.captive_page.sections(found.whole)[1].body
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -354,12 +345,14 @@ def main(arguments: list[str] | None = None) -> int:
             "captive tests": found.tests.runs.source,
             "study": "studies/kvlcc2_captive.toml",
             "digest": found.study.digest,
-            "version": f"seatrial {__version__}",
+            "version": f"seatrial {st.__version__}",
             "command": f"python studies/reports/kvlcc2_captive.py -o {given.out}",
         }
-        path = write(given.out / "report.html", page(found, sources))
-        save(found.fit.ship, given.out / "model.toml", {"study": "kvlcc2_captive", "digest": found.study.digest})
-    except SeatrialError as error:
+        path = st.page.write(given.out / "report.html", page(found, sources))
+        st.save(
+            found.fit.ship, given.out / "model.toml", {"study": "kvlcc2_captive", "digest": found.study.digest}
+        )
+    except st.SeatrialError as error:
         sys.stderr.write(f"{error}\n")
         return 2
     except OSError as error:

@@ -13,11 +13,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.core.parameters import read
-from seatrial.data.captive import Captive
-from seatrial.identify.regression.captive import CaptiveFit, fit_captive
-from seatrial.report.page import number, soft, table
-from seatrial.ships import Ship
+import seatrial as st
+
+number = st.page.number
 
 MIDSHIP, GRAVITY, ALL = "N about midship", "N about the centre of gravity", "all runs"
 Fits = Mapping[str, Mapping[str, Mapping[str, tuple[float, float]]]]
@@ -26,7 +24,7 @@ _RUDDER = ("rudder.a_H", "rudder.x_H")
 _STRAIGHT, _SMALL = 0.1, 10.1
 
 
-def fits(tests: CaptiveFit) -> Fits:
+def fits(tests: st.CaptiveFit) -> Fits:
     """Values and sigmas by point of reference, runs and parameter; x_H over L_pp, and alone under "x_H alone".
 
     `ALL` frees all coefficients; the other rows hold all but a_H and x_H at the fit to all runs.
@@ -36,22 +34,22 @@ def fits(tests: CaptiveFit) -> Fits:
         rows = {ALL: _found(fit, ("hull.N_v", *_RUDDER))}
         for part, keep in parts(fit.runs).items():
             some = fit.runs.kept(keep)
-            pair, alone = (fit_captive(fit.ship, some, free) for free in (_RUDDER, _RUDDER[1:]))
+            pair, alone = (st.fit_captive(fit.ship, some, free) for free in (_RUDDER, _RUDDER[1:]))
             rows[part] = {**_found(pair, _RUDDER), "x_H alone": _found(alone, _RUDDER[1:])["x_H"]}
-        rows[ALL]["x_H alone"] = _found(fit_captive(fit.ship, fit.runs, _RUDDER[1:]), _RUDDER[1:])["x_H"]
+        rows[ALL]["x_H alone"] = _found(st.fit_captive(fit.ship, fit.runs, _RUDDER[1:]), _RUDDER[1:])["x_H"]
         out[name] = rows
     return out
 
 
-def at_points(tests: CaptiveFit) -> dict[str, CaptiveFit]:
+def at_points(tests: st.CaptiveFit) -> dict[str, st.CaptiveFit]:
     """The fit to all runs by the point about which N is taken to be."""
     runs, ship = tests.runs, tests.began
-    ahead = float(read(ship.model, "body.x_G")) / ship.L_pp * runs.L_pp
+    ahead = float(st.parameters.read(ship.model, "body.x_G")) / ship.L_pp * runs.L_pp
     moved = replace(runs, loads={**runs.loads, "N": runs.loads["N"] + ahead * runs.loads["Y"]})
-    return {MIDSHIP: tests, GRAVITY: fit_captive(ship, moved)}
+    return {MIDSHIP: tests, GRAVITY: st.fit_captive(ship, moved)}
 
 
-def parts(runs: Captive) -> dict[str, NDArray[np.bool_]]:
+def parts(runs: st.Captive) -> dict[str, NDArray[np.bool_]]:
     """Runs that determine the arm: all without drift, of these small and large rudder angles, and those with drift."""
     drift, rudder = (np.abs(np.degrees(one)) for one in (runs.beta, runs.column("delta")))
     straight = drift < _STRAIGHT
@@ -61,13 +59,13 @@ def parts(runs: Captive) -> dict[str, NDArray[np.bool_]]:
     }  # fmt: skip
 
 
-def correlation(fit: CaptiveFit) -> float:
+def correlation(fit: st.CaptiveFit) -> float:
     """Of a_H and x_H."""
     a, x = map(fit.paths.index, _RUDDER)
     return float(fit.covariance[a, x]) / math.sqrt(float(fit.covariance[a, a] * fit.covariance[x, x]))
 
 
-def section(tests: CaptiveFit, published: Ship, found: Fits, missed: Mapping[str, float]) -> str:
+def section(tests: st.CaptiveFit, published: st.Ship, found: Fits, missed: Mapping[str, float]) -> str:
     """The table of the fits, and what follows from it; `missed` is the mean error of the overshoots by point [deg]."""
     rows: list[list[str]] = [["published", "", *(_primed(published, path) for path in ("hull.N_v", *_RUDDER)), ""]]
     for name, some in found.items():
@@ -88,10 +86,10 @@ def section(tests: CaptiveFit, published: Ship, found: Fits, missed: Mapping[str
         "is longer, which a constant x_H cannot express. (3) The exchange with a_H: the runs with drift give a greater "
         "a_H and an x_H' near the stern."
     )
-    return f"<h3>Why x_H' is not the published one</h3>{table(head, rows, words=(1,))}{soft(remark)}"
+    return f"<h3>Why x_H' is not the published one</h3>{st.page.table(head, rows, words=(1,))}{st.page.soft(remark)}"
 
 
-def _found(fit: CaptiveFit, paths: tuple[str, ...]) -> dict[str, tuple[float, float]]:
+def _found(fit: st.CaptiveFit, paths: tuple[str, ...]) -> dict[str, tuple[float, float]]:
     """Value and sigma by name of each path that was fitted; x_H over L_pp, N_v primed."""
     out: dict[str, tuple[float, float]] = {}
     for path in paths:
@@ -102,9 +100,9 @@ def _found(fit: CaptiveFit, paths: tuple[str, ...]) -> dict[str, tuple[float, fl
     return out
 
 
-def _primed(ship: Ship, path: str) -> str:
+def _primed(ship: st.Ship, path: str) -> str:
     by = ship.L_pp if path == "rudder.x_H" else 1.0
-    return number(float(read(ship.model, path)) / by, 3)
+    return number(float(st.parameters.read(ship.model, path)) / by, 3)
 
 
 def _cell(pair: tuple[float, float] | None) -> str:

@@ -22,19 +22,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial import __version__
-from seatrial.core.errors import SeatrialError
-from seatrial.core.parameters import Free, read
-from seatrial.data import Array, Trial
-from seatrial.data.formats.csv import read_all, read_mapping, recordings
-from seatrial.identify.filters.ahead import MODEL, RIVALS, STAYING, Ahead, joined, looked_ahead
-from seatrial.identify.filters.filtering import Kalman
-from seatrial.identify.filters.measurement import Antenna, Heading
-from seatrial.identify.filters.stacking import Bands, Features, Regime, Stack, banded, chosen, crossed
-from seatrial.report.figures import canvas, legend_below, svg
-from seatrial.report.page import Page, Section, figure, gallery, lead, number, provenance, soft, table, write
-from seatrial.ships import Ship
-from seatrial.study.study import Study, read_study
+import seatrial as st
+
+Ahead, joined, MODEL, RIVALS = st.ahead.Ahead, st.ahead.joined, st.ahead.MODEL, st.ahead.RIVALS
+number, Section = st.page.number, st.page.Section
+Features = st.stacking.Features
 
 STUDY = Path(__file__).parents[1] / "milliampere_real.toml"
 MAPPING = STUDY.parent / "mappings" / "milliampere.toml"
@@ -47,9 +39,9 @@ BESIDE, OFF = 2.0, 4.0
 FOLDS, TRIALS = 4, ("nlp1", "qp1")
 # Disturbances: random accelerations [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)], current and yaw moment that wander.
 WALK = {"u": 0.06, "v_m": 0.06, "r": 0.03, "current": 0.003, "steady.N_0": 1.0}
-FILTER = Kalman(
-    measurement={"gnss": Antenna(0.01), "compass": Heading(0.003)}, process=WALK, current=True,
-    parameters=(Free("steady.N_0", 0.0, prior=0.0, sigma=30.0),),
+FILTER = st.Kalman(
+    measurement={"gnss": st.Antenna(0.01), "compass": st.Heading(0.003)}, process=WALK, current=True,
+    parameters=(st.Free("steady.N_0", 0.0, prior=0.0, sigma=30.0),),
 )  # fmt: skip
 
 
@@ -60,7 +52,7 @@ class Fold:
     `stack` and `bands` name what the fold chose.
     """
 
-    ship: Ship
+    ship: st.Ship
     left: tuple[str, ...]
     bare: tuple[Ahead, ...]
     ahead: tuple[Ahead, ...]
@@ -68,33 +60,35 @@ class Fold:
     bands: str
 
 
-def nearness(ship: Ship, some: Ahead) -> Array:
+def nearness(ship: st.Ship, some: Ahead) -> st.Array:
     """One beside the quay, none off it, by where the ship is at the start."""
-    north, east, way = (float(read(ship.model, f"quay.{name}")) for name in ("north", "east", "direction"))
+    north, east, way = (
+        float(st.parameters.read(ship.model, f"quay.{name}")) for name in ("north", "east", "direction")
+    )
     away = math.cos(way) * (some.state[:, 1] - east) - math.sin(way) * (some.state[:, 0] - north)
     return np.clip((OFF - away) / (OFF - BESIDE), 0.0, 1.0)
 
 
-def stacks(ship: Ship) -> dict[str, Features | None]:
+def stacks(ship: st.Ship) -> dict[str, Features | None]:
     """What the shares of model and constant velocity may depend on."""
 
     def on(*features: Features) -> Features:
         return lambda some: np.column_stack([np.ones(len(some.trial)), *(one(some) for one in features)])
 
-    def near(some: Ahead) -> Array:
+    def near(some: Ahead) -> st.Array:
         return nearness(ship, some)
 
-    def surprise(some: Ahead) -> Array:
+    def surprise(some: Ahead) -> st.Array:
         return np.log10(np.maximum(some.surprise, 1e-3)).astype(np.float64)
 
-    def speed(some: Ahead) -> Array:
+    def speed(some: Ahead) -> st.Array:
         return (np.hypot(some.state[:, 3], some.state[:, 4]) / ship.speed).astype(np.float64)
 
     return {"model": None, "constant": on(), "quay": on(near), "surprise": on(surprise), "speed": on(speed),
             "quay and surprise": on(near, surprise)}  # fmt: skip
 
 
-def regimes(ship: Ship) -> dict[str, tuple[Regime, bool]]:
+def regimes(ship: st.Ship) -> dict[str, tuple[st.stacking.Regime, bool]]:
     """What the width of the bands may depend on."""
 
     def beside(some: Ahead) -> NDArray[np.intp]:
@@ -103,29 +97,29 @@ def regimes(ship: Ship) -> dict[str, tuple[Regime, bool]]:
     return {"sigma": (lambda some: 0 * beside(some), False), "sigma, quay": (beside, False), "quay": (beside, True)}
 
 
-def made(ship: Ship, groups: Sequence[Sequence[Ahead]], bare: Sequence[Ahead]) -> tuple[str, str, tuple[Ahead, ...]]:
+def made(ship: st.Ship, groups: Sequence[Sequence[Ahead]], bare: Sequence[Ahead]) -> tuple[str, str, tuple[Ahead, ...]]:
     """Names of stack and bands chosen on `groups` of forecasts, by horizon, and forecasts `bare` with these."""
-    stack = chosen(groups, stacks(ship), TRIALS)
+    stack = st.stacking.chosen(groups, stacks(ship), TRIALS)
     features = stacks(ship)[stack]
-    stacked = [crossed(some, features) for some in groups]
-    bands = banded(stacked, regimes(ship), STATED)
+    stacked = [st.stacking.crossed(some, features) for some in groups]
+    bands = st.stacking.banded(stacked, regimes(ship), STATED)
     regime, alone = regimes(ship)[bands]
     out: list[Ahead] = []
     for some, tried, one in zip(groups, stacked, bare, strict=True):
-        best = one if features is None else Stack.fitted(joined(some), features).of(one)
-        out.append(Bands.fitted(joined(tried), regime, STATED, alone=alone).of(best))
+        best = one if features is None else st.stacking.Stack.fitted(joined(some), features).of(one)
+        out.append(st.stacking.Bands.fitted(joined(tried), regime, STATED, alone=alone).of(best))
     return stack, bands, tuple(out)
 
 
 Looks = dict[tuple[int, int], tuple[Ahead, ...]]
 
 
-def looks(study: Study, every: float = EVERY, inner: float = INNER) -> tuple[dict[int, Ship], Looks]:
+def looks(study: st.Study, every: float = EVERY, inner: float = INNER) -> tuple[dict[int, st.Ship], Looks]:
     """Ships without each group of minutes, and forecasts of group j by a fit without groups k and j, by (k, j).
 
     Minutes k and k + 4 of nlp1 and minute k of qp1 are a group.
     """
-    trials, ships, found = study.problem.trials, dict[tuple[int, int], Ship](), Looks()
+    trials, ships, found = study.problem.trials, dict[tuple[int, int], st.Ship](), Looks()
     for k in range(FOLDS):
         for j in range(FOLDS):
             pair = (min(j, k), max(j, k))
@@ -133,15 +127,15 @@ def looks(study: Study, every: float = EVERY, inner: float = INNER) -> tuple[dic
                 kept = tuple(t for t in trials if _group(t) not in pair)
                 ships[pair] = study.estimator.fit(replace(study.problem, trials=kept)).ship
             left, step = [t for t in trials if _group(t) == j], every if j == k else inner
-            found[k, j] = looked_ahead(FILTER, ships[pair], left, HORIZONS, warm=WARM, every=step)
+            found[k, j] = st.ahead.looked_ahead(FILTER, ships[pair], left, HORIZONS, warm=WARM, every=step)
     return {k: ships[k, k] for k in range(FOLDS)}, found
 
 
-def _group(trial: Trial) -> int:
+def _group(trial: st.Trial) -> int:
     return (int(trial.name.rpartition("_")[2]) - 1) % FOLDS
 
 
-def folds(ships: dict[int, Ship], found: Looks) -> tuple[Fold, ...]:
+def folds(ships: dict[int, st.Ship], found: Looks) -> tuple[Fold, ...]:
     """The cross-validation; each fold chooses on forecasts of its own minutes, by fits without these."""
     out: list[Fold] = []
     for k, ship in ships.items():
@@ -151,12 +145,13 @@ def folds(ships: dict[int, Ship], found: Looks) -> tuple[Fold, ...]:
     return tuple(out)
 
 
-def others(study: Study, found: Sequence[Fold], folder: Path, every: float = EVERY) -> tuple[Ahead, ...]:
+def others(study: st.Study, found: Sequence[Fold], folder: Path, every: float = EVERY) -> tuple[Ahead, ...]:
     """Forecasts of whole trials of a folder by a fit to all minutes of the study, one a horizon."""
-    mapping = replace(read_mapping(MAPPING), trial=())
-    trials = [trial for one in recordings(folder, mapping) for trial in read_all(one, mapping)]
+    log = st.formats()["csv"]
+    mapping = replace(log.read_mapping(MAPPING), trial=())
+    trials = [trial for one in log.recordings(folder, mapping) for trial in log.read_all(one, mapping)]
     ship = study.estimator.fit(study.problem).ship
-    ahead = looked_ahead(FILTER, ship, trials, HORIZONS, warm=WARM, every=every)
+    ahead = st.ahead.looked_ahead(FILTER, ship, trials, HORIZONS, warm=WARM, every=every)
     return made(ship, list(zip(*(one.bare for one in found), strict=True)), ahead)[2]
 
 
@@ -178,7 +173,7 @@ def errors(rows: Sequence[dict[str, Any]]) -> str:
               *(number(one["position"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][0]),
               *(number(DEGREES * one["heading"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][1]),
               *(f"{100.0 * share:.0f} %" for share in one["covered"])] for one in rows]  # fmt: skip
-    return table(head, cells, words=(0,))
+    return st.page.table(head, cells, words=(0,))
 
 
 def numbers(found: Sequence[Fold], more: Sequence[Ahead], paths: Sequence[str]) -> dict[str, Any]:
@@ -188,7 +183,7 @@ def numbers(found: Sequence[Fold], more: Sequence[Ahead], paths: Sequence[str]) 
         for each in zip(*((f.ahead, f.bare) for f in found), strict=True)
     )
     names = dict.fromkeys(name for one in more for name in one.trial)
-    values = {path: [float(read(one.ship.model, path)) for one in found] for path in paths}
+    values = {path: [float(st.parameters.read(one.ship.model, path)) for one in found] for path in paths}
     return {
         "forecasts": [row(name, one.of(name)) for one in every for name in TRIALS],
         "bare": [row(name, one.of(name)) for one in bare for name in TRIALS],
@@ -198,7 +193,7 @@ def numbers(found: Sequence[Fold], more: Sequence[Ahead], paths: Sequence[str]) 
     }  # fmt: skip
 
 
-def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Page:
+def page(study: st.Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> st.page.Page:
     """The page."""
     said = numbers(found, more, [free.path for free in study.problem.free])
     story = "; ".join(
@@ -206,7 +201,7 @@ def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Pag
         f"{number(one['ratio'][0], 2)} and {number(one['ratio'][1], 2)} of the better of staying put and going on"
         for one in said["forecasts"] if one["horizon"] == 10.0
     )  # fmt: skip
-    told = soft(
+    told = st.page.soft(
         f"Root mean square errors at the end of each forecast, of the model, of who stays put, and of who goes on at "
         f"constant velocity; ratio: to the better of the two.  Bands state {STATED:.0%}.  Parameters, shares of the "
         "model's way and widths of a minute come from elsewhere; the place of the quay, the delay of the thrust and "
@@ -215,45 +210,54 @@ def page(study: Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> Pag
     )
     caption = f"s ahead: errors and band of {STATED:.0%}, by the time at which the forecast ends"
     shown = [(i, horizon, name) for i, horizon in enumerate(HORIZONS) if i for name in TRIALS]
-    drawings = gallery(*(figure(drawn(found, i, name), f"{name}, {horizon:g} {caption}") for i, horizon, name in shown))
-    parameters = table(
+    drawings = st.page.gallery(
+        *(st.page.figure(drawn(found, i, name), f"{name}, {horizon:g} {caption}") for i, horizon, name in shown)
+    )
+    parameters = st.page.table(
         ("parameter", *(f"fold {k + 1}" for k in range(FOLDS))),
         [[path, *(number(v) for v in values)] for path, values in said["parameters"].items()],
     )
     sections = (
-        Section("", lead(story + "."), said),
+        Section("", st.page.lead(story + "."), said),
         Section("Forecasts of left-out minutes", told + errors(said["forecasts"])),
         Section("The filter alone, its own bands", errors(said["bare"])),
         Section("Other trials, by the fit to all minutes", errors(said["others"]) if more else ""),
         Section("Errors and bands", drawings),
         Section("Parameters of the folds", parameters),
-        provenance({"study": study.name, "digest": study.digest, "program": f"seatrial {__version__}"}),
+        st.page.provenance({"study": study.name, "digest": study.digest, "program": f"seatrial {st.__version__}"}),
     )
-    return Page("milliAmpere: forecasts of minutes that the fit has not seen", sections)
+    return st.page.Page("milliAmpere: forecasts of minutes that the fit has not seen", sections)
 
 
 def drawn(found: Sequence[Fold], i: int, name: str) -> str:
     """Forecast, band and measurement of north and heading over time, as changes since the start of each forecast."""
     some = joined([one.ahead[i] for one in found]).of(name)
     order = np.argsort(some.start)
-    t, (fig, axes) = some.start[order] + some.horizon, canvas(2, (9.0, 5.2))
+    t, (fig, axes) = some.start[order] + some.horizon, st.figures.canvas(2, (9.0, 5.2))
     for ax, error, sigma, stay, factor, label in (
         (axes[0], some.north, some.sigma[:, 0], None, 1.0, "error north [m]"),
-        (axes[1], some.heading[MODEL], some.sigma[:, 2], some.heading[STAYING], DEGREES, "error of heading [°]"),
+        (
+            axes[1],
+            some.heading[MODEL],
+            some.sigma[:, 2],
+            some.heading[st.ahead.STAYING],
+            DEGREES,
+            "error of heading [°]",
+        ),
     ):
         band = 1.645 * factor * sigma[order]
         _gaps(ax, t, np.zeros_like(t), band)
         ax.plot(t, factor * error[order], ".", ms=4, label="model")
         if stay is not None:
-            ax.plot(t, factor * stay[order], "_", ms=5, color="0.6", label=STAYING)
+            ax.plot(t, factor * stay[order], "_", ms=5, color="0.6", label=st.ahead.STAYING)
         most = 1.5 * float(np.quantile(np.append(np.abs(factor * error), band), 0.97))
         ax.set(ylabel=label, ylim=(-most, most))
     axes[1].set_xlabel("time at the end of the forecast [s]")
-    legend_below(fig, axes[1])
-    return svg(fig, f"{name} {some.horizon:g}")
+    st.figures.legend_below(fig, axes[1])
+    return st.figures.svg(fig, f"{name} {some.horizon:g}")
 
 
-def _gaps(ax: object, t: Array, middle: Array, band: Array) -> None:
+def _gaps(ax: object, t: st.Array, middle: st.Array, band: st.Array) -> None:
     """A band that is broken where forecasts are missing."""
     breaks = np.flatnonzero(np.diff(t) > 5.0 * EVERY) + 1
     for part in np.split(np.arange(t.size), breaks):
@@ -268,13 +272,13 @@ def main() -> None:
     parser.add_argument("--also", type=Path, help="folder of trials that were kept back")
     given = parser.parse_args()
     try:
-        study = read_study(STUDY)
+        study = st.read_study(STUDY)
         found = folds(*looks(study))
         made = page(study, found, others(study, found, given.also) if given.also else ())
-    except SeatrialError as error:
+    except st.SeatrialError as error:
         sys.exit(f"error: {error}")
     given.out.mkdir(parents=True, exist_ok=True)
-    sys.stdout.write(f"wrote {write(given.out / 'report.html', made)}\n")
+    sys.stdout.write(f"wrote {st.page.write(given.out / 'report.html', made)}\n")
 
 
 if __name__ == "__main__":

@@ -15,8 +15,7 @@ import numpy as np
 from noise_windows import BODY, WIND, Cut, Predictor
 from numpy.typing import NDArray
 
-from seatrial.data import Array, Trial
-from seatrial.simulate.replay import held
+import seatrial as st
 
 # Rows this far apart are compared [s], and errors are alike over this time [s] (identify.Loss).
 _APART, _ALIKE = 1.0, 5.0
@@ -24,7 +23,7 @@ _ITERATIONS = 4
 _STEPS = (1.0, 0.5, 0.2, 0.05)
 
 
-def fitted(cut: Cut, predictor: Predictor, channels: Sequence[str], sd: float, rest: float = 0.2) -> Array:
+def fitted(cut: Cut, predictor: Predictor, channels: Sequence[str], sd: float, rest: float = 0.2) -> st.Array:
     """The constant in each window that explains it best, shape (lanes, channels): Gauss-Newton with a prior.
 
     Args:
@@ -39,10 +38,10 @@ def fitted(cut: Cut, predictor: Predictor, channels: Sequence[str], sd: float, r
     weight = np.sqrt(_APART / _ALIKE) / rest
     every = max(round(_APART / cut.dt), 1)
 
-    def left(theta: Array) -> Array:
+    def left(theta: st.Array) -> st.Array:
         return weight * predictor.errors(cut.adding(channels, theta), every).reshape(lanes, -1)
 
-    def cost(residual: Array, theta: Array) -> Array:
+    def cost(residual: st.Array, theta: st.Array) -> st.Array:
         return (residual**2).sum(axis=1) + ((theta / sd) ** 2).sum(axis=1)
 
     theta = np.zeros((lanes, n))
@@ -60,7 +59,7 @@ def fitted(cut: Cut, predictor: Predictor, channels: Sequence[str], sd: float, r
     return theta
 
 
-def _step(left: Callable[[Array], Array], theta: Array, residual: Array, sd: float) -> Array:
+def _step(left: Callable[[st.Array], st.Array], theta: st.Array, residual: st.Array, sd: float) -> st.Array:
     """Gauss-Newton step of every window at once, slopes by difference quotients."""
     small = 1e-3 * sd
     slopes = np.stack([(left(theta + small * one) - residual) / small for one in np.eye(theta.shape[1])], axis=2)
@@ -69,7 +68,7 @@ def _step(left: Callable[[Array], Array], theta: Array, residual: Array, sd: flo
     return -np.linalg.solve(normal, downhill[..., None])[..., 0]
 
 
-def previous(cut: Cut, values: Array) -> Array:
+def previous(cut: Cut, values: st.Array) -> st.Array:
     """Values of the window before, in the same trial; zero in the first window of each."""
     out = np.zeros_like(values)
     same = np.flatnonzero(cut.trial[1:] == cut.trial[:-1]) + 1
@@ -77,7 +76,7 @@ def previous(cut: Cut, values: Array) -> Array:
     return out
 
 
-def memory(cut: Cut, values: Array) -> Array:
+def memory(cut: Cut, values: st.Array) -> st.Array:
     """Correlation about zero of each value with that of the window before, shape (values,)."""
     same = np.flatnonzero(cut.trial[1:] == cut.trial[:-1]) + 1
     now, before = values[same], values[same - 1]
@@ -101,7 +100,7 @@ class Drift:
     forget: float
     share: float
 
-    def carried(self, cut: Cut, missing: Sequence[Array]) -> Cut:
+    def carried(self, cut: Cut, missing: Sequence[st.Array]) -> Cut:
         """The windows with the disturbance in them.
 
         Args:
@@ -114,13 +113,13 @@ class Drift:
         return cut.adding(BODY, self.share * found[:, None, :] * fade[None, :, None])
 
 
-def missing_acceleration(cut: Cut, predictor: Predictor) -> tuple[Array, ...]:
+def missing_acceleration(cut: Cut, predictor: Predictor) -> tuple[st.Array, ...]:
     """What the measured accelerations along, across and in yaw have beyond the model's, for each trial.
 
     Row k holds the change from row k - 1 to row k, so nothing in it is later than row k; shape (rows, 3) each.
     """
     rates = predictor.accelerations(cut)
-    found: list[Array] = []
+    found: list[st.Array] = []
     for index in np.unique(cut.trial):
         mine = cut.trial == index
         velocity = cut.measured[mine][:, :, 3:6].reshape(-1, 3)
@@ -132,7 +131,7 @@ def missing_acceleration(cut: Cut, predictor: Predictor) -> tuple[Array, ...]:
     return tuple(found)
 
 
-def _mean_before(values: Array, steps: float) -> Array:
+def _mean_before(values: st.Array, steps: float) -> st.Array:
     """Exponential mean of the rows up to each, from zero."""
     from scipy import signal
 
@@ -140,7 +139,7 @@ def _mean_before(values: Array, steps: float) -> Array:
     return np.asarray(signal.lfilter([gain], [1.0, gain - 1.0], values, axis=0), dtype=np.float64)
 
 
-def correlation(values: Sequence[Array], dt: float, block: float, lags: Sequence[float]) -> Array:
+def correlation(values: Sequence[st.Array], dt: float, block: float, lags: Sequence[float]) -> st.Array:
     """Correlation of the means over `block` seconds with those of each lag later, shape (lags, channels).
 
     Args:
@@ -159,13 +158,13 @@ def correlation(values: Sequence[Array], dt: float, block: float, lags: Sequence
     return np.array(shifts) / power
 
 
-def lagged(trial: Trial, lag: float) -> Trial:
+def lagged(trial: st.Trial, lag: float) -> st.Trial:
     """The trial with the wind of `lag` seconds before; below zero, of after, which no prediction could know."""
     rows = np.clip(np.arange(len(trial)) - round(lag / trial.dt), 0, len(trial) - 1)
     return _blown(trial, _components(trial)[rows])
 
 
-def averaged(trial: Trial, span: float) -> Trial:
+def averaged(trial: st.Trial, span: float) -> st.Trial:
     """The trial with the mean wind of the last `span` seconds; infinity takes the mean of the whole trial."""
     wind = _components(trial)
     if not np.isfinite(span):
@@ -177,7 +176,7 @@ def averaged(trial: Trial, span: float) -> Trial:
     return _blown(trial, (total[last] - total[first]) / (last - first)[:, None])
 
 
-def drifted(trial: Trial, share: float, span: float) -> Trial:
+def drifted(trial: st.Trial, share: float, span: float) -> st.Trial:
     """The trial with a surface current of `share` of the wind, as an exponential mean over the last `span` seconds."""
     from scipy import signal
 
@@ -188,12 +187,13 @@ def drifted(trial: Trial, share: float, span: float) -> Trial:
     return trial.having(U_C=np.hypot(north, east), gamma_C=np.arctan2(east, north))
 
 
-def _components(trial: Trial) -> Array:
+def _components(trial: st.Trial) -> st.Array:
     """North and east of where the true wind comes from, gaps filled with the value before, shape (rows, 2)."""
-    return held(np.column_stack([trial["U_T"] * np.cos(trial["gamma_T"]), trial["U_T"] * np.sin(trial["gamma_T"])]))
+    gamma_T = trial["gamma_T"]
+    return st.held_series(trial["U_T"][:, None] * np.column_stack([np.cos(gamma_T), np.sin(gamma_T)]))
 
 
-def _blown(trial: Trial, wind: Array) -> Trial:
+def _blown(trial: st.Trial, wind: st.Array) -> st.Trial:
     return trial.having(U_T=np.hypot(wind[:, 0], wind[:, 1]), gamma_T=np.arctan2(wind[:, 1], wind[:, 0]))
 
 
@@ -211,9 +211,9 @@ class Coherence:
     """
 
     bands: tuple[tuple[float, float], ...]
-    before: Array
-    after: Array
-    left: Array
+    before: st.Array
+    after: st.Array
+    left: st.Array
     chance: float
 
 
@@ -237,11 +237,11 @@ def coherence(cut: Cut, predictor: Predictor, bands: Sequence[tuple[float, float
     )  # fmt: skip
 
 
-def _power(spectrum: Any) -> Array:
+def _power(spectrum: Any) -> st.Array:
     return (np.abs(spectrum) ** 2).sum(axis=(0, 1))
 
 
-def _shared(a: Any, b: Any, inside: Sequence[Any]) -> Array:
+def _shared(a: Any, b: Any, inside: Sequence[Any]) -> st.Array:
     """Squared coherence at each frequency over the windows, mean over each band, weighted by the power of b."""
     cross, own, other = (np.conj(a) * b).sum(axis=0), (np.abs(a) ** 2).sum(axis=0), (np.abs(b) ** 2).sum(axis=0)
     at = np.abs(cross) ** 2 / np.maximum(own, 1e-300)

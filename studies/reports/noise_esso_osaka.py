@@ -48,24 +48,11 @@ from noise_windows import (
     white_noise,
 )
 
-from seatrial.belief.coverage import Reference, coverage
-from seatrial.core.parameters import Free, Scalar
-from seatrial.data import Array, Trial
-from seatrial.data.formats.frt_esso import read
-from seatrial.data.prepare import drop_trailing_gaps
-from seatrial.environment import Environment
-from seatrial.identify import Loss, Problem
-from seatrial.identify.filters.filtering import Kalman
-from seatrial.identify.filters.measurement import Antenna, Heading, Rate
-from seatrial.identify.trajectory.shooting import Trajectory, free_everywhere
-from seatrial.models import STATES
-from seatrial.ships import Ship
-from seatrial.ships.files import load
-from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
+import seatrial as st
 
 KINDS, FOLDS, RESTART = ("random", "turning", "zigzag", "berthing"), 5, 100.0
 # As the common evaluator steps and starts.
-PROTOCOL = Trajectory(window=RESTART, every=10, method="euler", initial="measured")
+PROTOCOL = st.Trajectory(window=RESTART, every=10, method="euler", initial="measured")
 COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58_08
 FREED = ("hull.*", "propeller.*", "rudder.*", "wind.*", "body.m_x", "body.m_y", "body.I_zG")
 MEASURED = {"propeller.D_P", "propeller.pitch_ratio", "propeller.J_syn", "propeller.J_syn0", "rudder.A_R",
@@ -85,16 +72,20 @@ SECTIONS = (
     "current driven and tracked", "novelty",
 )  # fmt: skip
 
-Sets = Mapping[str, Sequence[Trial]]
+Sets = Mapping[str, Sequence[st.Trial]]
 Change = Callable[[int, Cut, Predictor], Cut]
 
 
-def files(root: Path) -> dict[str, list[Trial]]:
+def files(root: Path) -> dict[str, list[st.Trial]]:
     """The files of each kind in the order of the folds."""
     if not root.is_dir():
         sys.exit(f"{root}: no such folder; set SEATRIAL_DATA (public set NAOE-5thLab/FRT-DS-ESSO)")
     return {
-        kind: [drop_trailing_gaps(read(f)) for f in sorted((root / kind).glob("*.csv")) if f.stem != COPY]
+        kind: [
+            st.drop_trailing_gaps(st.reader("frt-esso")(f))
+            for f in sorted((root / kind).glob("*.csv"))
+            if f.stem != COPY
+        ]
         for kind in KINDS
     }
 
@@ -111,23 +102,23 @@ class Folds:
     """
 
     cut: Cut
-    fold: Array
+    fold: st.Array
     predictors: tuple[Predictor, ...]
-    ships: tuple[Ship, ...]
+    ships: tuple[st.Ship, ...]
 
     @staticmethod
-    def of(ship: Ship, free: Sequence[Free], sets: Sets) -> Folds:
+    def of(ship: st.Ship, free: Sequence[st.Free], sets: Sets) -> Folds:
         """Fit, five times."""
-        ships: list[Ship] = []
+        ships: list[st.Ship] = []
         for fold in range(FOLDS):
             train = tuple(t for some in sets.values() for i, t in enumerate(some) if i % FOLDS != fold)
-            problem = Problem(ship, train, tuple(free), Loss(ESSO_OSAKA_SIGMA, correlation=5.0))
+            problem = st.Problem(ship, train, tuple(free), st.Loss(st.metrics.ESSO_OSAKA_SIGMA, correlation=5.0))
             ships.append(PROTOCOL.fit(problem).ship)
-        cut = Cut.of(sets, ship, ESSO_OSAKA_SIGMA, RESTART)
+        cut = Cut.of(sets, ship, st.metrics.ESSO_OSAKA_SIGMA, RESTART)
         number = np.array([i % FOLDS for some in sets.values() for i, _ in enumerate(some)])
         return Folds(cut, number[cut.trial], Predictor.of(ships), tuple(ships))
 
-    def errors(self, change: Change = lambda fold, cut, predictor: cut) -> Array:
+    def errors(self, change: Change = lambda fold, cut, predictor: cut) -> st.Array:
         """Errors of every window by the ship that has not seen it, under what `change` makes of the windows."""
         out = np.zeros_like(self.cut.measured)
         for fold, predictor in enumerate(self.predictors):
@@ -139,7 +130,7 @@ class Folds:
         """Standardised error by kind and of all."""
         return loss(self.cut, self.errors(change))
 
-    def best(self, changes: Sequence[Change]) -> tuple[Array, list[int]]:
+    def best(self, changes: Sequence[Change]) -> tuple[st.Array, list[int]]:
         """Errors with the change that serves each fold's training files best, and which that was."""
         out, picked = np.zeros_like(self.cut.measured), []
         for fold, predictor in enumerate(self.predictors):
@@ -150,7 +141,7 @@ class Folds:
             out[self.fold == fold] = tried[picked[-1]][self.fold == fold]
         return out, picked
 
-    def gain(self, errors: Array) -> dict[str, float]:
+    def gain(self, errors: st.Array) -> dict[str, float]:
         """Change of the pooled error by these errors, and its standard deviation over the choice of files."""
         first, now = ((e**2).sum(axis=(1, 2)) for e in (self.errors(), errors))
         count = np.isfinite(self.cut.measured[..., 0]).sum(axis=1)
@@ -168,8 +159,8 @@ def sensors(folds: Folds, sets: Sets) -> dict[str, Any]:
     slow = np.concatenate([coloured[:3], np.maximum(coloured[3:], slow_velocity_error(every))])
     named = {"white": white, "5 s cubic": coloured, "positions": slow}
     out: dict[str, Any] = {
-        "sd": {name: dict(zip(STATES, sd.tolist(), strict=True)) for name, sd in named.items()},
-        "readings": {name: sensor_floor(sd, ESSO_OSAKA_SIGMA) for name, sd in named.items()},
+        "sd": {name: dict(zip(st.models.STATES, sd.tolist(), strict=True)) for name, sd in named.items()},
+        "readings": {name: sensor_floor(sd, st.metrics.ESSO_OSAKA_SIGMA) for name, sd in named.items()},
         "kinematics": kinematic_floor(folds.cut), "start propagated": {}, "start smoothed": {},
     }  # fmt: skip
     for name, sd in named.items():
@@ -221,9 +212,9 @@ def disturbances(folds: Folds) -> dict[str, Any]:
     return out
 
 
-def winds(ship: Ship, free: Sequence[Free], sets: Sets, folds: Folds) -> dict[str, Any]:
+def winds(ship: st.Ship, free: Sequence[st.Free], sets: Sets, folds: Folds) -> dict[str, Any]:
     """Other winds in place of the measured one, the model fitted anew to each, and the coherence."""
-    changes: dict[str, Callable[[Trial], Trial]] = {
+    changes: dict[str, Callable[[st.Trial], st.Trial]] = {
         "none": lambda t: t.having(U_T=np.zeros(len(t))), "mean of the file": lambda t: averaged(t, np.inf),
         **{f"mean of {s:g} s": lambda t, s=s: averaged(t, s) for s in (100.0, 30.0, 10.0, 3.0)},
         **{f"{s:+g} s": lambda t, s=s: lagged(t, s) for s in (-10.0, -3.0, -1.0, 1.0, 3.0, 10.0)},
@@ -238,11 +229,11 @@ def winds(ship: Ship, free: Sequence[Free], sets: Sets, folds: Folds) -> dict[st
     return out
 
 
-def _anew(ship: Ship, free: Sequence[Free], sets: Sets, change: Callable[[Trial], Trial]) -> Folds:
+def _anew(ship: st.Ship, free: Sequence[st.Free], sets: Sets, change: Callable[[st.Trial], st.Trial]) -> Folds:
     return Folds.of(ship, free, {kind: [change(t) for t in some] for kind, some in sets.items()})
 
 
-def driven(ship: Ship, free: Sequence[Free], sets: Sets, folds: Folds) -> dict[str, Any]:
+def driven(ship: st.Ship, free: Sequence[st.Free], sets: Sets, folds: Folds) -> dict[str, Any]:
     """A surface current driven by the wind of the past, the model fitted anew; then the filtered drift on top."""
     tried = [folds, *(_anew(ship, free, sets, lambda t, k=k: drifted(t, k, DRIVEN_OVER)) for k in DRIVEN[1:])]
     out: dict[str, Any] = {f"{100 * k:g} % of the wind": one.loss() for k, one in zip(DRIVEN, tried, strict=True)}
@@ -273,7 +264,9 @@ class Speeds:
     delay: float = 0.0
     channels: tuple[str, ...] = ("u", "v_m")
 
-    def read(self, state: tuple[Scalar, ...], environment: Environment) -> tuple[Scalar, ...]:
+    def read(
+        self, state: tuple[st.parameters.Scalar, ...], environment: st.environment.Environment
+    ) -> tuple[st.parameters.Scalar, ...]:
         """Along and across [m/s]."""
         return state[3], state[4]
 
@@ -284,10 +277,10 @@ def tracked(sets: Sets, folds: Folds) -> dict[str, Any]:
     The filter sees every fifth row.  Walk and share are chosen by the files that the other folds hold out.
     """
     every = [(i % FOLDS, trial) for some in sets.values() for i, trial in enumerate(some)]
-    found: dict[float, Array] = {}
+    found: dict[float, st.Array] = {}
     for walk in WALKS:
-        kalman = Kalman(
-            {"gnss": Antenna(0.01), "compass": Heading(0.003), "gyro": Rate(0.0005), "speeds": Speeds(0.002)},
+        kalman = st.Kalman(
+            {"gnss": st.Antenna(0.01), "compass": st.Heading(0.003), "gyro": st.Rate(0.0005), "speeds": Speeds(0.002)},
             process={"u": 0.005, "v_m": 0.003, "r": 0.0015, "current": walk}, current=True,
             start={f"environment.{name}": (0.0, 0.005) for name in CURRENT},
         )  # fmt: skip
@@ -315,7 +308,7 @@ def tracked(sets: Sets, folds: Folds) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def driven_and_tracked(ship: Ship, free: Sequence[Free], sets: Sets) -> dict[str, Any]:
+def driven_and_tracked(ship: st.Ship, free: Sequence[st.Free], sets: Sets) -> dict[str, Any]:
     """The tracked current on top of one of 0.75 % of the wind, which the training files of every fold choose."""
     windy = {kind: [drifted(t, 0.0075, DRIVEN_OVER) for t in some] for kind, some in sets.items()}
     folds = Folds.of(ship, free, windy)
@@ -327,10 +320,10 @@ def novelty(sets: Sets, folds: Folds) -> dict[str, Any]:
     far = np.full(len(folds.cut.label), np.nan)
     every = [(i % FOLDS, trial) for some in sets.values() for i, trial in enumerate(some)]
     for fold in range(FOLDS):
-        reference = Reference.of([trial for f, trial in every if f != fold])
+        reference = st.coverage.Reference.of([trial for f, trial in every if f != fold])
         for k, (f, trial) in enumerate(every):
             if f == fold:
-                found = coverage(reference, trial)
+                found = st.coverage.coverage(reference, trial)
                 for lane in np.flatnonzero(folds.cut.trial == k):
                     a = folds.cut.row[lane]
                     far[lane] = found.novelty[a : a + folds.cut.series.shape[1]].mean()
@@ -353,8 +346,8 @@ def main() -> None:
     given = asked.parse_args()
     data = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[3] / "shared" / "data"))
     sets = files(data / "esso_osaka_frt" / "data")
-    ship = load("esso_osaka_3m")
-    free = tuple(f for f in free_everywhere(ship, FREED, 0.3) if f.path not in MEASURED)
+    ship = st.load("esso_osaka_3m")
+    free = tuple(f for f in st.free_everywhere(ship, FREED, 0.3) if f.path not in MEASURED)
     folds = Folds.of(ship, free, sets)
     sections: dict[str, Callable[[], dict[str, Any]]] = {
         "fitted MMG": folds.loss, "sensors": lambda: sensors(folds, sets),

@@ -21,35 +21,11 @@ from typing import Any
 
 import numpy as np
 
-from seatrial import __version__
-from seatrial.core.files import read_toml
-from seatrial.core.parameters import read
-from seatrial.data import Trial
-from seatrial.identify.tuning.fine_tuning import FineTuning
-from seatrial.identify.tuning.tuned import Range, Tuning
-from seatrial.manoeuvres.turning import Turning
-from seatrial.report import tuning as drawings
-from seatrial.report.page import (
-    Page,
-    Section,
-    bullets,
-    figure,
-    gallery,
-    lead,
-    number,
-    provenance,
-    soft,
-    table,
-    text,
-    tiles,
-    write,
-)
-from seatrial.report.printed import Row, fields, side_by_side
-from seatrial.ships import Ship
-from seatrial.ships.files import load
-from seatrial.simulate.replay import replay
-from seatrial.simulate.run import approach, simulate
-from seatrial.study.study import Study, read_study
+import seatrial as st
+
+figure, gallery, number, Section = st.page.figure, st.page.gallery, st.page.number, st.page.Section
+soft, table = st.page.soft, st.page.table
+Row = st.printed.Row
 
 STUDIES = Path(__file__).parents[1]
 STUDY, PRINTED = STUDIES / "suyama2023.toml", STUDIES / "suyama2023_printed.toml"
@@ -63,13 +39,13 @@ _DIGIT = 1e-4
 class Found:
     """All that the page shows: the study, what came of it, what is printed, and the ships of Table 7 by range."""
 
-    study: Study
-    tuning: Tuning
+    study: st.Study
+    tuning: st.tuned.Tuning
     printed: Mapping[str, Any]
-    sets: Mapping[str, Ship]
+    sets: Mapping[str, st.Ship]
 
     @property
-    def base(self) -> Ship:
+    def base(self) -> st.Ship:
         """The ship before tuning."""
         return self.tuning.problem.ship
 
@@ -79,60 +55,64 @@ class Found:
         return tuple(f.path for f in self.tuning.problem.free)
 
     @property
-    def published(self) -> tuple[Range, ...]:
+    def published(self) -> tuple[st.tuned.Range, ...]:
         """The ranges with the values of Table 7 in place of ours."""
-        out: list[Range] = []
+        out: list[st.tuned.Range] = []
         for r in self.tuning.ranges:
             ship = self.sets[f"{r.ratio:g}"]
-            values = np.array([float(read(ship.model, path)) for path in self.paths])
+            values = np.array([float(st.parameters.read(ship.model, path)) for path in self.paths])
             out.append(replace(r, fit=replace(r.fit, ship=ship, values=values)))
         return tuple(out)
 
 
-def page(found: Found, sources: Mapping[str, str]) -> Page:
+def page(found: Found, sources: Mapping[str, str]) -> st.page.Page:
     """The tables and figures of the paper, the printed ones beside ours; `sources` are the provenance."""
     inputs, tuned, said = input_rows(found), tuned_rows(found), finding_rows(found)
     every = [row for rows in (*inputs.values(), *tuned.values(), said) for row in rows]
     same = sum(row.same for row in every)
-    head = lead(f"{found.printed['source']}: every number of its tables and every finding of its figures beside ours.")
+    head = st.page.lead(
+        f"{found.printed['source']}: every number of its tables and every finding of its figures beside ours."
+    )
     counts = [(f"{same} of {len(every)}", "numbers and findings as printed"),
               (f"{sum(row.same for row in said)} of {len(said)}", "of these, findings of the figures")]  # fmt: skip
     parts = (
-        Section("", head + tiles(counts)),
-        Section("Where this page departs from the paper", bullets(found.printed["departures"]["lines"])),
-        Section("What the figures say", side_by_side(said, first="finding", digits=3)),
+        Section("", head + st.page.tiles(counts)),
+        Section("Where this page departs from the paper", st.page.bullets(found.printed["departures"]["lines"])),
+        Section("What the figures say", st.printed.side_by_side(said, first="finding", digits=3)),
         Section("Tables 1 and 3 to 6: the ship before tuning", headed(inputs)),
         Section("Fig. 2: a trial", one_trial(found)),
         Section("Fig. 3: turns of 35 deg before tuning", before(found)),
         Section("Fig. 4: the search and its restarts", searched(found)),
-        Section("Figs. 5 and 6: J over the range", gallery(figure(drawings.objectives(found.tuning), "Loss J"))),
+        Section("Figs. 5 and 6: J over the range", gallery(figure(st.tuning_page.objectives(found.tuning), "Loss J"))),
         Section("Fig. 6: which truths are overfitted at .6", truths()),
         Section("Table 7 and Fig. 7: the tuned parameters", placed(found) + headed(tuned)),
         Section("Figs. 8 to 11: the test trials", trials(found)),
         Section("Readings of the flap and the slipstream", readings()),
         Section("How the box is kept", boxes()),
-        provenance(sources),
+        st.page.provenance(sources),
     )
-    numbers = {"schema": "seatrial-printed/1", "rows": {name: fields(rows) for name, rows in (
+    numbers = {"schema": "seatrial-printed/1", "rows": {name: st.printed.fields(rows) for name, rows in (
         *inputs.items(), *tuned.items(), ("findings", said))}}  # fmt: skip
-    return Page("Suyama 2023, printed and ours", parts, numbers)
+    return st.page.Page("Suyama 2023, printed and ours", parts, numbers)
 
 
 def headed(tables: Mapping[str, Sequence[Row]]) -> str:
     """Tables, each with its heading."""
-    return "".join(f"<h3>{text(title)}</h3>{side_by_side(rows, digits=6)}" for title, rows in tables.items())
+    return "".join(
+        f"<h3>{st.page.text(title)}</h3>{st.printed.side_by_side(rows, digits=6)}" for title, rows in tables.items()
+    )
 
 
-def as_given(ship: Ship, path: str, value: float | None = None) -> float:
+def as_given(ship: st.Ship, path: str, value: float | None = None) -> float:
     """A number of `ship`, or this value of it, in the unit of its file: primed where the file primes it."""
     entry = ship.entries[path]
     if path.startswith("particulars."):
         return entry.given
-    inside = float(read(ship.model, path))
+    inside = float(st.parameters.read(ship.model, path))
     return (inside if value is None else value) * (entry.given / inside if entry.prime else 1.0)
 
 
-def summed(ship: Ship, terms: Iterable[str]) -> float:
+def summed(ship: st.Ship, terms: Iterable[str]) -> float:
     """Sum of numbers of `ship`: a path, one with a minus, or a ratio of two."""
     total = 0.0
     for term in terms:
@@ -162,7 +142,7 @@ def tuned_rows(found: Found) -> dict[str, list[Row]]:
     return out
 
 
-def ends(r: Range) -> list[int]:
+def ends(r: st.tuned.Range) -> list[int]:
     """-1 or 1 for a value at an end of its range, to the digits printed; else 0."""
     return [int(np.sign(p)) if abs(p) > 1.0 - _AT_END else 0 for p in r.position]
 
@@ -209,34 +189,34 @@ def yes(true: bool) -> str:
     return "yes" if true else "no"
 
 
-def ends_of(r: Range) -> Any:
+def ends_of(r: st.tuned.Range) -> Any:
     """J at the end of each run of CMA-ES."""
     return np.asarray(r.methods["evolution"].ends)[:, 0]
 
 
-def same_end(ranges: Sequence[Range], names: Sequence[str]) -> str:
+def same_end(ranges: Sequence[st.tuned.Range], names: Sequence[str]) -> str:
     """Parameters at the same end of every range."""
     table_of = np.array([ends(r) for r in ranges])
     return ", ".join(name for name, column in zip(names, table_of.T, strict=True) if abs(column.sum()) == len(ranges))
 
 
-def turn(ship: Ship, degrees: float) -> Trial:
+def turn(ship: st.Ship, degrees: float) -> st.Trial:
     """A turn as the paper simulates it (sec. 6.1): from 6 knots at 106 rpm, the rudder over at once, Euler's rule."""
-    speed, n_P = approach(ship)
-    return simulate(ship, Turning(n_P, math.radians(degrees)), speed=speed, duration=_LONG, dt=1.0, method="euler",
-                    name=f"D{degrees:+g}")  # fmt: skip
+    speed, n_P = st.approach(ship)
+    turn = st.manoeuvres.turning.Turning(n_P, math.radians(degrees))
+    return st.run_policy(ship, turn, speed=speed, duration=_LONG, dt=1.0, method="euler", name=f"D{degrees:+g}")
 
 
-def diameter(ship: Ship, degrees: float) -> float:
+def diameter(ship: st.Ship, degrees: float) -> float:
     """Steady diameter of a turn, in lengths."""
     run = turn(ship, degrees)
     u, v_m, r = (float(run[name][-1]) for name in ("u", "v_m", "r"))
     return 2.0 * math.hypot(u, v_m) / abs(r) / ship.L_pp
 
 
-def away(ship: Ship, trial: Trial) -> float:
+def away(ship: st.Ship, trial: st.Trial) -> float:
     """Root mean square distance of the predicted track from the trial [m]."""
-    run = replay(ship, trial, method="euler")
+    run = st.replay(ship, trial, method="euler")
     rows = slice(0, len(run))
     return math.sqrt(float(np.mean((run["x"] - trial["x"][rows]) ** 2 + (run["y"] - trial["y"][rows]) ** 2)))
 
@@ -249,15 +229,15 @@ def nearer(found: Found) -> int:
 def before(found: Found) -> str:
     """Fig. 3: the turns to both sides before tuning."""
     port, starboard = (turn(found.base, side * _HARD) for side in (-1.0, 1.0))
-    return gallery(figure(drawings.tracks(starboard, {"to port": port}),
+    return gallery(figure(st.tuning_page.tracks(starboard, {"to port": port}),
                           "Starboard (measured style) and port, 35 deg, 106 rpm, from 6 knots"))  # fmt: skip
 
 
 def one_trial(found: Found) -> str:
     """Fig. 2: the virtual trial of the angle that the paper shows."""
     trial = next(t for t in found.tuning.problem.trials if t.name == "D+10")
-    return gallery(figure(drawings.tracks(trial, {}), f"{trial.name}, ours"),
-                   figure(drawings.motions(trial, {}), "As logged: the rudder as ordered"))  # fmt: skip
+    return gallery(figure(st.tuning_page.tracks(trial, {}), f"{trial.name}, ours"),
+                   figure(st.tuning_page.motions(trial, {}), "As logged: the rudder as ordered"))  # fmt: skip
 
 
 def searched(found: Found) -> str:
@@ -267,7 +247,7 @@ def searched(found: Found) -> str:
     most = max(len(row) for row in rows)
     sizes = [min(estimator.population * 2**k, estimator.largest) for k in range(most - 1)]
     head = ["a_r", *(f"J, population {size}" for size in sizes)]
-    drawn = (figure(drawings.search(r.methods["evolution"], f"{r.ratio:g}"), f"a_r = {r.ratio:g}")
+    drawn = (figure(st.tuning_page.search(r.methods["evolution"], f"{r.ratio:g}"), f"a_r = {r.ratio:g}")
              for r in found.tuning.ranges)  # fmt: skip
     return table(head, [row + ["–"] * (most - len(row)) for row in rows]) + gallery(*drawn)
 
@@ -275,8 +255,8 @@ def searched(found: Found) -> str:
 def placed(found: Found) -> str:
     """Fig. 7 as printed and ours."""
     return gallery(
-        figure(drawings.positions(found.published), "Table 7 as printed: place of each parameter in its range"),
-        figure(drawings.positions(found.tuning.ranges), "Ours, tuned to the virtual trials"),
+        figure(st.tuning_page.positions(found.published), "Table 7 as printed: place of each parameter in its range"),
+        figure(st.tuning_page.positions(found.tuning.ranges), "Ours, tuned to the virtual trials"),
     )
 
 
@@ -286,15 +266,16 @@ def trials(found: Found) -> str:
                              "model turns with them; right, our fits.")]  # fmt: skip
     for trial in found.tuning.tests:
 
-        def ran(ranges: Sequence[Range], trial: Trial = trial) -> dict[str, Trial]:
-            ships = {drawings.UNTUNED: found.base} | {f"a_r {r.ratio:g}": r.fit.ship for r in ranges}
-            return {label: replay(ship, trial, method="euler") for label, ship in ships.items()}
+        def ran(ranges: Sequence[st.tuned.Range], trial: st.Trial = trial) -> dict[str, st.Trial]:
+            ships = {st.tuning_page.UNTUNED: found.base} | {f"a_r {r.ratio:g}": r.fit.ship for r in ranges}
+            return {label: st.replay(ship, trial, method="euler") for label, ship in ships.items()}
 
         theirs, ours = ran(found.published), ran(found.tuning.ranges)
-        parts.append(f"<h3>{text(trial.name)}</h3>" + gallery(
-            figure(drawings.tracks(trial, theirs), "Sets of Table 7"), figure(drawings.tracks(trial, ours), "Our fits"),
-            figure(drawings.motions(trial, theirs), "Sets of Table 7"),
-            figure(drawings.motions(trial, ours), "Our fits"),
+        parts.append(f"<h3>{st.page.text(trial.name)}</h3>" + gallery(
+            figure(st.tuning_page.tracks(trial, theirs), "Sets of Table 7"),
+            figure(st.tuning_page.tracks(trial, ours), "Our fits"),
+            figure(st.tuning_page.motions(trial, theirs), "Sets of Table 7"),
+            figure(st.tuning_page.motions(trial, ours), "Our fits"),
         ))  # fmt: skip
     return "".join(parts)
 
@@ -379,15 +360,15 @@ def main(arguments: list[str] | None = None) -> int:
     asked = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     asked.add_argument("-o", "--out", type=Path, required=True, metavar="RUN", help="folder of the page")
     given = asked.parse_args(arguments)
-    study, printed = read_study(STUDY), read_toml(PRINTED)
-    if not isinstance(study.estimator, FineTuning):
+    study, printed = st.read_study(STUDY), st.read_toml(PRINTED)
+    if not isinstance(study.estimator, st.FineTuning):
         sys.stderr.write(f"{STUDY}: estimator.type is no fine-tuning; this page needs one\n")
         return 2
     tuning = study.estimator.tune(study.problem, study.test)
-    found = Found(study, tuning, printed, {a: load(name) for a, name in printed["tuned"]["ships"].items()})
+    found = Found(study, tuning, printed, {a: st.load(name) for a, name in printed["tuned"]["ships"].items()})
     try:
-        path = write(given.out / "report.html", page(found, {
-            "study": str(STUDY), "digest": study.digest, "version": f"seatrial {__version__}",
+        path = st.page.write(given.out / "report.html", page(found, {
+            "study": str(STUDY), "digest": study.digest, "version": f"seatrial {st.__version__}",
             "command": f"python studies/reports/suyama2023.py -o {given.out}",
         }))  # fmt: skip
     except OSError as error:

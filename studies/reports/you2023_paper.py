@@ -11,24 +11,19 @@ import you2023_six as six
 import you2023_validation as validation
 from you2023_variants import OURS, PRINTED, QUANTITIES, Attempt, Weather, eq_17
 
-from seatrial.data import Array, Trial
-from seatrial.identify import Fit
-from seatrial.identify.components.smooth_servo import SmoothServo
-from seatrial.identify.components.thrust_map import ThrustMap
-from seatrial.report import figures
-from seatrial.report.figures import canvas, legend_below, svg
-from seatrial.report.page import Section, bullets, figure, number, soft, table, text
-from seatrial.report.printed import Row, fields, side_by_side
-from seatrial.report.rivals import AXES
-from seatrial.ships import Ship
-from seatrial.validate.rivals import CALM, FULL, RIVAL, TRUTH, VELOCITIES, Rivals, free_runs, one_step
+import seatrial as st
+
+figure, number, Section, soft, table = st.page.figure, st.page.number, st.page.Section, st.page.soft, st.page.table
+Row = st.printed.Row
+CALM, free_runs, FULL, one_step = st.rivals.CALM, st.rivals.free_runs, st.rivals.FULL, st.rivals.one_step
+RIVAL, VELOCITIES = st.rivals.RIVAL, st.rivals.VELOCITIES
 
 MOTIONS = {"u": "surge", "v_m": "sway", "r": "yaw"}
 # One sample in so many is drawn.
 _DRAWN = 3
 _LINES: Mapping[str, Mapping[str, Any]] = {
-    PRINTED: {"color": figures.VERMILION, "ls": (0, (5, 1.5))}, OURS: {"color": figures.BLUE, "ls": "-"},
-    "Table 4 as printed": {"color": figures.GREEN, "ls": (0, (1, 1.2))},
+    PRINTED: {"color": st.figures.VERMILION, "ls": (0, (5, 1.5))}, OURS: {"color": st.figures.BLUE, "ls": "-"},
+    "Table 4 as printed": {"color": st.figures.GREEN, "ls": (0, (1, 1.2))},
 }  # fmt: skip
 
 
@@ -44,14 +39,14 @@ class Paper:
         small: ship of Table 4; readings: of its numbers.
     """
 
-    found: Rivals
+    found: st.rivals.Rivals
     printed: Mapping[str, Any]
     weathers: tuple[Weather, ...]
     attempts: tuple[Attempt, ...]
-    ridges: Mapping[float, Fit]
-    servos: Mapping[str, SmoothServo]
-    maps: Mapping[str, tuple[ThrustMap, ThrustMap]]
-    small: Ship
+    ridges: Mapping[float, st.Fit]
+    servos: Mapping[str, st.smooth_servo.SmoothServo]
+    maps: Mapping[str, tuple[st.thrust_map.ThrustMap, st.thrust_map.ThrustMap]]
+    small: st.Ship
     readings: tuple[six.Reading, ...]
 
     @property
@@ -79,9 +74,9 @@ def sections(paper: Paper) -> tuple[Section, ...]:
     sailed, servo = paper.weathers[0], paper.found.drive.servos["alpha_1"]
     model = sailed.variants[OURS].whole[FULL].ship
     return (
-        Section("Printed and ours", f"<p>{text(head)}</p>"),
-        Section("Where this page departs from the paper", bullets(paper.printed["departures"])),
-        *(Section(title, side_by_side(rows[key]) + more.get(key, "")) for key, title in names.items()),
+        Section("Printed and ours", f"<p>{st.page.text(head)}</p>"),
+        Section("Where this page departs from the paper", st.page.bullets(paper.printed["departures"])),
+        *(Section(title, st.printed.side_by_side(rows[key]) + more.get(key, "")) for key, title in names.items()),
         Section("Inputs (Figs. 7 and 8)", _inputs(paper)),
         Section("Single steps and whole runs (Figs. 9 to 12)", _sequences(paper)),
         Section("Held-out manoeuvres (Figs. 16 to 20)", validation.held_out(model, sailed.tests, servo)),
@@ -100,7 +95,7 @@ def every(paper: Paper) -> dict[str, Iterator[Row]]:
 def numbers(paper: Paper) -> dict[str, Any]:
     """The rows, the errors of Table 5 by weather, the searches and the ridge."""
     return {
-        "rows": {name: fields(rows) for name, rows in every(paper).items()},
+        "rows": {name: st.printed.fields(rows) for name, rows in every(paper).items()},
         "errors": {one.name: one.errors for one in paper.weathers},
         "fits": {one.name: {
             f"{letter} {who} {way}": {"objective": fit.objective, "status": fit.status, "seconds": fit.seconds,
@@ -135,7 +130,7 @@ def _start(paper: Paper) -> Iterator[Row]:
         yield Row(f"{said['name']}, {OURS}", said["printed"], default[path], said["unit"], said["why"])
 
 
-def _of(paper: Paper, who: str) -> Iterator[tuple[Weather, str, Fit]]:
+def _of(paper: Paper, who: str) -> Iterator[tuple[Weather, str, st.Fit]]:
     for one in reversed(paper.weathers):
         for letter, variant in one.variants.items():
             yield one, letter, variant.whole[who]
@@ -283,7 +278,7 @@ def _told(paper: Paper) -> dict[str, str]:
     spans = {case.name: [case.scores[FULL].steps[v][-1] / case.scores[FULL].steps[v][0] for v in VELOCITIES]
              for case in (cases[0], still)}  # fmt: skip
     largest = max(VELOCITIES, key=lambda v: score.relative[v])
-    share, least = _percent(score.relative[largest]), _percent(still.scores[TRUTH].relative[largest])
+    share, least = _percent(score.relative[largest]), _percent(still.scores[st.rivals.TRUTH].relative[largest])
     return {
         "go_over_lo": f"GO over LO {_three(over[FULL])}",
         "lo_worst": f"turns over the other eight {_three(turns)}",
@@ -294,11 +289,11 @@ def _told(paper: Paper) -> dict[str, str]:
     }
 
 
-def _three(values: Sequence[float] | Array) -> str:
+def _three(values: Sequence[float] | st.Array) -> str:
     return " / ".join(number(float(value), 2) for value in values)
 
 
-def _rms(made: Sequence[Array], trials: Sequence[Trial]) -> Array:
+def _rms(made: Sequence[st.Array], trials: Sequence[st.Trial]) -> st.Array:
     """Root mean square error by trial and velocity, shape (trials, 3)."""
     with np.errstate(all="ignore"):
         return np.array([np.sqrt(((a - t.stack(*VELOCITIES)) ** 2).mean(axis=0))
@@ -323,7 +318,7 @@ def _sequences(paper: Paper) -> str:
     return out
 
 
-def _against(calm: Weather, made: Mapping[str, tuple[Sequence[Array], ...]], size: int) -> str:
+def _against(calm: Weather, made: Mapping[str, tuple[Sequence[st.Array], ...]], size: int) -> str:
     """Root mean square errors of each manoeuvre: single steps of LO, LO run freely, GO run freely."""
     out = ""
     for letter, ways in made.items():
@@ -331,7 +326,11 @@ def _against(calm: Weather, made: Mapping[str, tuple[Sequence[Array], ...]], siz
         rows = [
             [
                 trial.name,
-                *(number(AXES[v][1] * float(one[k, c]), 2) for c, v in enumerate(VELOCITIES) for one in errors),
+                *(
+                    number(st.rivals_page.AXES[v][1] * float(one[k, c]), 2)
+                    for c, v in enumerate(VELOCITIES)
+                    for one in errors
+                ),
             ]
             for k, trial in enumerate(calm.trials)
         ]
@@ -343,11 +342,11 @@ def _against(calm: Weather, made: Mapping[str, tuple[Sequence[Array], ...]], siz
     return out + soft(remark)
 
 
-def sequence(trials: Sequence[Trial], curves: Mapping[str, Sequence[Array]]) -> str:
+def sequence(trials: Sequence[st.Trial], curves: Mapping[str, Sequence[st.Array]]) -> str:
     """Velocities of all manoeuvres one after the other, measured and by each of the `curves`."""
-    drawn, axes = canvas(3, (11.0, 5.0))
+    drawn, axes = st.figures.canvas(3, (11.0, 5.0))
     edges = np.cumsum([0.0, *(t.duration + t.dt for t in trials)])
-    for c, (ax, (_, (label, factor))) in enumerate(zip(axes, AXES.items(), strict=True)):
+    for c, (ax, (_, (label, factor))) in enumerate(zip(axes, st.rivals_page.AXES.items(), strict=True)):
         for k, trial in enumerate(trials):
             t = edges[k] + (trial.t - trial.t[0])[::_DRAWN]
             logged = factor * trial.stack(*VELOCITIES)[::_DRAWN, c]
@@ -359,9 +358,9 @@ def sequence(trials: Sequence[Trial], curves: Mapping[str, Sequence[Array]]) -> 
         room = 0.25 * float(np.ptp(every_one))
         ax.set_ylim(float(every_one.min()) - room, float(every_one.max()) + room)
         for edge in edges[1:-1]:
-            ax.axvline(edge, color=figures.RULE, lw=0.8)
+            ax.axvline(edge, color=st.figures.RULE, lw=0.8)
         ax.set_ylabel(label)
     axes[-1].set_xticks(0.5 * (edges[1:] + edges[:-1]), [t.name.replace(" ", "\n", 1) for t in trials], fontsize=7)
-    legend_below(drawn, axes[0])
+    st.figures.legend_below(drawn, axes[0])
     drawn.align_ylabels(axes)
-    return svg(drawn, f"sequence {' '.join(curves)} {float(next(iter(curves.values()))[0][-1, 0]):.6g}")
+    return st.figures.svg(drawn, f"sequence {' '.join(curves)} {float(next(iter(curves.values()))[0][-1, 0]):.6g}")

@@ -13,50 +13,49 @@ from dataclasses import dataclass
 import numpy as np
 from you2023_variants import PRINTED, QUANTITIES, Weather, of_rows
 
-from seatrial.data import Array, Trial
-from seatrial.report.page import number, soft, table
-from seatrial.ships import Ship
-from seatrial.validate.rivals import RIVAL, VELOCITIES, free_runs
+import seatrial as st
+
+number = st.page.number
 
 _DEGREES = math.degrees(1.0)
 _YAW = {"inertia.m_33": 0.0632, "damping.N_r": -0.2629}
 
-Pairs = Sequence[tuple[Array, Array]]
+Pairs = Sequence[tuple[st.Array, st.Array]]
 """Predicted and measured rows of each run."""
 
 
-def _rms(rows: Array) -> Array:
+def _rms(rows: st.Array) -> st.Array:
     return np.sqrt((rows**2).mean(axis=0))
 
 
-def _all(pairs: Pairs) -> tuple[Array, Array]:
+def _all(pairs: Pairs) -> tuple[st.Array, st.Array]:
     """Errors and measured, all rows."""
     return np.concatenate([a - b for a, b in pairs]), np.concatenate([b for _, b in pairs])
 
 
-def _norms(pairs: Pairs) -> Array:
+def _norms(pairs: Pairs) -> st.Array:
     error, measured = _all(pairs)
     return _rms(error) / _rms(measured)
 
 
-def _sizes(pairs: Pairs) -> Array:
+def _sizes(pairs: Pairs) -> st.Array:
     error, measured = _all(pairs)
     return np.abs(error).mean(axis=0) / np.abs(measured).mean(axis=0)
 
 
-def _mean(pairs: Pairs) -> Array:
+def _mean(pairs: Pairs) -> st.Array:
     return np.mean([_rms(a - b) / _rms(b) for a, b in pairs], axis=0)
 
 
-def _median(pairs: Pairs) -> Array:
+def _median(pairs: Pairs) -> st.Array:
     return np.median([_rms(a - b) / _rms(b) for a, b in pairs], axis=0)
 
 
-def _ends(pairs: Pairs) -> Array:
+def _ends(pairs: Pairs) -> st.Array:
     return np.mean([np.abs((a - b)[-1]) / np.abs(b).max(axis=0) for a, b in pairs], axis=0)
 
 
-WAYS: Mapping[str, Callable[[Pairs], Array]] = {
+WAYS: Mapping[str, Callable[[Pairs], st.Array]] = {
     "norms, all rows": _norms, "squares of these": lambda pairs: _norms(pairs) ** 2, "mean sizes": _sizes,
     "norms, mean of runs": _mean, "norms, median of runs": _median, "last row over the largest": _ends,
 }  # fmt: skip
@@ -73,14 +72,14 @@ class Reading:
     """
 
     what: str
-    errors: Mapping[str, Array]
+    errors: Mapping[str, st.Array]
     off: Mapping[str, float]
 
 
-def readings(calm: Weather, small: Ship, printed: Mapping[str, Sequence[float]]) -> tuple[Reading, ...]:
+def readings(calm: Weather, small: st.Ship, printed: Mapping[str, Sequence[float]]) -> tuple[Reading, ...]:
     """All of them; `small` is the ship of Table 4, `printed` the errors of Table 5 by motion and quantity."""
     said = np.array([[pair[1] for name, pair in printed.items() if name.endswith(q)] for q in QUANTITIES])
-    whole, local = (fits[RIVAL].ship for fits in (calm.variants[PRINTED].whole, calm.variants[PRINTED].local))
+    whole, local = (fits[st.rivals.RIVAL].ship for fits in (calm.variants[PRINTED].whole, calm.variants[PRINTED].local))
     ships = {
         "Table 4 as printed": small,
         "Table 4, yaw for degrees a second": small.having({k: v * _DEGREES for k, v in _YAW.items()}),
@@ -91,10 +90,10 @@ def readings(calm: Weather, small: Ship, printed: Mapping[str, Sequence[float]])
     return tuple(_read(what, ship, calm.trials, said) for what, ship in ships.items())
 
 
-def _read(what: str, ship: Ship, trials: Sequence[Trial], said: Array) -> Reading:
+def _read(what: str, ship: st.Ship, trials: Sequence[st.Trial], said: st.Array) -> Reading:
     dt = trials[0].dt
-    sides = [(of_rows(run, dt), of_rows(t.stack(*VELOCITIES), dt))
-             for run, t in zip(free_runs(ship, trials), trials, strict=True)]  # fmt: skip
+    sides = [(of_rows(run, dt), of_rows(t.stack(*st.rivals.VELOCITIES), dt))
+             for run, t in zip(st.rivals.free_runs(ship, trials), trials, strict=True)]  # fmt: skip
     errors = {way: 100.0 * np.array([by([(a[q], b[q]) for a, b in sides]) for q in QUANTITIES])
               for way, by in WAYS.items()}  # fmt: skip
     off = {way: float(np.exp(np.sqrt((np.log(found / said) ** 2).mean()))) for way, found in errors.items()}
@@ -123,8 +122,10 @@ def section(found: Sequence[Reading], printed: Mapping[str, Sequence[float]]) ->
         "needs another thrust, another X_u or an error divided by something smaller than the measured speed. None of "
         "these is in the paper, and so these two stay unexplained."
     )
-    return f"<h3>What the printed six parameters can be</h3>{table(head, rows, words=(5,))}{soft(remark)}"
+    return (
+        f"<h3>What the printed six parameters can be</h3>{st.page.table(head, rows, words=(5,))}{st.page.soft(remark)}"
+    )
 
 
-def _three(values: Sequence[float] | Array) -> str:
+def _three(values: Sequence[float] | st.Array) -> str:
     return " / ".join(number(float(value), 3) for value in values)

@@ -24,7 +24,7 @@ from seatrial.cli.app import main
 from seatrial.core.parameters import ParameterError, Parts
 from seatrial.engine import floats
 from seatrial.engine.rollout import simulator
-from seatrial.exchange import Plant, plant, save_c, save_casadi, save_fmu, save_python
+from seatrial.exchange import Equations, equations_of, save_c, save_casadi, save_fmu, save_python
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
@@ -43,8 +43,8 @@ ROWS = 9
 
 
 @cache
-def exported(name: str) -> Plant:
-    return plant(load(name))
+def exported(name: str) -> Equations:
+    return equations_of(load(name))
 
 
 def points(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -85,7 +85,7 @@ def bare(code: str, text: str, *, casadi: bool = False, cwd: Path | None = None)
     return json.loads(done.stdout)
 
 
-def compiled(made: Plant, folder: Path, main_: str) -> Path:
+def compiled(made: Equations, folder: Path, main_: str) -> Path:
     """A program of the exported C and a `main`, under every warning."""
     _, source = save_c(made, folder)
     driver, program = folder / f"{made.name}_main.c", folder / made.name
@@ -151,7 +151,7 @@ def test_rates_of_the_c_file(name: str, tmp_path: Path) -> None:
 class Run:
     """A turning circle of the engine: states, orders, memory of the actuators at the start."""
 
-    made: Plant
+    made: Equations
     states: np.ndarray
     orders: np.ndarray
     memory: list[float]
@@ -179,7 +179,7 @@ def flown(ship: Ship, policy: Any, speed: float, steps: int = 300) -> Run:
     controls = [system.stored.index(f"{control}_cmd") for control in ship.model.controls]
     memory = loop_memory(ship, policy, dt, {"policy.n_P": policy.n_P}, (0.0,) * 6)
     rows = run.values[0]
-    made = plant(ship, dt)
+    made = equations_of(ship, dt)
     kept = len(made.servos.memory) if made.servos else 0  # what the policy remembers comes after
     return Run(made, rows[:, :n], rows[:-1][:, controls], [float(v) for v in memory[:kept]])
 
@@ -275,7 +275,7 @@ def test_no_text_of_a_ship_breaks_a_file(tmp_path: Path) -> None:
     rough = '*/ """ \\ ??/ /* \n # é'
     ship = load("qiuxin5")
     entries = {path: Entry(rough, entry.given) for path, entry in ship.entries.items()}
-    made = plant(replace(ship, name=f"5 é{rough}", notes={"title": rough}, entries=entries), 0.2)
+    made = equations_of(replace(ship, name=f"5 é{rough}", notes={"title": rough}, entries=entries), 0.2)
     space: dict[str, Any] = {}
     exec(save_python(made, tmp_path / "tug.py").read_text(encoding="utf-8"), space)
     x, u, e = points("qiuxin5")
@@ -288,7 +288,7 @@ def test_no_text_of_a_ship_breaks_a_file(tmp_path: Path) -> None:
 def test_a_step_far_below_the_dead_time_is_refused() -> None:
     late = replace(load("kvlcc2"), actuators=Actuators({"rudder": Actuator(dead_time=3.0)}))
     with pytest.raises(ShipError, match=r"\b3000000\b.*\bdelta\b"):
-        plant(late, 1e-6)
+        equations_of(late, 1e-6)
 
 
 def test_step_is_that_of_the_engine() -> None:
@@ -321,14 +321,14 @@ def test_numbers_of_the_python_file_can_be_changed(tmp_path: Path) -> None:
 
 
 def test_no_allocation_and_no_globals_in_c(tmp_path: Path) -> None:
-    source = save_c(plant(load("esso_osaka_3m"), 0.2), tmp_path)[1].read_text()
+    source = save_c(equations_of(load("esso_osaka_3m"), 0.2), tmp_path)[1].read_text()
     assert not re.search(r"\b(malloc|calloc|realloc|free|static)\b", source)
     assert not re.search(r"^(const )?(double|int)\b", source, re.MULTILINE)
 
 
 def test_models_in_discrete_time_are_refused() -> None:
     with pytest.raises(ShipError, match=r"^kvlcc2_l7_arx: .*discrete time"):
-        plant(load("kvlcc2_l7_arx"))
+        equations_of(load("kvlcc2_l7_arx"))
 
 
 def test_a_file_is_replaced_whole(tmp_path: Path) -> None:
@@ -420,11 +420,11 @@ def test_names_in_other_letters_reach_python_and_c_and_are_refused_for_an_fmu(tm
     model: Any = ship.model
     renamed = replace(ship, model=replace(model, thrusters=Parts(("hélice-1", "2"), model.thrusters.components)))
     loaded: list[dict[str, Any]] = [{}, {}]
-    for names, made in zip(loaded, (plant(ship), plant(renamed)), strict=True):
+    for names, made in zip(loaded, (equations_of(ship), equations_of(renamed)), strict=True):
         exec(save_python(made, tmp_path / "tug.py").read_text(encoding="utf-8"), names)
     assert loaded[1]["CONTROLS"][0] == "n_hélice-1"
     assert loaded[1]["rates"](x, u) == loaded[0]["rates"](x, u)
-    assert all(path.read_text(encoding="utf-8").isascii() for path in save_c(plant(renamed), tmp_path))
+    assert all(path.read_text(encoding="utf-8").isascii() for path in save_c(equations_of(renamed), tmp_path))
     with pytest.raises(ShipError, match="ASCII"):
         save_fmu(renamed, tmp_path / "tug.fmu")
     assert not list(tmp_path.glob("*.fmu"))
@@ -445,7 +445,7 @@ def test_the_description_of_an_fmu_is_xml_whatever_its_texts_hold(tmp_path: Path
 def test_the_python_file_takes_arrays_as_it_takes_lists(name: str, tmp_path: Path) -> None:
     """Of any type of number, for rates, step and actuators: the same floats, those of the engine."""
     made: dict[str, Any] = {}
-    exec(save_python(plant(load(name), 0.1), tmp_path / "ship.py").read_text(encoding="utf-8"), made)
+    exec(save_python(equations_of(load(name), 0.1), tmp_path / "ship.py").read_text(encoding="utf-8"), made)
     x, u, e = points(name)
     got = np.array([made["rates"](*row) for row in zip(x, u, e, strict=True)])
     assert_rates(got, engine_rates(name, x, u, e), name)
@@ -461,5 +461,5 @@ def test_the_python_file_takes_arrays_as_it_takes_lists(name: str, tmp_path: Pat
 
 
 def exported_memory(name: str) -> tuple[Any, ...]:
-    servos: Any = plant(load(name), 0.1).servos
+    servos: Any = equations_of(load(name), 0.1).servos
     return servos.memory

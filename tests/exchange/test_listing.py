@@ -12,8 +12,8 @@ import pytest
 
 from seatrial.environment import CALM
 from seatrial.exchange.listing import listing
-from seatrial.exchange.plant import Variable, elements, identifier, one_line, outline, plant, unit_around
 from seatrial.exchange.python_source import PYTHON
+from seatrial.exchange.traced import Variable, elements, equations_of, identifier, one_line, outline, unit_around
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
 
@@ -134,7 +134,7 @@ def test_units_of_what_is_around() -> None:
 
 def test_a_step_is_of_fourth_order_and_its_slope_the_rate() -> None:
     """Ten steps and twenty of half the length differ from eighty by a ratio of sixteen."""
-    found = plant(load("kvlcc2_l7"))
+    found = equations_of(load("kvlcc2_l7"))
     step, rate = found.step, found.rates
     x0, u, e = [0, 0, 0.3, 1.1, 0.05, 0.02], [11.0, 0.5], [0.0] * 8
 
@@ -155,7 +155,7 @@ def test_a_step_is_of_fourth_order_and_its_slope_the_rate() -> None:
 
 def test_numbers_that_nothing_depends_on_stay_at_home() -> None:
     ship = load("kvlcc2_l7")
-    found = {one.path: one for one in plant(ship).numbers}
+    found = {one.path: one for one in equations_of(ship).numbers}
     assert "body.B" not in found
     assert found["body.m"].value == 3270.0
     assert found["body.m"].unit == "kg"

@@ -13,7 +13,7 @@ import pytest
 
 from seatrial.engine.rollout import simulator
 from seatrial.environment import Uniform
-from seatrial.exchange import plant, save_network
+from seatrial.exchange import equations_of, save_network
 from seatrial.models.network import KINDS, Limits, Network, initial
 from seatrial.models.neural import Neural
 from seatrial.ships import Ship, ShipError
@@ -60,6 +60,6 @@ def test_what_is_not_exported(tmp_path: Path) -> None:
     with pytest.raises(ShipError, match="no weights to export"):
         save_network(ship_of(Network("rnn", (8,))), tmp_path / "net.py")
     with pytest.raises(ShipError, match="--python"):
-        plant(ship_of(initial(Network("rnn", (8,)), 1)))
+        equations_of(ship_of(initial(Network("rnn", (8,)), 1)))
     with pytest.raises(ShipError, match="no such folder"):
         save_network(ship_of(initial(Network("rnn", (8,)), 1)), tmp_path / "none" / "net.py")

@@ -6,16 +6,21 @@ import ast
 import importlib
 import inspect
 import json
+import re
 import rlcompleter
 import subprocess
 import sys
+import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 import seatrial as st
-from house import ROOT
+from house import MODULES, REPOSITORY, ROOT, dotted, text
+from seatrial.face import orders
+from seatrial.workflow.simulation import known
 
 
 def run(code: str) -> str:
@@ -29,7 +34,7 @@ def typed() -> dict[str, str]:
     tree = ast.parse((ROOT / "__init__.py").read_text(encoding="utf-8"))
     block = next(n for n in tree.body if isinstance(n, ast.If) and getattr(n.test, "id", "") == "TYPE_CHECKING")
     found = [n for n in block.body if isinstance(n, ast.ImportFrom) and n.level == 1]
-    return {alias.asname or alias.name: str(n.module) for n in found for alias in n.names}
+    return {(alias.asname or alias.name).lstrip("_"): str(n.module or "") for n in found for alias in n.names}
 
 
 def test_dir_lists_the_names_and_each_is_there() -> None:
@@ -41,15 +46,81 @@ def test_dir_lists_the_names_and_each_is_there() -> None:
 
 
 def test_a_type_checker_sees_the_names_that_are_loaded() -> None:
-    loaded = {name: module for module, names in st._ROOMS.items() for name in names}
-    assert typed() == loaded
-    for name, module in loaded.items():
-        assert hasattr(importlib.import_module(f"seatrial.{module}"), name)
+    assert {name: module for name, (module, _) in st._names().items()} == typed()
+
+
+def test_a_catalogue_loads_what_is_asked_for() -> None:
+    code = (
+        "import sys, seatrial as st\nassert 'seatrial.manoeuvres.zigzag' not in sys.modules\n"
+        "print(st.manoeuvres.zigzag.Zigzag(1.0, 0.1, 0.2).psi)"
+    )
+    assert run(code) == "0.2\n"
+    with pytest.raises(AttributeError, match="no attribute 'zigzak'"):
+        st.manoeuvres.zigzak  # noqa: B018
+
+
+def test_every_manoeuvre_and_estimator_is_a_name() -> None:
+    ordered = {cls.kind for cls in vars(orders).values() if isinstance(cls, type) and issubclass(cls, orders.Order)}
+    assert ordered >= set(known())
+    assert {cls.__name__ for cls in estimators()} <= set(dir(st))
+
+
+def estimators() -> Iterator[type]:
+    """What fits a problem, wherever in the room: it takes one and a function to tell the progress to."""
+    for path in MODULES:
+        if not dotted(path).startswith("identify."):
+            continue
+        module = importlib.import_module(f"seatrial.{dotted(path)}")
+        for _, cls in inspect.getmembers(module, inspect.isclass):
+            if cls.__module__ == module.__name__ and not getattr(cls, "_is_protocol", False):
+                taken = inspect.signature(cls.fit).parameters if callable(getattr(cls, "fit", None)) else {}
+                if {"problem", "progress", "checkpoint"} <= set(taken):
+                    yield cls
+
+
+def test_what_is_not_there_is_told_alike() -> None:
+    """A channel, an index and a number of a ship: one kind of error, in one line with the near names."""
+    done = st.load("zeefakkel").simulate(st.Turning(rudder_deg=20))
+    for mapping, name, near in (
+        (done, "delte", "near: delta"),
+        (done.indices, "advanse", "no index 'advanse'"),
+        (done.ship.parameters, "TT", "near: T"),
+    ):
+        with pytest.raises(st.MissingError, match=near) as told:
+            mapping[name]
+        assert isinstance(told.value, KeyError)
+        assert isinstance(told.value, st.DataError)
+        assert str(told.value) == told.value.args[0]
+        assert name not in mapping
+
+
+def written() -> Iterator[tuple[str, str]]:
+    """Place and text of all Python that users are shown."""
+    for folder in ("docs", "examples", "studies"):
+        for path in sorted((REPOSITORY / folder).rglob("*.py")):
+            yield path.name, text(path)
+        for path in sorted((REPOSITORY / folder).rglob("*.ipynb")):
+            for cell in json.loads(text(path))["cells"]:
+                yield path.name, "".join(cell["source"]) if cell["cell_type"] == "code" else ""
+    for path in (REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").rglob("*.md"))):
+        for body in re.findall(r"^ *```python\n(.*?)^ *```", text(path), re.MULTILINE | re.DOTALL):
+            yield path.name, textwrap.dedent(body)
+
+
+def test_what_users_are_shown_imports_nothing_deeper() -> None:
+    """Docs, examples, studies, notebooks and README: `import seatrial as st`, and names that it has."""
+    deeper = re.compile(r"^\s*(?:from seatrial\.|import seatrial\.).*", re.MULTILINE)
+    named = re.compile(r"(?<![\w.])st\.(\w+)")
+    assert [(place, line) for place, body in written() for line in deeper.findall(body)] == []
+    bodies = [(place, body) for place, body in written() if "import seatrial as st" in body]
+    shown = [(place, one) for place, body in bodies for one in named.findall(body)]
+    assert len(shown) > 500
+    assert [(place, one) for place, one in shown if not hasattr(st, one)] == []
 
 
 def test_names_complete() -> None:
     completer = rlcompleter.Completer({"st": st})
-    assert {completer.complete("st.read_t", k) for k in range(2)} == {"st.read_trial(", "st.read_trials("}
+    assert {completer.complete("st.read_tr", k) for k in range(2)} == {"st.read_trial(", "st.read_trials("}
 
 
 def test_the_import_takes_no_time() -> None:

@@ -74,7 +74,7 @@ def test_indices_are_radians_by_name_and_degrees_in_print(zigzag: st.Run) -> Non
     row = frame.filter(frame["index"] == "first_overshoot").row(0, named=True)
     assert (row["value"], row["unit"]) == (math.degrees(overshoot.value), "deg")
     assert dict(zigzag.indices)["period"] == zigzag.indices["period"]
-    with pytest.raises(KeyError, match="first_overshoot"):
+    with pytest.raises(st.MissingError, match="first_overshoot"):
         zigzag.indices["overshoot_first"]
 
 
@@ -86,7 +86,7 @@ def test_a_ship_with_verbs_is_the_ship_of_the_house(ship: st.Ship) -> None:
     assert isinstance(changed, st.Ship)
     assert changed.parameters["hull.Y_v"] == -0.3
     assert set(changed.parameters) == set(ship.parameters.to_frame()["parameter"])
-    with pytest.raises(ParameterError, match=r"near: hull\.Y_v"):
+    with pytest.raises(st.MissingError, match=r"near: hull\.Y_v"):
         ship.parameters["hull.Y_w"]
 
 

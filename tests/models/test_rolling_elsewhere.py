@@ -16,8 +16,8 @@ from seatrial.campaign.chunk import compute
 from seatrial.campaign.inputs import Input
 from seatrial.environment import CALM, Uniform
 from seatrial.exchange.fmi.fmu import slave
-from seatrial.exchange.plant import plant as traced
 from seatrial.exchange.python_source import save_python
+from seatrial.exchange.traced import equations_of as traced
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import ROLL, STATES
 from seatrial.models.linear import straight

@@ -14,7 +14,8 @@ from typing import Literal
 __all__ = [
     "AccessError", "BusyError", "CampaignError", "ChartError", "ClusterError",
     "CommandError", "CompilerError", "DataError", "DeviceError",
-    "FitError", "LoopError", "NmeaError", "NoTorchError", "ParameterError", "Reason", "RefusalError", "ReportError",
+    "FitError", "LoopError", "MissingError", "NmeaError", "NoTorchError",
+    "ParameterError", "Reason", "RefusalError", "ReportError",
     "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
     "StudyError", "TaskError", "TomlError", "UsageError", "WeatherError", "WireError",
 ]  # fmt: skip
@@ -63,6 +64,12 @@ class DataError(RequestError):
     def __init__(self, text: str = "") -> None:
         line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
         super().__init__(line if len(line) <= 1200 else f"{line[:800]} ... {line[-300:]}")
+
+
+class MissingError(DataError, KeyError):
+    """A channel, an index or a parameter that there is not; the text has the near names."""
+
+    __str__ = Exception.__str__
 
 
 class NmeaError(DataError):

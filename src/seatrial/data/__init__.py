@@ -18,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.errors import DataError
+from ..core.errors import DataError, MissingError
 from ..core.parameters import unknown
 
 __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
@@ -58,7 +58,7 @@ class Trial:
         if name == "t":
             return self.t
         if name not in self.channels:
-            raise DataError(f"{self.name}: {unknown(name, self.channels, 'channel')}")
+            raise MissingError(f"{self.name}: {unknown(name, self.channels, 'channel')}")
         return self.channels[name]
 
     def __contains__(self, name: object) -> bool:

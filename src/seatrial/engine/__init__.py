@@ -32,7 +32,7 @@ class EngineNotice(UserWarning):
     """Warning, once, that the engine runs on its slower back end, with the reason."""
 
 
-class Plant(Protocol):
+class Untraced(Protocol):
     """What moves a ship where no trace can follow (a network of many weights): all lanes at once, on arrays."""
 
     def rates(self, state: Array, acting: Array) -> Array:
@@ -100,7 +100,7 @@ class System:
     logged: tuple[str, ...] = ()
     before: Before | None = None
     hidden: tuple[str, ...] = ()
-    plant: Callable[[Array], Plant] | None = None
+    plant: Callable[[Array], Untraced] | None = None
     field: Field | None = None
     kicks: Kicks | None = None
 

@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from ..core.symbolic import Function
-from . import Array, Plant, System, trace
+from . import Array, System, Untraced, trace
 
 _FEW = 32
 """Lanes below which one thread is faster: threads that wait for each other's small products cost most of the time."""
@@ -162,7 +162,7 @@ class VirtualRollout:
                 z, m = moved(z, acting), after
         return out
 
-    def _plant(self, hidden: Array) -> Plant:
+    def _plant(self, hidden: Array) -> Untraced:
         if self.system.plant is None:
             raise ValueError("a system without a plant is traced, not stepped")
         return self.system.plant(hidden)

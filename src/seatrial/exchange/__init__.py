@@ -1,6 +1,6 @@
 """Exchange: a ship's plant as a file for other programs, which need no seatrial to use it.
 
-Contract: `plant(ship)` traces the ship; `save_casadi`, `save_c` and `save_python` write it.  All three hold
+Contract: `equations_of(ship)` traces the ship; `save_casadi`, `save_c` and `save_python` write it.  All three hold
 the same right-hand side, operation for operation, with the numbers of the ship:
 
     rates(x, u, e) -> dx             time derivative of the state, at rest or under way
@@ -21,7 +21,7 @@ from .c_source import save_c
 from .casadi_function import save_casadi
 from .fmi.fmu import save_fmu
 from .network_source import save_network
-from .plant import Plant, plant
 from .python_source import save_python
+from .traced import Equations, equations_of
 
-__all__ = ["Plant", "plant", "save_c", "save_casadi", "save_fmu", "save_network", "save_python"]
+__all__ = ["Equations", "equations_of", "save_c", "save_casadi", "save_fmu", "save_network", "save_python"]

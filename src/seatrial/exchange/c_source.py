@@ -9,11 +9,11 @@ from pathlib import Path
 
 from ..core.symbolic import Function
 from .listing import Language, listing
-from .plant import Number, Plant, Variable, elements
+from .traced import Equations, Number, Variable, elements
 from .writing import filled, write
 
 
-def save_c(plant: Plant, folder: str | Path) -> tuple[Path, Path]:
+def save_c(plant: Equations, folder: str | Path) -> tuple[Path, Path]:
     """Write ``<name>.h`` and ``<name>.c`` into a folder that is there.
 
     Raises:
@@ -48,7 +48,7 @@ _ACTUATE = "const double a[], const double o[], double u[], double a_next[]"
 _ORDERED = "const double x[], const double a[], const double o[], const double e[], double x_next[], double a_next[]"
 
 
-def header_text(plant: Plant) -> str:
+def header_text(plant: Equations) -> str:
     """The header: what each element means, the sizes, the functions."""
     upper, name = plant.name.upper(), plant.name
     text = [f"   {plant.title}", "", "   State x:", *elements("x", plant.states, 5), "   Controls u, actual values:",
@@ -107,7 +107,7 @@ def array_function(head: str, f: Function, letters: str, targets: Sequence[str])
     ]  # fmt: skip
 
 
-def source_text(plant: Plant) -> str:
+def source_text(plant: Equations) -> str:
     """The source: the terms of the right-hand side one by one, then the step."""
     name, upper = plant.name, plant.name.upper()
     rates = f"void {name}_rates(const double x[], const double u[], const double e[], double dx[])"

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from ..ships import ShipError
-from .plant import Number, Plant, Variable
+from .traced import Equations, Number, Variable
 from .writing import write
 
 
-def save_casadi(plant: Plant, path: str | Path) -> tuple[Path, ...]:
+def save_casadi(plant: Equations, path: str | Path) -> tuple[Path, ...]:
     """Write the right-hand side to `path`, its step and the names of all elements beside it.
 
     ``tug.casadi`` gets ``tug_step.casadi`` (with actuators also ``tug_ordered_step.casadi``) and
@@ -37,7 +37,7 @@ def save_casadi(plant: Plant, path: str | Path) -> tuple[Path, ...]:
     return write(files)
 
 
-def description(plant: Plant) -> dict[str, Any]:
+def description(plant: Equations) -> dict[str, Any]:
     """Names, units, meanings and limits of every element, and the numbers with their sources."""
     found: dict[str, Any] = {
         "name": plant.name, "title": plant.title, "x": _elements(plant.states), "u": _elements(plant.controls),

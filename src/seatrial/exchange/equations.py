@@ -15,8 +15,8 @@ from ..environment import CHANNELS, Environment
 from ..ships import Ship
 from ..validate.requirements import Finding, Judgement, judged
 from ..validate.requirements import thresholds as limit
-from .plant import plant
 from .python_source import module_text
+from .traced import equations_of
 
 _POINTS = 50
 
@@ -26,7 +26,7 @@ def equations(ship: Ship) -> Judgement:
     paths = values(ship.model)
     sourced = sum(path in ship.entries for path in paths)
     try:
-        text = module_text(plant(ship))
+        text = module_text(equations_of(ship))
     except ShipError as error:
         return Judgement("not judged", f"the model has no right-hand side to be written out: {error}")
     module: dict[str, Any] = {}

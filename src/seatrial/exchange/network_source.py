@@ -12,7 +12,7 @@ from ..models import STATES, unit
 from ..models.network import INPUTS, Network
 from ..models.neural import Neural
 from ..ships import Ship, ShipError
-from .plant import ABOUT, docstring, one_line, unit_around
+from .traced import ABOUT, docstring, one_line, unit_around
 from .writing import filled, title, write
 
 _TEMPLATE = "network.py.txt"

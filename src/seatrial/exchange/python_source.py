@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .listing import Language, Place, listing
-from .plant import Number, Plant, Variable, docstring, elements, one_line
+from .traced import Equations, Number, Variable, docstring, elements, one_line
 from .writing import filled, write
 
 PYTHON = Language({
@@ -25,7 +25,7 @@ _TAKEN = {*_MATH, *keyword.kwlist, "p", "dt", "rates", "step", "actuate", "order
           "map", "float"}  # fmt: skip
 
 
-def save_python(plant: Plant, path: str | Path) -> Path:
+def save_python(plant: Equations, path: str | Path) -> Path:
     """Write the plant as a module with `rates(x, u, e)` and `step(x, u, e, dt)`.
 
     Raises:
@@ -36,7 +36,7 @@ def save_python(plant: Plant, path: str | Path) -> Path:
     return target
 
 
-def module_text(plant: Plant) -> str:
+def module_text(plant: Equations) -> str:
     """The whole module: what each element means, the numbers, the right-hand side, the step."""
     body = [*_numbers("NUMBERS", "Numbers of the model, in SI units; a change here changes the ship.", plant.numbers)]
     if plant.servos is not None:
@@ -54,7 +54,7 @@ def module_text(plant: Plant) -> str:
     return "\n".join([*head, *names, "CALM = (0.0,) * len(ENVIRONMENT)", "", *body, *wide, ""])
 
 
-def _docstring(plant: Plant) -> list[str]:
+def _docstring(plant: Equations) -> list[str]:
     text = [
         plant.title, "",
         "rates(x, u, e) is the time derivative of the state, step(x, u, e, dt) the state after dt seconds.",
@@ -105,7 +105,7 @@ def _group(names: Sequence[str]) -> str:
     return f"({', '.join(names)}{',' if len(names) == 1 else ''})"
 
 
-def _rates(plant: Plant) -> list[str]:
+def _rates(plant: Equations) -> list[str]:
     names = _locals(plant.states, plant.controls, plant.environment)
     statements, (rates,), reads = _body(plant.open, names, plant.numbers)
     return [
@@ -118,7 +118,7 @@ def _rates(plant: Plant) -> list[str]:
     ]  # fmt: skip
 
 
-def _actuate(plant: Plant) -> list[str]:
+def _actuate(plant: Equations) -> list[str]:
     servos: Any = plant.servos
     names = [[f"a{k}" for k in range(len(servos.memory))], [f"o{k}" for k in range(len(plant.controls))]]
     statements, (acting, after), _ = _body(servos.open, names, servos.numbers)

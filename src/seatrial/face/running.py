@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import data
-from ..core.errors import RequestError
+from ..core.errors import MissingError, RequestError
 from ..core.parameters import unknown, values
 from ..environment import Uniform
 from ..manoeuvres import Index, Manoeuvre, Policy, decimals
@@ -39,7 +39,8 @@ class Indices(Tabular, Mapping[str, Index]):
 
     def __getitem__(self, name: str) -> Index:
         if name not in self.found:
-            raise KeyError(unknown(name, self.found, "index") if self.found else f"no index '{name}'; there is none")
+            near = unknown(name, self.found, "index") if self.found else f"no index '{name}'; there is none"
+            raise MissingError(f"{self.title}: {near}")
         return self.found[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import data, ships
-from ..core.parameters import read, walk
+from ..core.errors import MissingError
+from ..core.parameters import unknown, values, walk
 from ..manoeuvres import Policy
 from ..ships.classes import Trust
 from ..ships.files import load as load_ship
@@ -20,7 +21,7 @@ from .tables import Cell, Table, Tabular, entries
 from .trials import Trial, trial_of
 
 if TYPE_CHECKING:
-    from ..exchange import Plant as Equations
+    from ..exchange import Equations
     from ..models.linear import Linear
     from ..realtime.plant import Plant
 
@@ -90,9 +91,9 @@ class Ship(ships.Ship):
         Raises:
             ShipError: a model in discrete time; a step that is not above zero.
         """
-        from ..exchange import plant
+        from ..exchange import equations_of
 
-        return plant(self, dt)
+        return equations_of(self, dt)
 
     def save(self, path: str | Path) -> Path:
         """Write a ship file, which `load` reads."""
@@ -114,7 +115,10 @@ class Parameters(Tabular, Mapping[str, float]):
     ship: ships.Ship
 
     def __getitem__(self, path: str) -> float:
-        return float(read(self.ship.model, path))
+        known = values(self.ship.model)
+        if path not in known:
+            raise MissingError(f"{self.ship.name}: {unknown(path, known)}")
+        return float(known[path])
 
     def __iter__(self) -> Iterator[str]:
         return (path for path, _, _ in walk(self.ship.model))

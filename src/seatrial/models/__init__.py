@@ -24,7 +24,7 @@ import numpy as np
 from ..core.parameters import Scalar, Scalars
 from ..core.symbolic import cos, sin
 from ..data import Array
-from ..engine import Plant
+from ..engine import Untraced
 from ..environment import Environment, to_earth
 from ..forces import ThrusterModule
 
@@ -237,7 +237,7 @@ class Stepped(Sampled):
         """Memory after the measured samples before a start: (samples, 6) and controls with environment."""
 
     @abstractmethod
-    def plant(self, memory: Array) -> Plant:
+    def plant(self, memory: Array) -> Untraced:
         """The model under way from what each lane remembers (lanes, memory); acting: controls, environment."""
 
 

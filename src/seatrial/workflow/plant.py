@@ -16,7 +16,7 @@ from ..data import Array, DataError, Trial
 from ..data.table import lines_of, numbers, split_row
 from ..data.units import KNOWN
 from ..environment import CHANNELS
-from ..exchange import plant, save_c, save_casadi, save_fmu, save_network, save_python
+from ..exchange import equations_of, save_c, save_casadi, save_fmu, save_network, save_python
 from ..exchange.casadi_function import description
 from ..exchange.fmi.binaries import chosen
 from ..exchange.fmi.fmu import VERSIONS
@@ -107,7 +107,7 @@ def _plant(
     ship: Ship, casadi: Path | None, c: Path | None, python: Path | None, actuators: float | None,
     slave: Slave | None, note: Note,
 ) -> tuple[Mapping[str, Any], list[Path]]:  # fmt: skip
-    made = plant(ship, actuators)
+    made = equations_of(ship, actuators)
     for option, step in (("--actuators", actuators), ("--dt", slave and slave.dt)):
         if step is not None and (doubt := step_doubt(ship, step)) is not None:
             note(f"warning: {option}: {doubt}")

@@ -30,7 +30,7 @@ from ...models.twin import TwinMmg
 from ...ships import Ship, ShipError
 from ...simulate.approach import time_step
 from ..network_source import trained
-from ..plant import outline, plant
+from ..traced import equations_of, outline
 from ..writing import filled, write
 from .binaries import chosen, compile_for
 from .layout import Layout, Real, layout
@@ -170,9 +170,9 @@ def slave(ship: Ship, *, dt: float | None = None, hull: bool = False) -> Layout:
         if dt is not None and dt != own:
             raise ShipError(f"{ship.name}: a step of {dt:g} s; its network runs at {own:g} s and no other")
         return layout(taken, outline(taken, own), own)
-    made = plant(taken)  # refuses what has no right-hand side before anything asks for its step
+    made = equations_of(taken)  # refuses what has no right-hand side before anything asks for its step
     step = time_step(ship) if dt is None else dt
-    return layout(taken, made if hull else plant(taken, step), step)
+    return layout(taken, made if hull else equations_of(taken, step), step)
 
 
 def _zipped(content: Mapping[str, bytes]) -> bytes:

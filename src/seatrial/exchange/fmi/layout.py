@@ -19,7 +19,7 @@ from ...models.neural import Neural
 from ...models.settled import settled
 from ...ships import Ship, ShipError
 from ...simulate.approach import approach, straight
-from ..plant import Number, Plant
+from ..traced import Equations, Number
 
 PLACES = {
     "x": ("ned_position.north", "m", "midship north of the origin"),
@@ -88,7 +88,7 @@ class Layout:
         network: what moves the ship, where no right-hand side does.
     """
 
-    plant: Plant
+    plant: Equations
     outputs: tuple[Real, ...]
     inputs: tuple[Real, ...]
     numbers: tuple[Real, ...]
@@ -105,7 +105,7 @@ class Layout:
         return (*self.outputs, *self.inputs, *self.numbers, *self.servos, *self.starts)
 
 
-def layout(ship: Ship, made: Plant, step: float) -> Layout:
+def layout(ship: Ship, made: Equations, step: float) -> Layout:
     """The variables of a ship; the whole one where `made` has actuators, else a hull under forces.
 
     Raises:
@@ -161,7 +161,7 @@ def _approach(ship: Ship) -> tuple[float, float]:
 
 
 def _inputs(
-    made: Plant, control: tuple[float, ...], felt: set[str], whole: bool
+    made: Equations, control: tuple[float, ...], felt: set[str], whole: bool
 ) -> tuple[tuple[Real, ...], tuple[tuple[str, ...], tuple[str, ...]]]:
     """The inputs that act, and how controls and environment follow from them."""
     if whole:
@@ -189,7 +189,7 @@ def _order(name: str, unit_: str, low: float, high: float, start: float) -> Real
     return Real(f"order.{name}", unit_, f"ordered {name}", "input", start, *limits)
 
 
-def _felt(made: Plant) -> set[str]:
+def _felt(made: Equations) -> set[str]:
     """Channels of the environment that the ship feels."""
     x, u, e = (ca.SX.sym(k, len(v)) for k, v in zip("xue", (made.states, made.controls, made.environment), strict=True))
     bears = ca.which_depends(made.rates(x, u, e), e, 1, False)
@@ -209,7 +209,7 @@ def _number(n: Number, name: str, unit_: str, meaning: Spec | None) -> Real:
     return found
 
 
-def _servo_numbers(ship: Ship, made: Plant) -> Iterator[Real]:
+def _servo_numbers(ship: Ship, made: Equations) -> Iterator[Real]:
     """Limits, rates and lags; a limit in the unit of its control, a rate in that per second."""
     units = {table(control): unit(control) for control in ship.model.controls}
     for n in made.servos.numbers if made.servos is not None else ():

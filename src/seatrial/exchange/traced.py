@@ -94,7 +94,7 @@ class Servos:
 
 
 @dataclass(frozen=True)
-class Plant:
+class Equations:
     """What is exported of a ship.
 
     Attributes:
@@ -146,8 +146,8 @@ class Plant:
         return [ca.SX.sym(letter, len(names)) for letter, names in groups]
 
 
-def plant(ship: Ship, dt: float | None = None) -> Plant:
-    """The plant of a ship.
+def equations_of(ship: Ship, dt: float | None = None) -> Equations:
+    """The equations of a ship.
 
     Args:
         ship: any ship in continuous time.
@@ -174,8 +174,8 @@ def plant(ship: Ship, dt: float | None = None) -> Plant:
     return replace(outlined, numbers=used, open=open_)
 
 
-def outline(ship: Ship, dt: float | None = None) -> Plant:
-    """The plant without its right-hand side: what goes in and out, and the actuators over a step of `dt` [s].
+def outline(ship: Ship, dt: float | None = None) -> Equations:
+    """The equations without their right-hand side: what goes in and out, and the actuators over a step of `dt` [s].
 
     Raises:
         ShipError: a step that is not above zero.
@@ -184,7 +184,7 @@ def outline(ship: Ship, dt: float | None = None) -> Plant:
         raise ShipError(f"{ship.name}: a step of {dt:g} s; it must be above zero")
     states = (Variable(n, unit(n), ABOUT.get(n, "state of the model's own"), *ship.validity.get(n, _ANY))
               for n in ship.model.states)  # fmt: skip
-    return Plant(
+    return Equations(
         name=identifier(ship.name), title=one_line(title(ship)), states=tuple(states),
         controls=tuple(_control(ship, n) for n in ship.model.controls),
         environment=tuple(Variable(n, unit_around(n), ABOUT[n]) for n in CHANNELS),
