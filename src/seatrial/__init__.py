@@ -4,7 +4,7 @@
 is the guide.  This is the promised API: docs, examples, studies and notebooks import nothing deeper, and a test holds
 that.  Each name is imported when it is first asked for, so that the import of the package takes no time.
 
-Names are verbs and values (`load`, `Zigzag`, `fit`), subjects, whose names go together (``st.page.table``,
+Names are verbs and values (`load`, `Zigzag`, `fit`), subjects, whose names go together (``st.blocks.table``,
 ``st.parameters.read``), and catalogues, which hold a module for each thing and load it when it is first asked for, by
 the path that ship files and studies give: ``st.manoeuvres.zigzag.Zigzag`` in radians, ``st.models.mmg.Mmg``.
 """
@@ -144,6 +144,7 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .realtime.plant import Plant as Plant
     from .realtime.recording import Recording as Recording
     from .realtime.recording import rerun as rerun
+    from .report import blocks as blocks
     from .report import figures as figures
     from .report import page as page
     from .report import printed as printed

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 import seatrial as st
 
-figure, gallery, number, Section = st.page.figure, st.page.gallery, st.page.number, st.page.Section
-table = st.page.table
+figure, gallery, number, Section = st.blocks.figure, st.blocks.gallery, st.blocks.number, st.page.Section
+table = st.blocks.table
 
 HOME = Path(__file__).parents[1]
 MAPPING = HOME / "hakusan_mapping.toml"
@@ -138,7 +138,7 @@ def page(trial: st.Trial, given: Path) -> st.page.Page:
     rehearsed = _rehearsed(trial)
     # Which way is the best was decided before the judged rows were looked at.
     chosen = {output: _best(judgements) for output, judgements in rehearsed.items()}
-    sections = [Section("", st.page.lead(_summary(found, chosen)) + st.page.bullets(_caveats(trial)))]
+    sections = [Section("", st.blocks.lead(_summary(found, chosen)) + st.blocks.bullets(_caveats(trial)))]
     for output, (judgements, _) in found.items():
         sections.append(_errors(output, judgements, chosen[output]))
     sections += [_orders(tables, models), _drawn(trial, found, chosen), _rehearsal(rehearsed),
@@ -208,7 +208,7 @@ def _errors(output: str, judgements: dict[str, Judged], best: str) -> Section:
         gain = f"{one.gain[0][2]:.2f} ({one.gain[1][2]:.2f} … {one.gain[2][2]:.2f})"
         inside = "–" if np.isnan(one.inside[0]) else f"{100 * one.inside[0]:.0f} %, {100 * one.inside[4]:.0f} %"
         rows.append((label, *(number(float(one.error[s - 1]), 2) for s in SHOWN), gain, inside))
-    note = st.page.soft(
+    note = st.blocks.soft(
         "Root mean square over the spread of the judged rows about the training mean: 1 is as good as the mean. "
         "In brackets 90 % of resamples of blocks of 15 s. “Known” uses the logged rudder of the time to come."
     )
@@ -219,7 +219,7 @@ def _errors(output: str, judgements: dict[str, Judged], best: str) -> Section:
     name = LABELS[output].capitalize()
     caption = f"{name}: error over horizon; the band is of {best}, the best of the rehearsal"
     shown = gallery(figure(st.figures.svg(drawn, output), caption), least=640)
-    body = shown + f'<div class="wrap">{table(head, rows)}</div>' + note
+    body = shown + table(head, rows, wide=True) + note
     return Section(f"{name}: error against horizon", body, numbers)
 
 
@@ -241,19 +241,19 @@ def _orders(tables: dict[str, list[st.VectorAr]], models: Sequence[tuple[Rival, 
              str(min(tables[rival.label], key=lambda one: one.bic).order[0]), number(model.radius, 3))
             for rival, model in models]  # fmt: skip
     head = ("way", "lags", "of the rudder", "coefficients", "AIC", "least BIC", "its lags", "largest root")
-    about = st.page.soft(
+    about = st.blocks.soft(
         "Orders up to 15 are compared on the same 335 rows; AIC of different outputs are not comparable. "
         "A largest root below 1 is a stable model."
     )
     shown = gallery(figure(st.figures.svg(drawn, "orders"), "AIC over the order"), least=640)
-    return Section("Order by AIC", shown + f'<div class="wrap">{table(head, rows)}</div>' + about)
+    return Section("Order by AIC", shown + table(head, rows, wide=True) + about)
 
 
 def _drawn(
     trial: st.Trial, found: dict[str, tuple[dict[str, Judged], dict[str, st.Array]]], chosen: dict[str, str]
 ) -> Section:  # fmt: skip
     """What was forecast 3 s before, beside what came."""
-    shown: list[str] = []
+    shown: list[st.blocks.Body] = []
     ahead = 3
     for output, (_, made) in found.items():
         drawn, (ax,) = st.figures.canvas(1, (7.0, 3.2))
@@ -275,8 +275,8 @@ def _rehearsal(found: dict[str, dict[str, Judged]]) -> Section:
     rows = [(f"{LABELS[output]}: {label}", *(number(float(one.error[s - 1]), 2) for s in SHOWN))
             for output, judgements in found.items() for label, one in judgements.items()]  # fmt: skip
     after = TRAIN - REHEARSAL
-    body = f"<p>The same within the training rows: fitted to the first {REHEARSAL}, judged by the next {after}.</p>"
-    body += f'<div class="wrap">{table(("way", *(f"{s} s" for s in SHOWN)), rows)}</div>'
+    about = f"The same within the training rows: fitted to the first {REHEARSAL}, judged by the next {after}."
+    body = st.blocks.line(about) + table(("way", *(f"{s} s" for s in SHOWN)), rows, wide=True)
     return Section("Rehearsal", body)
 
 

@@ -23,7 +23,7 @@ import numpy as np
 
 import seatrial as st
 
-number, Section, soft, table = st.page.number, st.page.Section, st.page.soft, st.page.table
+number, Section, soft, table = st.blocks.number, st.page.Section, st.blocks.soft, st.blocks.table
 
 STUDIES = Path(__file__).parents[1]
 COLUMNS = STUDIES / "kvlcc2_captive_columns.toml"
@@ -161,7 +161,7 @@ def page(found: Found, sources: Mapping[str, str]) -> st.page.Page:
     """The story in its order."""
     said = numbers(found)
     parts = (
-        Section("", st.page.lead(story(said)) + means(said), said),
+        Section("", st.blocks.lead(story(said)) + means(said), said),
         Section("1. Captive tests", beside(found) + arms(found, said) + ranges(found)),
         *st.captive_page.sections(found.tests)[1:],
         Section("2. Prediction of the zigzags", predicted(found, said)),
@@ -201,7 +201,7 @@ def miss(said: Mapping[str, object], label: str, held: bool) -> float:
     return float(np.nanmean(missed))
 
 
-def means(said: Mapping[str, object]) -> str:
+def means(said: Mapping[str, object]) -> st.blocks.Body:
     """Mean errors of each ship, held-out zigzags first."""
     labels = list(next(iter(said["trials"].values()))["ships"])  # type: ignore[attr-defined]
     rows = [
@@ -222,7 +222,7 @@ def means(said: Mapping[str, object]) -> str:
     return table(head, rows) + soft(remark)
 
 
-def beside(found: Found) -> str:
+def beside(found: Found) -> st.blocks.Body:
     """Published coefficients beside those of these tests, and why they differ."""
     published, tests = found.ships[PUBLISHED], found.tests
     rows: list[list[str]] = []
@@ -234,15 +234,15 @@ def beside(found: Found) -> str:
         rows.append([path, number(a), number(b), number(s, 2), number((b - a) / s, 2),
                      WHY.get(path, "") if far else "within two sigma"])  # fmt: skip
     head = ("parameter", "published", "captive", "sigma", "difference / sigma", "why they differ")
-    return f'<div class="wrap">{table(head, rows, words=(5,))}</div>'
+    return table(head, rows, words=(5,), wide=True)
 
 
-def arms(found: Found, said: Mapping[str, Any]) -> str:
+def arms(found: Found, said: Mapping[str, Any]) -> st.blocks.Body:
     """Why x_H differs."""
     return arm.section(found.tests, found.ships[PUBLISHED], said["x_H"], said["overshoots_missed"])
 
 
-def ranges(found: Found) -> str:
+def ranges(found: Found) -> st.blocks.Body:
     """How the coefficients of drift depend on the range of drift angles."""
     paths = ("hull.Y_v", "hull.Y_vvv", "hull.N_v", "hull.N_vvv", "hull.X_vv", "rudder.gamma_Rp", "rudder.gamma_Rn")
     rows = [
@@ -258,10 +258,10 @@ def ranges(found: Found) -> str:
         "The same tests with drift up to a limit: linear and cubic terms depend on it by more than white noise would "
         "allow, which is why sigma is a jackknife over conditions."
     )
-    return "<h3>The range of drift</h3>" + table(("drift up to", *paths), [published, *rows]) + soft(remark)
+    return st.blocks.heading("The range of drift") + table(("drift up to", *paths), [published, *rows]) + soft(remark)
 
 
-def predicted(found: Found, said: Mapping[str, object]) -> str:
+def predicted(found: Found, said: Mapping[str, object]) -> st.blocks.Body:
     """Overshoots and errors of each zigzag: measured, published, captive tests, tuned."""
     labels = (PUBLISHED, CAPTIVE, TUNED)
     turns: list[list[str]] = []
@@ -280,7 +280,8 @@ def predicted(found: Found, said: Mapping[str, object]) -> str:
     )
     over = table(("trial", "measured", *labels), turns)
     below = soft("First and second overshoot beyond the nominal heading [°]; the rudder reverses where the tank's did.")
-    return f"<h3>Overshoots</h3>{over}{below}<h3>Errors</h3>{table(head, rows)}{soft(remark)}"
+    heading = st.blocks.heading
+    return heading("Overshoots") + over + below + heading("Errors") + table(head, rows) + soft(remark)
 
 
 def both(pair: list[float]) -> str:
@@ -288,7 +289,7 @@ def both(pair: list[float]) -> str:
     return ", ".join(number(DEGREES * one, 3) for one in pair)
 
 
-def moved(found: Found) -> str:
+def moved(found: Found) -> st.blocks.Body:
     """What the tuning moved, in sigmas of the captive tests."""
     meanings = st.parameters.specs(found.study.problem.ship.model)
     rows: list[list[str]] = []
@@ -301,11 +302,11 @@ def moved(found: Found) -> str:
     return table(head, rows, words=(3,)) + soft("Lengths over L_pp.")
 
 
-def drawn(found: Found) -> str:
+def drawn(found: Found) -> st.blocks.Body:
     """Heading of the held-out zigzags over time."""
     labels = (PUBLISHED, CAPTIVE, TUNED)
     styles = st.figures.line_styles(labels, PUBLISHED)
-    out: list[str] = []
+    out: list[st.blocks.Body] = []
     for trial in found.study.test:
         graph, (ax,) = st.figures.canvas(1, (5.2, 3.2))
         st.figures.measured_motion(ax, trial, "psi", DEGREES)
@@ -318,20 +319,20 @@ def drawn(found: Found) -> str:
         ax.set(xlabel="time t [s]", ylabel="ψ [°]", ylim=(2.5 * low - 1.5 * high, 2.5 * high - 1.5 * low))
         st.figures.legend_below(graph, ax)
         out.append(
-            st.page.figure(
+            st.blocks.figure(
                 st.figures.svg(graph, f"heading {trial.name}"), f"{trial.name}: free-running, by the measured rudder"
             )
         )
-    return st.page.gallery(*out)
+    return st.blocks.gallery(*out)
 
 
-def whole_ship(found: Found) -> str:
+def whole_ship(found: Found) -> st.blocks.Body:
     """Coefficients of the modified Abkowitz model from the captive tests."""
     words = (
         "The same tests and trials fitted with the modified Abkowitz model, whose errors are in the first table. Terms "
         "with yaw begin at what a fit to the simulated MMG ship gave, since no captive run has yaw."
     )
-    return f"<p>{st.page.text(words)}</p>" + st.captive_page.sections(found.whole)[1].body
+    return st.blocks.line(words) + st.captive_page.sections(found.whole)[1].body
 
 
 def main(arguments: list[str] | None = None) -> int:

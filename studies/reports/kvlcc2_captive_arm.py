@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import seatrial as st
 
-number = st.page.number
+number = st.blocks.number
 
 MIDSHIP, GRAVITY, ALL = "N about midship", "N about the centre of gravity", "all runs"
 Fits = Mapping[str, Mapping[str, Mapping[str, tuple[float, float]]]]
@@ -65,7 +65,7 @@ def correlation(fit: st.CaptiveFit) -> float:
     return float(fit.covariance[a, x]) / math.sqrt(float(fit.covariance[a, a] * fit.covariance[x, x]))
 
 
-def section(tests: st.CaptiveFit, published: st.Ship, found: Fits, missed: Mapping[str, float]) -> str:
+def section(tests: st.CaptiveFit, published: st.Ship, found: Fits, missed: Mapping[str, float]) -> st.blocks.Body:
     """The table of the fits, and what follows from it; `missed` is the mean error of the overshoots by point [deg]."""
     rows: list[list[str]] = [["published", "", *(_primed(published, path) for path in ("hull.N_v", *_RUDDER)), ""]]
     for name, some in found.items():
@@ -86,7 +86,8 @@ def section(tests: st.CaptiveFit, published: st.Ship, found: Fits, missed: Mappi
         "is longer, which a constant x_H cannot express. (3) The exchange with a_H: the runs with drift give a greater "
         "a_H and an x_H' near the stern."
     )
-    return f"<h3>Why x_H' is not the published one</h3>{st.page.table(head, rows, words=(1,))}{st.page.soft(remark)}"
+    return (st.blocks.heading("Why x_H' is not the published one") + st.blocks.table(head, rows, words=(1,))
+            + st.blocks.soft(remark))  # fmt: skip
 
 
 def _found(fit: st.CaptiveFit, paths: tuple[str, ...]) -> dict[str, tuple[float, float]]:

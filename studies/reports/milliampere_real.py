@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 import seatrial as st
 
 Ahead, joined, MODEL, RIVALS = st.ahead.Ahead, st.ahead.joined, st.ahead.MODEL, st.ahead.RIVALS
-number, Section = st.page.number, st.page.Section
+number, Section = st.blocks.number, st.page.Section
 Features = st.stacking.Features
 
 STUDY = Path(__file__).parents[1] / "milliampere_real.toml"
@@ -165,7 +165,7 @@ def row(name: str, some: Ahead) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def errors(rows: Sequence[dict[str, Any]]) -> str:
+def errors(rows: Sequence[dict[str, Any]]) -> st.blocks.Body:
     """The table of some forecasts."""
     whom = [f"{who} [{unit}]" for unit in ("m", "°") for who in ("model", "stays", "goes on")]
     head = ("trial", "ahead [s]", "number", *whom[:3], "ratio", *whom[3:], "ratio", "within band", "°")
@@ -173,7 +173,7 @@ def errors(rows: Sequence[dict[str, Any]]) -> str:
               *(number(one["position"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][0]),
               *(number(DEGREES * one["heading"][who]) for who in (MODEL, *RIVALS)), number(one["ratio"][1]),
               *(f"{100.0 * share:.0f} %" for share in one["covered"])] for one in rows]  # fmt: skip
-    return st.page.table(head, cells, words=(0,))
+    return st.blocks.table(head, cells, words=(0,))
 
 
 def numbers(found: Sequence[Fold], more: Sequence[Ahead], paths: Sequence[str]) -> dict[str, Any]:
@@ -201,7 +201,7 @@ def page(study: st.Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> 
         f"{number(one['ratio'][0], 2)} and {number(one['ratio'][1], 2)} of the better of staying put and going on"
         for one in said["forecasts"] if one["horizon"] == 10.0
     )  # fmt: skip
-    told = st.page.soft(
+    told = st.blocks.soft(
         f"Root mean square errors at the end of each forecast, of the model, of who stays put, and of who goes on at "
         f"constant velocity; ratio: to the better of the two.  Bands state {STATED:.0%}.  Parameters, shares of the "
         "model's way and widths of a minute come from elsewhere; the place of the quay, the delay of the thrust and "
@@ -210,18 +210,18 @@ def page(study: st.Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> 
     )
     caption = f"s ahead: errors and band of {STATED:.0%}, by the time at which the forecast ends"
     shown = [(i, horizon, name) for i, horizon in enumerate(HORIZONS) if i for name in TRIALS]
-    drawings = st.page.gallery(
-        *(st.page.figure(drawn(found, i, name), f"{name}, {horizon:g} {caption}") for i, horizon, name in shown)
+    drawings = st.blocks.gallery(
+        *(st.blocks.figure(drawn(found, i, name), f"{name}, {horizon:g} {caption}") for i, horizon, name in shown)
     )
-    parameters = st.page.table(
+    parameters = st.blocks.table(
         ("parameter", *(f"fold {k + 1}" for k in range(FOLDS))),
         [[path, *(number(v) for v in values)] for path, values in said["parameters"].items()],
     )
     sections = (
-        Section("", st.page.lead(story + "."), said),
+        Section("", st.blocks.lead(story + "."), said),
         Section("Forecasts of left-out minutes", told + errors(said["forecasts"])),
         Section("The filter alone, its own bands", errors(said["bare"])),
-        Section("Other trials, by the fit to all minutes", errors(said["others"]) if more else ""),
+        Section("Other trials, by the fit to all minutes", errors(said["others"]) if more else ()),
         Section("Errors and bands", drawings),
         Section("Parameters of the folds", parameters),
         st.page.provenance({"study": study.name, "digest": study.digest, "program": f"seatrial {st.__version__}"}),

@@ -23,8 +23,8 @@ import numpy as np
 
 import seatrial as st
 
-figure, gallery, number, Section = st.page.figure, st.page.gallery, st.page.number, st.page.Section
-soft, table = st.page.soft, st.page.table
+figure, gallery, number, Section = st.blocks.figure, st.blocks.gallery, st.blocks.number, st.page.Section
+soft, table = st.blocks.soft, st.blocks.table
 Row = st.printed.Row
 
 STUDIES = Path(__file__).parents[1]
@@ -70,14 +70,14 @@ def page(found: Found, sources: Mapping[str, str]) -> st.page.Page:
     inputs, tuned, said = input_rows(found), tuned_rows(found), finding_rows(found)
     every = [row for rows in (*inputs.values(), *tuned.values(), said) for row in rows]
     same = sum(row.same for row in every)
-    head = st.page.lead(
+    head = st.blocks.lead(
         f"{found.printed['source']}: every number of its tables and every finding of its figures beside ours."
     )
     counts = [(f"{same} of {len(every)}", "numbers and findings as printed"),
               (f"{sum(row.same for row in said)} of {len(said)}", "of these, findings of the figures")]  # fmt: skip
     parts = (
-        Section("", head + st.page.tiles(counts)),
-        Section("Where this page departs from the paper", st.page.bullets(found.printed["departures"]["lines"])),
+        Section("", head + st.blocks.tiles(counts)),
+        Section("Where this page departs from the paper", st.blocks.bullets(found.printed["departures"]["lines"])),
         Section("What the figures say", st.printed.side_by_side(said, first="finding", digits=3)),
         Section("Tables 1 and 3 to 6: the ship before tuning", headed(inputs)),
         Section("Fig. 2: a trial", one_trial(found)),
@@ -96,10 +96,10 @@ def page(found: Found, sources: Mapping[str, str]) -> st.page.Page:
     return st.page.Page("Suyama 2023, printed and ours", parts, numbers)
 
 
-def headed(tables: Mapping[str, Sequence[Row]]) -> str:
+def headed(tables: Mapping[str, Sequence[Row]]) -> st.blocks.Body:
     """Tables, each with its heading."""
-    return "".join(
-        f"<h3>{st.page.text(title)}</h3>{st.printed.side_by_side(rows, digits=6)}" for title, rows in tables.items()
+    return st.blocks.joined(
+        st.blocks.heading(title) + st.printed.side_by_side(rows, digits=6) for title, rows in tables.items()
     )
 
 
@@ -226,21 +226,21 @@ def nearer(found: Found) -> int:
     return sum(away(r.fit.ship, t) < away(found.base, t) for t in found.tuning.tests for r in found.tuning.ranges)
 
 
-def before(found: Found) -> str:
+def before(found: Found) -> st.blocks.Body:
     """Fig. 3: the turns to both sides before tuning."""
     port, starboard = (turn(found.base, side * _HARD) for side in (-1.0, 1.0))
     return gallery(figure(st.tuning_page.tracks(starboard, {"to port": port}),
                           "Starboard (measured style) and port, 35 deg, 106 rpm, from 6 knots"))  # fmt: skip
 
 
-def one_trial(found: Found) -> str:
+def one_trial(found: Found) -> st.blocks.Body:
     """Fig. 2: the virtual trial of the angle that the paper shows."""
     trial = next(t for t in found.tuning.problem.trials if t.name == "D+10")
     return gallery(figure(st.tuning_page.tracks(trial, {}), f"{trial.name}, ours"),
                    figure(st.tuning_page.motions(trial, {}), "As logged: the rudder as ordered"))  # fmt: skip
 
 
-def searched(found: Found) -> str:
+def searched(found: Found) -> st.blocks.Body:
     """Fig. 4 for every range, and the end of each run."""
     estimator: Any = found.study.estimator
     rows = [[f"{r.ratio:g}", *(number(float(j), 7) for j in ends_of(r))] for r in found.tuning.ranges]
@@ -252,7 +252,7 @@ def searched(found: Found) -> str:
     return table(head, [row + ["–"] * (most - len(row)) for row in rows]) + gallery(*drawn)
 
 
-def placed(found: Found) -> str:
+def placed(found: Found) -> st.blocks.Body:
     """Fig. 7 as printed and ours."""
     return gallery(
         figure(st.tuning_page.positions(found.published), "Table 7 as printed: place of each parameter in its range"),
@@ -260,10 +260,10 @@ def placed(found: Found) -> str:
     )
 
 
-def trials(found: Found) -> str:
+def trials(found: Found) -> st.blocks.Body:
     """Figs. 8 to 11: the test trials with the published sets and with our fits."""
-    parts: list[str] = [soft("The black track is our virtual trial, not the paper's. Left, the sets of Table 7 as our "
-                             "model turns with them; right, our fits.")]  # fmt: skip
+    parts = [soft("The black track is our virtual trial, not the paper's. Left, the sets of Table 7 as our model turns "
+                  "with them; right, our fits.")]  # fmt: skip
     for trial in found.tuning.tests:
 
         def ran(ranges: Sequence[st.tuned.Range], trial: st.Trial = trial) -> dict[str, st.Trial]:
@@ -271,13 +271,13 @@ def trials(found: Found) -> str:
             return {label: st.replay(ship, trial, method="euler") for label, ship in ships.items()}
 
         theirs, ours = ran(found.published), ran(found.tuning.ranges)
-        parts.append(f"<h3>{st.page.text(trial.name)}</h3>" + gallery(
+        parts.append(st.blocks.heading(trial.name) + gallery(
             figure(st.tuning_page.tracks(trial, theirs), "Sets of Table 7"),
             figure(st.tuning_page.tracks(trial, ours), "Our fits"),
             figure(st.tuning_page.motions(trial, theirs), "Sets of Table 7"),
             figure(st.tuning_page.motions(trial, ours), "Our fits"),
         ))  # fmt: skip
-    return "".join(parts)
+    return st.blocks.joined(parts)
 
 
 def result(name: str) -> Mapping[str, Any]:
@@ -285,7 +285,7 @@ def result(name: str) -> Mapping[str, Any]:
     return json.loads((RESULTS / f"suyama2023_{name}.json").read_text(encoding="utf-8"))
 
 
-def truths() -> str:
+def truths() -> st.blocks.Body:
     """The truths that were tried, by group and each by itself."""
     of = result("truths")
     ratios, rows = of["ratios"], [row for row in of["rows"] if "failed" not in row]
@@ -310,7 +310,7 @@ def truths() -> str:
         "Fig. 6 is least at .5 and greatest at .6. The groups finer and finest were searched after those before them "
         "were seen."
     )
-    return table(head, counted) + soft(remark) + f"<h3>Each truth</h3>{every}"
+    return table(head, counted) + soft(remark) + st.blocks.heading("Each truth") + every
 
 
 def worse(row: Mapping[str, Any]) -> bool:
@@ -318,7 +318,7 @@ def worse(row: Mapping[str, Any]) -> bool:
     return bool(row["test"][-1] > row["test"][-2])
 
 
-def readings() -> str:
+def readings() -> st.blocks.Body:
     """The readings of Eq. 30 and of the flap against what the figures say."""
     rows = [
         [f"{r['slipstream']}, {r['flap']}", f"{r['right']:.2f} > {r['left']:.2f}", str(r["larger"]),
@@ -337,7 +337,7 @@ def readings() -> str:
     return table(head, rows) + soft(remark)
 
 
-def boxes() -> str:
+def boxes() -> st.blocks.Body:
     """Penalties of CMA-ES: how near and how soon, over seeds."""
     of, rows = result("boxes"), list[list[str]]()
     for row in of["rows"]:

@@ -25,7 +25,7 @@ from you2023_variants import attempts, ridges, shooting, weathers
 import seatrial as st
 
 canvas, legend_below, svg = st.figures.canvas, st.figures.legend_below, st.figures.svg
-figure, Section = st.page.figure, st.page.Section
+figure, Section = st.blocks.figure, st.page.Section
 FULL, RIVAL, Rivals = st.rivals.FULL, st.rivals.RIVAL, st.rivals.Rivals
 AXES = st.rivals_page.AXES
 
@@ -75,24 +75,24 @@ def compared(found: Rivals, printed: Mapping[str, Any]) -> Paper:
     )  # fmt: skip
 
 
-def by_manoeuvre(found: Rivals) -> str:
+def by_manoeuvre(found: Rivals) -> st.blocks.Body:
     """Fig. 21 as a figure and a table, and the trial in which the model has its largest error in yaw."""
     case, names = found.cases[0], st.rivals_page.labels(found)
     sizes = {who: len(case.fits[who].free) for who in (FULL, RIVAL)}
     head = ["", "trial", *(f"{AXES[v][0]}, {sizes[who]}" for v in st.rivals.VELOCITIES for who in (FULL, RIVAL))]
     rows = [
-        [str(k + 1), name, *(st.page.number(AXES[v][1] * case.scores[who].runs[name][v]) for v in st.rivals.VELOCITIES
+        [str(k + 1), name, *(st.blocks.number(AXES[v][1] * case.scores[who].runs[name][v]) for v in st.rivals.VELOCITIES
                              for who in (FULL, RIVAL))]
         for k, name in enumerate(case.scores[FULL].runs)
     ]  # fmt: skip
-    drawn = st.page.gallery(
+    drawn = st.blocks.gallery(
         figure(runs(case.scores, names), "Root mean square error of each whole run"), worst(found, case)
     )
     remark = "By velocity and number of parameters; the figure has the truth too."
-    return drawn + st.page.table(head, rows, words=(1,)) + st.page.soft(remark)
+    return drawn + st.blocks.table(head, rows, words=(1,)) + st.blocks.soft(remark)
 
 
-def worst(found: Rivals, case: st.rivals.Case) -> str:
+def worst(found: Rivals, case: st.rivals.Case) -> st.blocks.Body:
     """The held-out trial with the largest error of the model in yaw, measured and predicted."""
     errors, names = case.scores[FULL].runs, st.rivals_page.labels(found)
     trial = max(found.study.test, key=lambda t: errors[t.name]["r"])
@@ -106,14 +106,14 @@ def worst(found: Rivals, case: st.rivals.Case) -> str:
     return figure(motion(trial, predicted, names), caption)
 
 
-def drawn_drive(found: Rivals) -> str:
+def drawn_drive(found: Rivals) -> st.blocks.Body:
     """Figs. 14 and 15: the bollard pull of each thruster, and each servo in the log with the most of its orders."""
     drawn = [figure(thrust(fit, n, pull, found.drive.thrust(name)), f"Bollard pull of thruster {name}")
              for name, (fit, n, pull) in found.drive.maps.items()]  # fmt: skip
     for name, fit in found.drive.servos.items():
         busiest = max(found.study.problem.trials, key=lambda t, c=name: float(np.abs(np.diff(t[f"{c}_cmd"])).sum()))
         drawn.append(figure(servo(fit, busiest), f"{name} in {busiest.name}"))
-    return st.page.gallery(*drawn)
+    return st.blocks.gallery(*drawn)
 
 
 def runs(scores: Mapping[str, st.rivals.Score], names: Mapping[str, str]) -> str:

@@ -13,7 +13,8 @@ from you2023_variants import OURS, PRINTED, QUANTITIES, Attempt, Weather, eq_17
 
 import seatrial as st
 
-figure, number, Section, soft, table = st.page.figure, st.page.number, st.page.Section, st.page.soft, st.page.table
+figure, number, soft, table = st.blocks.figure, st.blocks.number, st.blocks.soft, st.blocks.table
+Section = st.page.Section
 Row = st.printed.Row
 CALM, free_runs, FULL, one_step = st.rivals.CALM, st.rivals.free_runs, st.rivals.FULL, st.rivals.one_step
 RIVAL, VELOCITIES = st.rivals.RIVAL, st.rivals.VELOCITIES
@@ -74,9 +75,9 @@ def sections(paper: Paper) -> tuple[Section, ...]:
     sailed, servo = paper.weathers[0], paper.found.drive.servos["alpha_1"]
     model = sailed.variants[OURS].whole[FULL].ship
     return (
-        Section("Printed and ours", f"<p>{st.page.text(head)}</p>"),
-        Section("Where this page departs from the paper", st.page.bullets(paper.printed["departures"])),
-        *(Section(title, st.printed.side_by_side(rows[key]) + more.get(key, "")) for key, title in names.items()),
+        Section("Printed and ours", st.blocks.line(head)),
+        Section("Where this page departs from the paper", st.blocks.bullets(paper.printed["departures"])),
+        *(Section(title, st.printed.side_by_side(rows[key]) + more.get(key, ())) for key, title in names.items()),
         Section("Inputs (Figs. 7 and 8)", _inputs(paper)),
         Section("Single steps and whole runs (Figs. 9 to 12)", _sequences(paper)),
         Section("Held-out manoeuvres (Figs. 16 to 20)", validation.held_out(model, sailed.tests, servo)),
@@ -111,10 +112,10 @@ def numbers(paper: Paper) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _inputs(paper: Paper) -> str:
+def _inputs(paper: Paper) -> st.blocks.Body:
     virtual = paper.found.study.virtual
     if virtual is None:
-        return ""
+        return ()
     drawn = validation.inputs(virtual.ship, paper.calm.trials)
     return figure(drawn, "Figs. 7 and 8: revolutions, azimuth, and forces by Eqs. 7, 8 and 20, of both thrusters")
 
@@ -168,7 +169,7 @@ def _table_5(paper: Paper) -> Iterator[Row]:
                     yield Row(f"{motion} {quantity}, {count} parameters, {letter}", printed, 100.0 * error, "%", why)
 
 
-def _errors(paper: Paper) -> str:
+def _errors(paper: Paper) -> st.blocks.Body:
     """Table 5 in every weather, on trials fitted and held out, with the ships of Tables 3 and 4 as printed."""
     head = ["", *(f"{MOTIONS[v]} {q}" for q in ("vel.", "acc.", "dist.") for v in VELOCITIES)]
     names = {f"{a} {w}": f"{a}, {n}" for a in (PRINTED, OURS) for w, n in ((FULL, "22"), (RIVAL, "6"))}
@@ -182,14 +183,14 @@ def _errors(paper: Paper) -> str:
         "out. Table 3 is the truth: its errors are those of the noise alone. Table 4 spins: its yaw grows beyond all "
         "bounds of a ship."
     )
-    return f"<h3>In every weather, per cent</h3>{table(head, rows)}{soft(remark)}"
+    return st.blocks.heading("In every weather, per cent") + table(head, rows) + soft(remark)
 
 
 def _percent(share: float) -> str:
     return number(100.0 * share) if np.isfinite(share) else "diverges"
 
 
-def _searches(paper: Paper) -> str:
+def _searches(paper: Paper) -> st.blocks.Body:
     """Algorithm 1 by one and by more searches, and what single steps give."""
     best = min(one.objective for one in paper.attempts)
     names = list(paper.printed["table_4"]["values"])
@@ -211,18 +212,17 @@ def _searches(paper: Paper) -> str:
         "says that they disagree."
     )
     small = ["", *(n.partition(".")[2] for n in names)]
-    return (
-        f"<h3>Algorithm 1 by one search and by more</h3>{table(head, rows, words=(5,))}{soft(remark)}"
-        f"<h3>Six parameters from LO: A by single steps (Eq. 15), B by the momentum balance</h3>"
-        f"{table(small, [printed, *local])}"
-    )
+    heading = st.blocks.heading
+    return (heading("Algorithm 1 by one search and by more") + table(head, rows, words=(5,)) + soft(remark)
+            + heading("Six parameters from LO: A by single steps (Eq. 15), B by the momentum balance")
+            + table(small, [printed, *local]))  # fmt: skip
 
 
 def _above(ratio: float) -> str:
     return f"{100.0 * (ratio - 1.0):.1f} %" if ratio < 10.0 else "far"
 
 
-def _ridge(paper: Paper) -> str:
+def _ridge(paper: Paper) -> st.blocks.Body:
     """What lambda |P|^2 does to the estimates."""
     head = ["lambda", "objective", *(f.path.partition(".")[2] for f in next(iter(paper.ridges.values())).free[:8]),
             "rms of (estimate - Table 3)/sigma"]  # fmt: skip
@@ -234,7 +234,7 @@ def _ridge(paper: Paper) -> str:
         for w, fit in paper.ridges.items()
     ]  # fmt: skip
     remark = "Calm; sigma without ridge. The paper prints no lambda: what it costs is bias, in units that differ."
-    return f"<h3>The ridge of Eq. 13</h3>{table(head, rows)}{soft(remark)}"
+    return st.blocks.heading("The ridge of Eq. 13") + table(head, rows) + soft(remark)
 
 
 def _drive(paper: Paper) -> Iterator[Row]:
@@ -300,9 +300,10 @@ def _rms(made: Sequence[st.Array], trials: Sequence[st.Trial]) -> st.Array:
                          for a, t in zip(made, trials, strict=True)])  # fmt: skip
 
 
-def _sequences(paper: Paper) -> str:
+def _sequences(paper: Paper) -> st.blocks.Body:
     """Figs. 9 to 12: all twelve manoeuvres one after the other, and LO against GO by manoeuvre."""
-    calm, out = paper.calm, ""
+    calm = paper.calm
+    out: st.blocks.Body = ()
     for who, numbers_, size in ((FULL, (9, 10), 22), (RIVAL, (11, 12), 6)):
         lo = {a: one_step(v.local[who].ship, calm.trials) for a, v in calm.variants.items()}
         free = {a: free_runs(v.local[who].ship, calm.trials) for a, v in calm.variants.items()}
@@ -318,9 +319,9 @@ def _sequences(paper: Paper) -> str:
     return out
 
 
-def _against(calm: Weather, made: Mapping[str, tuple[Sequence[st.Array], ...]], size: int) -> str:
+def _against(calm: Weather, made: Mapping[str, tuple[Sequence[st.Array], ...]], size: int) -> st.blocks.Body:
     """Root mean square errors of each manoeuvre: single steps of LO, LO run freely, GO run freely."""
-    out = ""
+    out: st.blocks.Body = ()
     for letter, ways in made.items():
         errors = [_rms(one, calm.trials) for one in ways]
         rows = [

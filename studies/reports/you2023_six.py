@@ -15,7 +15,7 @@ from you2023_variants import PRINTED, QUANTITIES, Weather, of_rows
 
 import seatrial as st
 
-number = st.page.number
+number = st.blocks.number
 
 _DEGREES = math.degrees(1.0)
 _YAW = {"inertia.m_33": 0.0632, "damping.N_r": -0.2629}
@@ -100,7 +100,7 @@ def _read(what: str, ship: st.Ship, trials: Sequence[st.Trial], said: st.Array) 
     return Reading(what, errors, off)
 
 
-def section(found: Sequence[Reading], printed: Mapping[str, Sequence[float]]) -> str:
+def section(found: Sequence[Reading], printed: Mapping[str, Sequence[float]]) -> st.blocks.Body:
     """The table of readings, and what follows."""
     first = next(iter(WAYS))
     said = [[pair[1] for name, pair in printed.items() if name.endswith(q)] for q in QUANTITIES]
@@ -123,7 +123,8 @@ def section(found: Sequence[Reading], printed: Mapping[str, Sequence[float]]) ->
         "these is in the paper, and so these two stay unexplained."
     )
     return (
-        f"<h3>What the printed six parameters can be</h3>{st.page.table(head, rows, words=(5,))}{st.page.soft(remark)}"
+        st.blocks.heading("What the printed six parameters can be") + st.blocks.table(head, rows, words=(5,))
+        + st.blocks.soft(remark)
     )
 
 

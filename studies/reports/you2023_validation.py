@@ -12,7 +12,7 @@ import seatrial as st
 
 legend_below, panels, svg = st.figures.legend_below, st.figures.panels, st.figures.svg
 STATES = st.models.STATES
-figure = st.page.figure
+figure = st.blocks.figure
 
 _DEGREES = math.degrees(1.0)
 # One sample in so many is drawn.
@@ -58,10 +58,10 @@ def forces(ship: st.Ship, trial: st.Trial) -> st.Array:
     return out
 
 
-def held_out(ship: st.Ship, tests: Sequence[st.Trial], servo: st.servo.ServoFit) -> str:
+def held_out(ship: st.Ship, tests: Sequence[st.Trial], servo: st.servo.ServoFit) -> st.blocks.Body:
     """Figs. 16 to 20: tracks, headings and azimuths of held-out zigzags by revolutions, and of the turns."""
     steps = dict(zip((t.name for t in tests), st.rivals.one_step_states(ship, tests), strict=True))
-    out = ""
+    out: st.blocks.Body = ()
     for number, kind, n in ((16, "zigzag", 3), (17, "zigzag", 5), (18, "zigzag", 7), (19, "zigzag", 10),
                             (20, "turn", 3), (20, "turn", 10)):  # fmt: skip
         some = [t for t in tests if kind in t.name and t.name.endswith(f" {n}")]
@@ -72,7 +72,7 @@ def held_out(ship: st.Ship, tests: Sequence[st.Trial], servo: st.servo.ServoFit)
         "Held-out manoeuvres as sailed, 22 parameters of B: single steps from the measured row before, as in section "
         "5.1 of the paper, and whole runs; azimuths by the fitted servo."
     )
-    return out + st.page.soft(remark)
+    return out + st.blocks.soft(remark)
 
 
 def tracks(ship: st.Ship, trials: Sequence[st.Trial], steps: Mapping[str, st.Array]) -> str:
@@ -107,7 +107,7 @@ def angles(ship: st.Ship, trials: Sequence[st.Trial], steps: Mapping[str, st.Arr
     return svg(drawn, f"angles {trials[0].name}")
 
 
-def by_steps(ship: st.Ship, tests: Sequence[st.Trial]) -> str:
+def by_steps(ship: st.Ship, tests: Sequence[st.Trial]) -> st.blocks.Body:
     """Figs. 23 and 24: velocities of two zigzags predicted over several numbers of steps."""
     drawn = []
     for number, name in ((23, "unseen zigzag -20-20 10"), (24, "unseen zigzag +30+30 10")):
@@ -115,7 +115,7 @@ def by_steps(ship: st.Ship, tests: Sequence[st.Trial]) -> str:
         missing = "its caption is missing in our text; " if number == 23 else ""
         caption = f"Fig. {number} ({missing}{trial.name.removeprefix('unseen ')}): restarted after so many steps"
         drawn.append(figure(restarted(ship, trial), caption))
-    return st.page.gallery(*drawn) + st.page.soft(
+    return st.blocks.gallery(*drawn) + st.blocks.soft(
         "As sailed, 22 parameters of B; 50 steps are 10 s. The errors are those of Fig. 22."
     )
 

@@ -16,6 +16,7 @@ import pytest
 from seatrial.cli import fits, judging
 from seatrial.cli.app import main
 from seatrial.core.errors import RequestError
+from seatrial.report.blocks import Line
 from seatrial.workflow import Outcome
 
 Said = pytest.CaptureFixture[str]
@@ -155,7 +156,7 @@ def test_an_interrupted_fit_says_whether_it_can_go_on(
 def test_faults_of_trials_and_fits_end_with_1(
     errors: tuple[str, ...], status: int, monkeypatch: pytest.MonkeyPatch, capsys: Said
 ) -> None:
-    outcome = Outcome(SimpleNamespace(fitness=None), {"a": 1}, ("told",), errors)
+    outcome = Outcome(SimpleNamespace(fitness=None), {"a": 1}, (Line("told"),), errors)
     for work in ("validate.check", "identify.identify", "validate.predict", "validate.validate"):
         monkeypatch.setattr(f"seatrial.workflow.{work}", lambda *_, **__: outcome)
     for words in (["check", "a.csv"], ["identify", "s.toml", "-o", "out"], ["predict", "kvlcc2", "a.csv", "-o", "out"],

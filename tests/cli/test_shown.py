@@ -19,10 +19,11 @@ from seatrial.cli.app import app, main
 from seatrial.core.parameters import walk
 from seatrial.manoeuvres import Index
 from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.report.blocks import Line, Table
 from seatrial.ships.files import library, load
 from seatrial.simulate.run import approach
 from seatrial.simulate.run import simulate as sail
-from seatrial.workflow import Outcome, RequestError, Table
+from seatrial.workflow import Outcome, RequestError
 
 Said = pytest.CaptureFixture[str]
 
@@ -707,8 +708,8 @@ def test_progress_of_a_campaign_says_what_is_left(monkeypatch: pytest.MonkeyPatc
 
 
 def test_an_outcome_is_shown_block_by_block_and_its_errors_end_it_with_1(capsys: Said) -> None:
-    table = Table(("what", "number"), (("long name", "1"), ("b", "22.5")), (1,))
-    outcome = Outcome(None, {"a": 1.0}, ("a line", table), ("it failed",))
+    table = Table(("what", "number"), (("long name", "1"), ("b", "22.5")))
+    outcome = Outcome(None, {"a": 1.0}, (Line("a line"), table), ("it failed",))
     with pytest.raises(Exit) as ended:
         fits.end(outcome, json=False)
     assert ended.value.exit_code == 1
@@ -717,7 +718,7 @@ def test_an_outcome_is_shown_block_by_block_and_its_errors_end_it_with_1(capsys:
     assert cells(out, "b") == ["b", "22.5"]
     assert len(ends(out, "1", "22.5", "number")) == 1
     assert err == "error: it failed\n"
-    fits.end(Outcome(None, {"a": 1.0}, ("a line",)), json=True)
+    fits.end(Outcome(None, {"a": 1.0}, (Line("a line"),)), json=True)
     assert json.loads(capsys.readouterr().out) == {"a": 1.0}
 
 
@@ -839,10 +840,10 @@ def test_other_programs_are_handed_on_to_the_stream_asked_for(capsys: Said) -> N
     assert capsys.readouterr().err == "note: careful\n"
 
 
-def test_a_narrow_table_leaves_less_between_columns(capsys: Said) -> None:
+def test_a_table_of_many_columns_leaves_less_between_columns(capsys: Said) -> None:
     wide, narrow = [], []
-    for lines, few in ((wide, False), (narrow, True)):
-        render.show_table(("a", "b"), [("1", "2")], narrow=few)
+    for lines, count in ((wide, 2), (narrow, 20)):
+        render.show((Table(("a",) * count, (("1",) * count,)),))
         lines += capsys.readouterr().out.splitlines()
-    assert max(map(len, narrow)) < max(map(len, wide))
-    assert re.search("1 {2,}2", "\n".join(wide))
+    assert re.search("1 {3,}1", "\n".join(wide))
+    assert re.search("1 {1,2}1", "\n".join(narrow))

@@ -16,6 +16,7 @@ from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE
 from seatrial.cli import fits, judging, options, ships, simulation
 from seatrial.cli.app import main
 from seatrial.core.parameters import update
+from seatrial.report.blocks import line
 from seatrial.ships.files import load
 from seatrial.validate.imo import Criterion
 
@@ -195,7 +196,7 @@ def test_a_twin_listens_only_for_a_page_and_lets_go(monkeypatch: pytest.MonkeyPa
         asked.append((host, port, anywhere))
         return SimpleNamespace(close=lambda: closed.append(port))
 
-    outcome = SimpleNamespace(document={"a": 1}, shown=("told",))
+    outcome = SimpleNamespace(document={"a": 1}, shown=line("told"))
     monkeypatch.setattr("seatrial.workflow.realtime.listen", listen)
     monkeypatch.setattr("seatrial.workflow.realtime.address", lambda one: "http://here")
     monkeypatch.setattr("seatrial.workflow.live.twin.twin", lambda *_, **more: given.append(more["page"]) or outcome)
@@ -268,7 +269,7 @@ def test_lists_stand_at_the_end_of_the_help_of_their_commands(capsys: Said) -> N
 def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
     """The bands of a calibration, a design with its bands, an estimate, a scenario and peers."""
     monkeypatch.setattr("seatrial.workflow.evidence.calibrate.calibrate",
-                        lambda *_, **__: SimpleNamespace(document={"a": 1}, shown=("told",)))  # fmt: skip
+                        lambda *_, **__: SimpleNamespace(document={"a": 1}, shown=line("told")))  # fmt: skip
     assert main(["calibrate", "m.toml"]) == 0
     assert capsys.readouterr().out == "told\n"
     assert main(["calibrate", "m.toml", "--json"]) == 0

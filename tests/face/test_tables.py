@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 import seatrial as st
-from seatrial.face.tables import Table, Tabular
+from seatrial.face.tables import Table, Tabular, table_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -19,7 +19,7 @@ class Some(Tabular):
 
     @property
     def table(self) -> Table:
-        return Table("<some>", ("name", "value"), self.rows, ("a & b",))
+        return table_of("<some>", ("name", "value"), self.rows, ("a & b",))
 
 
 class Foreign:

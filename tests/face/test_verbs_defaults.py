@@ -13,8 +13,9 @@ import seatrial as st
 from seatrial.campaign.schema import CampaignFile
 from seatrial.face import orders
 from seatrial.face.orders import Order, Weather
-from seatrial.face.tables import Table
+from seatrial.face.tables import html, table_of
 from seatrial.manoeuvres import Given, Settings
+from seatrial.report.blocks import plain_text
 from seatrial.workflow.simulation import known, simulate
 
 
@@ -44,7 +45,7 @@ def test_seeds_are_those_of_the_command_line() -> None:
 def test_a_ship_tells_its_approach_and_how_many_numbers_it_has() -> None:
     ship = st.load("kvlcc2_l7")
     page = ship._repr_html_()
-    rows = dict(re.findall(r"<th[^>]*>(.*?)</th><td[^>]*>(.*?)</td>", page))
+    rows = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", page))
     assert rows["approach"] == "1.179 m/s, with the revolutions that hold it"
     assert (rows["L_pp"], rows["model"], rows["controls"]) == ("7 m", "Mmg", "n_P, delta")
     assert int(rows["parameters"]) == len(ship.parameters) == len(list(ship.parameters))
@@ -64,15 +65,16 @@ def test_a_run_in_a_notebook_has_its_indices_and_a_prediction_has_none() -> None
 
 
 def test_a_table_shows_four_digits_and_numbers_to_the_right() -> None:
-    table = Table("a title", ("name", "value"), (("x", 3.14159265), ("longer", -12345.678), ("none", None), ("n", 7)),
-                  ("a note",))  # fmt: skip
-    lines = table.printed().splitlines()
+    rows = (("x", 3.14159265), ("longer", -12345.678), ("none", None), ("n", 7))
+    table = table_of("a title", ("name", "value"), rows, ("a note",))
+    lines = [*plain_text((table,))]
     assert (lines[0], lines[-1]) == ("a title", "a note")
     assert [line.split()[1:] for line in lines[2:4]] == [["3.142"], ["-12346"]]
     assert len({len(line) for line in (lines[1], lines[2], lines[3], lines[5])}) == 1  # they end alike
     assert [line[0] for line in lines[1:6]] == ["n", "x", "l", "n", "n"]
-    assert table.html().count("text-align:right") == 5
-    assert Table("empty", ("a",), (), ("nothing",)).printed() == "empty\nnothing"
+    assert table.words == (0,)
+    assert 'class="text"' in html((table,))
+    assert [*plain_text((table_of("empty", ("a",), (), ("nothing",)),))] == ["empty", "nothing"]
 
 
 def test_the_verb_of_a_trial_draws_as_many_outlines_as_its_function() -> None:

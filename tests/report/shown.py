@@ -12,13 +12,20 @@ from html import unescape
 import numpy as np
 
 from seatrial.data import Array
+from seatrial.report.blocks import Body
 from seatrial.report.figure_data import taken
+from seatrial.report.page import html as html_of
 
 
-def tables(html: str) -> list[list[list[str]]]:
+def html(shown: Body | str) -> str:
+    """A body as a page shows it."""
+    return shown if isinstance(shown, str) else html_of(shown)
+
+
+def tables(shown: Body | str) -> list[list[list[str]]]:
     """Rows of cells of each table, the heading first; a cell that is marked as the best begins with *."""
     found = []
-    for one in re.findall(r"<table>(.*?)</table>", html, re.S):
+    for one in re.findall(r"<table>(.*?)</table>", html(shown), re.S):
         rows = [
             re.findall(r"<t[hd]([^>]*)>(.*?)</t[hd]>", row, re.S) for row in re.findall(r"<tr>(.*?)</tr>", one, re.S)
         ]
@@ -26,19 +33,20 @@ def tables(html: str) -> list[list[list[str]]]:
     return found
 
 
-def tiles(html: str) -> list[tuple[str, str]]:
+def tiles(shown: Body | str) -> list[tuple[str, str]]:
     """Values with what they are."""
-    return [(unescape(a), unescape(b)) for a, b in re.findall(r"<b>(.*?)</b><span>(.*?)</span>", html)]
+    return [(unescape(a), unescape(b)) for a, b in re.findall(r"<b>(.*?)</b><span>(.*?)</span>", html(shown))]
 
 
-def items(html: str) -> list[str]:
+def items(shown: Body | str) -> list[str]:
     """Lines of all lists."""
-    return [unescape(one) for one in re.findall(r"<li>(.*?)</li>", html, re.S)]
+    return [unescape(one) for one in re.findall(r"<li>(.*?)</li>", html(shown), re.S)]
 
 
-def words(html: str) -> str:
+def words(shown: Body | str) -> str:
     """The text without its marks."""
-    return unescape(re.sub(r"<[^>]+>", " ", re.sub(r"<svg.*?</svg>|<metadata>.*?</metadata>", "", html, flags=re.S)))
+    bare = re.sub(r"<svg.*?</svg>|<metadata>.*?</metadata>", "", html(shown), flags=re.S)
+    return unescape(re.sub(r"<[^>]+>", " ", bare))
 
 
 def series(svg: str) -> dict[tuple[str, str], Array]:

@@ -50,7 +50,7 @@ UNITS = {"first_overshoot": "rad", "advance": "m"}
 
 
 def body(title: str, **changes: Any) -> str:
-    return next(s.body for s in page(analysis(**changes), UNITS, {}).sections if s.title == title)
+    return next(s.html for s in page(analysis(**changes), UNITS, {}).sections if s.title == title)
 
 
 def test_the_head_counts_runs_failures_and_violations() -> None:
@@ -60,7 +60,7 @@ def test_the_head_counts_runs_failures_and_violations() -> None:
     assert "a, b; 2 inputs, design random." in words(head)
     assert tiles(body("", rows=12_345))[0][0] == "12 345"
     one = analysis(about={"cases": ["a"]}, judged=analysis().judged[:1] * 6, figures=analysis().figures[:1], lost=())
-    shown = tiles(page(one, UNITS, {}).sections[0].body)
+    shown = tiles(page(one, UNITS, {}).sections[0].html)
     assert shown[0][1] == "runs of 1 case"
     assert shown[2:] == [("0.101", "violate first overshoot")] * 4
 

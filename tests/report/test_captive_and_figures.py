@@ -60,7 +60,7 @@ def test_coefficients_of_captive_tests_stand_beside_those_before() -> None:
     held = tables(captive._held(one))[0]
     assert held[1][0] == "rudder.x_R"
     assert held[1][2] == "no rudder test"
-    assert captive._held(made(held={})) == ""
+    assert captive._held(made(held={})) == ()
 
 
 def test_the_head_of_captive_tests_counts_runs_and_explains() -> None:
@@ -225,9 +225,9 @@ def test_a_section_of_bands_draws_the_first_dozen_and_repeats_no_note(monkeypatc
                     for k in range(14))  # fmt: skip
     found: Any = fans.BandsHeld(0.9, (), several, 8)  # type: ignore[arg-type]
     made_of = fans.section(found)
-    assert made_of.body.count("<figure>") == 12
-    assert made_of.body.count("p: far") == 1
-    assert "Bands of 90 %, calibrated on 8 recordings" in made_of.body
+    assert made_of.html.count("<figure>") == 12
+    assert made_of.html.count("p: far") == 1
+    assert "Bands of 90 %, calibrated on 8 recordings" in made_of.html
     assert fans.numbers(found)["notes"] == {"p": ["far"]}
 
 
@@ -278,7 +278,7 @@ def test_rivals_are_compared_in_percent_ratios_and_sigmas() -> None:
         ("1 of 2", "parameters within 3 sigma of the truth"),
         ("2.25", "error after 50 steps over the truth's own, the worst of six states"),
     ]
-    assert "to fit 12 samples" in rivals.summary(found)
+    assert "to fit 12 samples" in words(rivals.summary(found))
     thrust, servos = tables(rivals.drive(found))
     assert thrust[1] == ["thruster 1", "1, 2", "1.50", "0.99876", "2.50"]
     assert servos[1] == ["alpha_1", "0.50000 ± 0.01", "0.55000", "not determined", "0.20", "0.500", "0.99900", "0.9992"]

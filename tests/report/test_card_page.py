@@ -60,18 +60,18 @@ def ranging(**covered: Any) -> tuple[str, ...]:
 
 
 def test_the_head_counts_trials_of_the_fit_by_kind_and_shows_the_last_horizon_of_all_kinds() -> None:
-    html = page(card()).sections[0].body
+    html = page(card()).sections[0].html
     assert ("boat, 7.00 m, study S: 2 parameters fitted to 3 trials (2 zigzag, 1 turning); judged on 2 unseen trials."
             ) in words(html)  # fmt: skip
     assert tiles(html) == [("15 m", "position error after 20 s"), ("3.0°", "heading error"),
                            ("93 %", "of positions within bands of 95 %")]  # fmt: skip
     assert "explain" not in html
     bad = card(missing=("gone: x",), summary={**card().summary, "diagnosis": {"explained": False}})
-    told = items(page(bad).sections[0].body)
+    told = items(page(bad).sections[0].html)
     assert told == ["The model does not explain the trials of its fit: its sigmas are too narrow, and its bands.",
                     "gone: x"]  # fmt: skip
     wide = replace(bad, widened=True)
-    assert items(page(wide).sections[0].body)[0].endswith("its sigmas are too narrow.")
+    assert items(page(wide).sections[0].html)[0].endswith("its sigmas are too narrow.")
     assert page(bad).document["explained"] is False
     assert page(card(summary={"study": "S"})).document["explained"] is None
 
@@ -82,8 +82,8 @@ def test_a_calibration_replaces_the_share_of_the_draws_at_the_head() -> None:
                  for end, share in ((5.0, 0.91), (20.0, 0.97)))  # fmt: skip
     found = Calibrated(8, ("zigzag", "turning"), 25.0, held, (), ("little",))
     one = page(card(calibrated=found))
-    assert tiles(one.sections[0].body)[-1][0] == "97 %"
-    body = next(s for s in one.sections if s.title == "Bands that hold").body
+    assert tiles(one.sections[0].html)[-1][0] == "97 %"
+    body = next(s for s in one.sections if s.title == "Bands that hold").html
     assert "calibrated on 8 recordings that fits left out in turn; kinds: zigzag, turning. They hold up to 25 s" in body
     assert items(body) == ["little"]
     assert "Too few recordings" in body
@@ -94,42 +94,42 @@ def test_a_calibration_replaces_the_share_of_the_draws_at_the_head() -> None:
     assert [row["horizon"] for row in told["unseen"]] == [5.0, 20.0]
     assert told["left_out"] == []
     other = page(card(calibrated=replace(found, unseen=(), left_out=held[:1])))
-    body = next(s for s in other.sections if s.title == "Bands that hold").body
+    body = next(s for s in other.sections if s.title == "Bands that hold").html
     assert "No unseen trial is at hand" in body
     assert len(tables(body)) == 1
-    assert tiles(other.sections[0].body)[-1][0] == "93 %", "of the draws, where no unseen trial has judged the bands"
+    assert tiles(other.sections[0].html)[-1][0] == "93 %", "of the draws, where no unseen trial has judged the bands"
     assert page(card()).document["bands"] is None
 
 
 def test_ranges_stand_in_two_halves_in_the_units_of_people() -> None:
-    body = page(card()).sections[1].body
+    body = page(card()).sections[1].html
     left, right = (rows[1:] for rows in tables(body))
     assert left == [["surge speed", "0.500", "2.00", "m/s"], ["rate of turn", "−1.15", "1.15", "°/s"],
                     ["rudder", "−35.0", "20.0", "°"], ["propeller", "−1.00", "2.00", "1/s"]]  # fmt: skip
     assert right == [["wind", "0", "8.00", "m/s"], ["wave height", "0", "0", "m"], ["depth", "deep", "deep", "m"]]
     assert "Kinds of manoeuvre: zigzag, turning." in body
     assert "seatrial simulate --bands refuses it" in body
-    assert "refuses" not in page(card(widened=True)).sections[1].body
+    assert "refuses" not in page(card(widened=True)).sections[1].html
     assert card().covered["depth"] == (math.inf, math.inf)
 
 
 def test_errors_are_rows_in_degrees_with_shares_of_the_bands() -> None:
-    body = page(card()).sections[2].body
+    body = page(card()).sections[2].html
     (found,) = tables(body)
     assert found[1] == ["zigzag", "10", "2", "40", "12", "3.0", "0.11", "0.070", "0.25", "93 %", "96 %", "88 %"]
     assert [row[:4] for row in found[2:]] == [["zigzag", "20", "2", "30"], ["all kinds", "10", "3", "900"],
                                               ["all kinds", "20", "3", "700"]]  # fmt: skip
     assert "restarted every 20 s: fitted 0.250." in words(body)
-    none = page(card(rows=(), banded=False)).sections[2].body
+    none = page(card(rows=(), banded=False)).sections[2].html
     assert "no covariance" in none
     assert "No unseen trial has been judged" in none
-    assert "no covariance" not in page(card(rows=())).sections[2].body
-    assert tiles(page(card(rows=())).sections[0].body) == []
+    assert "no covariance" not in page(card(rows=())).sections[2].html
+    assert tiles(page(card(rows=())).sections[0].html) == []
 
 
 def test_purposes_have_the_error_beside_its_limit() -> None:
     one = page(card(uses=(use(FIT),), unjudged={"towing": "no trial"}))
-    (rows,) = tables(next(s for s in one.sections if s.title.startswith("Fit for which")).body)
+    (rows,) = tables(next(s for s in one.sections if s.title.startswith("Fit for which")).html)
     assert rows[1:] == [
         ["berthing", "fit", "drift 0.50 of 1.2 m: fit; stop: fit"],
         ["towing", "not judged", "no trial"],
@@ -138,23 +138,23 @@ def test_purposes_have_the_error_beside_its_limit() -> None:
 
 def test_trials_given_to_the_card_follow_those_of_the_run() -> None:
     one = page(card())
-    (rows,) = tables(next(s for s in one.sections if s.title == "Trials").body)
+    (rows,) = tables(next(s for s in one.sections if s.title == "Trials").html)
     assert rows[1] == ["a", "zigzag", "fit", "100", "997", "d1"]
     assert [row[0] for row in rows[1:]] == ["a", "b", "c", "d", "new"]
     assert rows[-1] == ["new", "turning", "given to the card", "31", "–", "–"]
     old = page(card(unseen=(), summary={"study": "S", "provenance": {"trained_on": ["a", "b"]}}))
-    assert items(next(s for s in old.sections if s.title == "Trials").body) == ["a", "b"]
+    assert items(next(s for s in old.sections if s.title == "Trials").html) == ["a", "b"]
 
 
 def test_parameters_have_start_estimate_sigma_and_what_the_data_say() -> None:
-    body = page(card()).sections[-1].body
+    body = page(card()).sections[-1].html
     (rows,) = tables(body)
     assert rows[1:] == [["hull.Y_v", "−0.3000", "−0.3100", "0.010", "99 %", "identified"],
                         ["rudder.t_R", "0.3900", "0.4000", "0.090", "10 %", "not identified"]]  # fmt: skip
     pair = replace(card().fit, verdicts=(*card().fit.verdicts, Verdict("a and b", "weak", "they trade off")))
-    assert items(page(card(fit=pair)).sections[-1].body) == ["a and b: they trade off"]
+    assert items(page(card(fit=pair)).sections[-1].html) == ["a and b: they trade off"]
     none = replace(card().fit, free=(), verdicts=())
-    assert "A network" in page(card(fit=none)).sections[-1].body
+    assert "A network" in page(card(fit=none)).sections[-1].html
 
 
 @pytest.mark.parametrize(("covered", "line", "told"), [

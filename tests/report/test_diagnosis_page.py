@@ -11,6 +11,7 @@ from example_report import fit, report, weaving
 
 from seatrial.identify.diagnosis.findings import Channel, Diagnosis, Residuals, Suspicion
 from seatrial.report import diagnosis, figures
+from seatrial.report.page import html
 from seatrial.report.report import worse_words
 
 
@@ -32,12 +33,12 @@ def judged(channel=CALM, rows=9000, **changes):
     return replace(fit(), diagnosis=found)
 
 
-def plain(html):
-    return re.sub(r"<[^>]+>", " ", html)
+def plain(body):
+    return re.sub(r"<[^>]+>", " ", html(body))
 
 
 def test_a_fit_that_was_not_tested_has_neither():
-    assert diagnosis.verdict(fit()) == diagnosis.section(fit()) == ""
+    assert diagnosis.verdict(fit()) == diagnosis.section(fit()) == ()
 
 
 def test_the_first_lines_of_a_sound_fit_name_what_is_left_open():

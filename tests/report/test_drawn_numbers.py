@@ -26,6 +26,7 @@ from seatrial.report.identifiability import band, correlations, restarts, tracks
 from seatrial.report.judging import bands as judged
 from seatrial.report.judging import coverage, fans
 from seatrial.report.marginals import _marginal
+from seatrial.report.page import html
 from seatrial.study.grounds import Beyond
 
 LABEL = re.compile(r'<text x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]*)</text>')
@@ -191,7 +192,7 @@ def test_the_curve_of_rare_events_falls_level_by_level_and_ends_within_its_frame
     levels = (SimpleNamespace(margins=wide, next_bound=1.0, share=0.01, bound=math.inf, accepted=1.0),
               SimpleNamespace(margins=near, next_bound=0.0, share=0.01, bound=1.0, accepted=0.4))  # fmt: skip
     one: Any = SimpleNamespace(levels=levels, case="a")
-    svg = rare._curve(one, Unit("m", 1.0))
+    svg = html(rare._curve(one, Unit("m", 1.0)))
     across, up = axes(svg, 46)
     (drawn,) = lines(svg)
     margin, log = across(drawn[:, 0]), up(drawn[:, 1])
@@ -356,7 +357,7 @@ def test_widths_of_bands_are_told_in_degrees_and_shares_in_percent() -> None:
     width = dict(zip(("x", "y", "psi", "u", "v_m", "r"), (11.0, 12.0, math.radians(3.0), 0.4, 0.5, math.radians(0.6)),
                      strict=True))  # fmt: skip
     row = Held("turning", 60.0, 12, 3, groups, width, width)
-    cells = re.findall(r"<td[^>]*>([^<]*)</td>", fans.held_table([row]))
+    cells = re.findall(r"<td[^>]*>([^<]*)</td>", html(fans.held_table([row])))
     assert cells[0] == "turning"
     assert [float(cell) for cell in cells[1:3]] == [60.0, 12.0]
     shares = [float(cell.rstrip(" %")) for cell in cells[3 : 3 + len(groups)]]

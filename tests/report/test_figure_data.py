@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from seatrial.report import figures
+from seatrial.report import figures, page
+from seatrial.report.blocks import figure, table
 from seatrial.report.figure_data import taken, with_data
-from seatrial.report.page import Page, Section, figure, table
+from seatrial.report.page import Page, Section
 
 
 def numbers(address: str) -> list[dict[str, str]]:
@@ -51,15 +52,15 @@ def test_the_file_holds_what_is_drawn_and_no_rules() -> None:
 
 @pytest.mark.slow
 def test_a_figure_has_a_link_named_by_its_caption_and_the_drawing_keeps_no_copy() -> None:
-    html = figure(figures.svg(drawn(), "x"), "Track, north up")
+    html = page.html(figure(figures.svg(drawn(), "x"), "Track, north up"))
     assert 'download="track-north-up.csv.gz"' in html
     assert "<metadata>" not in html
     assert html.count("base64") == 1
 
 
 def test_a_figure_without_numbers_has_no_link() -> None:
-    assert "href" not in figure(with_data("<svg></svg>", Figure()), "nothing")
-    assert "href" not in figure("<svg></svg>", "a drawing by hand")
+    assert "href" not in page.html(figure(with_data("<svg></svg>", Figure()), "nothing"))
+    assert "href" not in page.html(figure("<svg></svg>", "a drawing by hand"))
 
 
 @pytest.mark.slow

@@ -56,7 +56,7 @@ def test_all_sections_are_there_and_well_formed(parts):
 def test_drawings_stay_within_their_frames(parts):
     fit, known, _, predicted, _ = parts
     for section in sections(fit, known, predicted=predicted):
-        for svg in re.findall(r"<svg.*?</svg>", section.body, re.DOTALL):
+        for svg in re.findall(r"<svg.*?</svg>", section.html, re.DOTALL):
             width, height = map(float, re.search(r'viewBox="0 0 (\S+) (\S+)"', svg).groups())
             for pairs in re.findall(r'points="([^"]*)"', svg):
                 xy = np.array([pair.split(",") for pair in pairs.split()], dtype=float).reshape(-1, 2)
@@ -71,7 +71,7 @@ def test_only_what_is_given_is_shown(parts):
 def test_a_lacking_model_is_said_first(parts):
     fit, known, *_ = parts
     left = Misfit((Remainder("x", 3.0, 0.8, -20.0, 900),))
-    body = sections(fit, known, left=left)[-1].body
+    body = sections(fit, known, left=left)[-1].html
     assert body.startswith('<div class="note">The model lacks something')
     assert "3 times the sensor noise" in body
 
@@ -84,7 +84,7 @@ def test_no_profile_is_identified_where_the_model_does_not_explain_the_data(part
         for p, at in zip(known.profiles, inside, strict=True)
     ))  # fmt: skip
     offset = Suspicion("offset.delta", "an offset of delta", "deg", 0.02, 900.0, 0.8, 0.03, 1e-4, {PATHS[0]: 9.0})
-    found = {status: sections(replace(fit, diagnosis=one), sharp)[0].body
+    found = {status: sections(replace(fit, diagnosis=one), sharp)[0].html
              for status, one in (("identified", Diagnosis()), ("conditional", Diagnosis(suspicions=(offset,))))}
     for status, body in found.items():
         assert set(re.findall(r"<td[^>]*>(identified|conditional)</td>", body)) == {status}

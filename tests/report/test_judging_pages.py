@@ -12,8 +12,8 @@ from shown import items, tables, tiles, words
 
 from seatrial.belief.coverage import Coverage, Reference
 from seatrial.data import Trial
+from seatrial.report.blocks import gallery
 from seatrial.report.judging import coverage, fitness, imo, requirements, ship_evidence
-from seatrial.report.page import gallery
 from seatrial.validate.fitness import FIT, NOT_FIT, OPEN, Fitness, Found, Limit
 from seatrial.validate.imo import FAIL, PASS, UNDECIDED, Band, Criterion, ImoTable
 from seatrial.validate.requirements import Drawn, Finding, Item, Judgement, Plot, Table
@@ -60,19 +60,19 @@ LIMITS = (
 def test_errors_stand_beside_what_a_use_accepts() -> None:
     one = Fitness("p", "berthing", LIMITS, ("seen",))
     made = fitness.section(one)
-    (rows,) = tables(made.body)
+    (rows,) = tables(made.html)
     assert rows[1:] == [
         ["drift: off the track", "2.00", "1.00", "0.500 … 3.00", "m", "2", "5", "? cannot tell", "wide"],
         ["turn: in a turn", "10.0", "20.0", "15.0 … ∞", "deg", "1", "1", "✗ not fit", "far"],
         ["stop: stopping", "0.500", "–", "–", "share", "0", "0", "? cannot tell", "no trial"],
         ["way: speed", "0.100", "0.0500", "0 … 0.0600", "U", "2", "3", "✓ fit", "near"],
     ]
-    assert "For berthing: not fit." in words(made.body)
-    assert items(made.body) == ["drift: 2.00 m; Sawada 2024 section 5.1", "turn: 10.0 deg; a guess",
+    assert "For berthing: not fit." in words(made.html)
+    assert items(made.html) == ["drift: 2.00 m; Sawada 2024 section 5.1", "turn: 10.0 deg; a guess",
         "stop: 0.500 share; IMO",
                                 "way: 0.100 U; Sawada 2024 section 5.2", "left out, used in the fit: seen"]  # fmt: skip
     # over the limit, from the bottom: way, stop, turn, drift
-    (drawn,) = numbers_of(made.body)
+    (drawn,) = numbers_of(made.html)
     points = sorted(
         {tuple(np.round(p, 6)) for line in drawn.values() for p in line.tolist()}, key=lambda p: (p[1], p[0])
     )
@@ -255,19 +255,19 @@ def test_coverage_lists_trials_as_given_and_draws_the_most_novel_first() -> None
         ("u", "r"), np.ones(2), np.zeros((7, 2)), 0.25, np.zeros(2), np.ones(2), {"a": 0.01, "b": 0.032}
     )
     made = coverage.section(reference, train, train[:1], found)
-    (rows,) = tables(made.body)
+    (rows,) = tables(made.html)
     assert rows[1:] == [["low", "6.0 %", "3.2 %", "edge", "r"], ["none", "0.0 %", "3.2 %", "inside", "–"],
                         ["high", "30.5 %", "3.2 %", "leaves", "u, r"]]  # fmt: skip
-    assert "2 training files, 7 samples, one a second." in words(made.body)
-    assert "0.250 standard deviations" in words(made.body)
-    captions = [one.split("<figcaption>")[1].split("<")[0].strip() for one in drawings(made.body)]
+    assert "2 training files, 7 samples, one a second." in words(made.html)
+    assert "0.250 standard deviations" in words(made.html)
+    captions = [one.split("<figcaption>")[1].split("<")[0].strip() for one in drawings(made.html)]
     assert captions == ["surge speed u [m/s]", "rate of turn r [°/s]", "high: 30 % of the samples are novel",
                         "low: 6.0 % of the samples are novel"]  # fmt: skip
     assert made.numbers["coverage"]["none"]["share"] == 0.0  # type: ignore[index]
     many = tuple(judged(str(k), 0.01 * k, {"u": 1.0, "r": 0.0}) for k in range(1, 15))
-    assert len(drawings(coverage.section(reference, train, train, many).body)) == 2 + 12
+    assert len(drawings(coverage.section(reference, train, train, many).html)) == 2 + 12
     still = coverage.section(reference, train, train, found[1:2])
-    assert "Novelty over time" not in still.body
+    assert "Novelty over time" not in still.html
     assert "first" in coverage.page(reference, train, train, found, ["first"]).html.split("<h2>")[0]
 
 
@@ -295,5 +295,5 @@ def test_a_channel_of_several_trials_is_one_behind_the_other_and_a_heading_conti
 
 
 def test_a_gallery_without_figures_is_empty() -> None:
-    assert gallery() == ""
+    assert gallery() == ()
     assert tiles("") == []

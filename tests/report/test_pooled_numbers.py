@@ -14,6 +14,7 @@ from seatrial.report import figures
 from seatrial.report import report as pages
 from seatrial.report.campaign import _criteria
 from seatrial.report.campaign.shown import Unit
+from seatrial.report.page import html
 
 
 def evidence(*trials: dict[str, dict[float, dict[str, float]]]) -> Any:
@@ -52,7 +53,7 @@ def test_criteria_tell_runs_violations_and_how_many_more_are_needed() -> None:
     common = {"name": "first_overshoot", "index": "first_overshoot", "case": 0, "low": -math.inf, "high": 0.1}
     rows = [SimpleNamespace(**common, violated=one, missing=k) for k, one in enumerate((none, some))]
     analysis: Any = SimpleNamespace(judged=rows, cases=("a",))
-    page = _criteria(analysis, {"first_overshoot": Unit.of("rad")})
+    page = html(_criteria(analysis, {"first_overshoot": Unit.of("rad")}))
     cells = [re.sub(r"&[a-z]+;", ">", cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", page)]
     first, second = cells[:8], cells[8:16]
     assert (first[3], first[4], first[6]) == ("200", "0", "0")

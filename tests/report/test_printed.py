@@ -1,5 +1,6 @@
 """Printed numbers beside ours: what counts as the same, and that no difference goes without a reason."""
 
+from seatrial.report.page import html
 from seatrial.report.printed import SAME, Row, fields, side_by_side
 
 
@@ -22,8 +23,8 @@ def test_every_difference_has_a_reason() -> None:
 
 def test_table_and_fields_hold_both_numbers() -> None:
     rows = [Row("D <-10>", 1.5, 1.41, "L_pp", "flap & law"), Row("falls", "yes", "no", why="wind")]
-    html = side_by_side(rows, first="Fig. 8")
+    shown = html(side_by_side(rows, first="Fig. 8"))
     for part in ("Fig. 8", "D &lt;-10&gt; [L_pp]", ">1.5<", ">1.410<", "flap &amp; law", ">yes<", ">no<", "wind"):
-        assert part in html
+        assert part in shown
     assert fields(rows)[0] == {"name": "D <-10>", "printed": 1.5, "ours": 1.41, "unit": "L_pp", "why": "flap & law",
                                "same": False}  # fmt: skip

@@ -12,6 +12,7 @@ import pytest
 
 from seatrial.cli.app import main
 from seatrial.data.trialfile import read_trial
+from seatrial.report.blocks import Line
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
 from seatrial.study.store import write_summary
@@ -195,7 +196,7 @@ def test_a_fit_that_predicts_worse_than_before_says_so_first(fitted: Path, tmp_p
     write_summary(model.parent, json.loads(model.with_name("fit.json").read_text()))
     outcome = validate(str(model), [fitted / "logs"])
     (line,) = outcome.leads
-    assert outcome.shown[0] == line
+    assert outcome.shown[0] == Line(line)
     assert line.startswith("worse than untuned: standardised error ")
     assert line.endswith("on the training trials")
     said = outcome.document["worse_than_untuned"]

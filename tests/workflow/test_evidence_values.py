@@ -23,8 +23,8 @@ from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
 from seatrial.models import STATES
+from seatrial.report.blocks import Line, Table
 from seatrial.study.grounds import Beyond, covered
-from seatrial.workflow import Table
 from seatrial.workflow.evidence import ahead as paths_ahead
 from seatrial.workflow.evidence import calibrate as calibrating
 from seatrial.workflow.evidence import carded, designed, judged
@@ -116,7 +116,7 @@ def test_a_table_of_coverage_has_degrees_and_percent() -> None:
     assert isinstance(made, Table)
     assert made.rows == (("turning", "12.5", "3", "17", "90 %", "96 %", "100 %", "1", "2", "1", "0.5", "0.25", "2"),)
     assert made.head[0] == "bands of 95 %"
-    assert made.right == tuple(range(1, len(made.head)))
+    assert made.words == ()
 
 
 def drawing(**more: Any) -> Drawing:
@@ -306,8 +306,8 @@ def test_a_calibration_tells_its_half_widths_in_si_and_shows_them_in_degrees(hel
     assert float(table.rows[0][5]) == pytest.approx(width["psi"][0] / DEG, rel=0.06)
     assert float(table.rows[0][8]) == pytest.approx(width["r"][0] / DEG, rel=0.06)
     assert float(table.rows[0][6]) == pytest.approx(width["u"][0], rel=0.06)
-    assert table.right == tuple(range(1, 9))
-    assert lines[0] == "half widths of usual bands of 95 %, by kind of manoeuvre"
+    assert table.words == ()
+    assert lines[0] == Line("half widths of usual bands of 95 %, by kind of manoeuvre")
     assert lines[1].startswith(f"bands hold up to {found.reach(0.95):.4g} s")
     later: Any = replace(found, begin="history")
     assert calibrating._begun(later) == "; predictions by --history"

@@ -16,12 +16,13 @@ from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.identify import Fit, Problem, Progress, StudyError
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.report.blocks import Line, Table, plain_text
 from seatrial.report.report import Report
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 from seatrial.study.study import Study
-from seatrial.workflow import RequestError, Silent, Sink, Table, reports
+from seatrial.workflow import RequestError, Silent, Sink, reports
 from seatrial.workflow.identify import identify
 from seatrial.workflow.validate import check, predict, validate
 from two_zigzags import write_zigzags
@@ -81,11 +82,11 @@ def test_identify_returns_fit_document_and_summary_and_prints_nothing(
     truth = 1.2 * float(load("kvlcc2_l7").model.hull.N_r)
     assert abs(fit.values[0] - truth) < 0.1 * abs(truth)  # it starts at a sixth off
     assert outcome.document["standardised"] == json.loads((out / "report.json").read_text())["standardised"]
-    assert outcome.shown[: len(outcome.leads)] == outcome.leads
+    assert [*plain_text(outcome.shown[: len(outcome.leads)])] == [*outcome.leads]
     (table, *lines) = outcome.shown[len(outcome.leads) :]
     assert isinstance(table, Table)
     assert table.rows[0][0] == "hull.N_r"
-    assert str(lines[-1]).endswith(f"wrote {out}/model.toml, {out}/report.html")
+    assert [*plain_text(lines)][-1].endswith(f"wrote {out}/model.toml, {out}/report.html")
     assert sink.rows["study"][-1] == fit.objective
     assert sink.ended == [fit.status]
     assert {p.name for p in out.iterdir()} == {
@@ -183,7 +184,7 @@ def test_what_speaks_against_a_fit_is_one_short_line_each() -> None:
     assert second == "worse than untuned: standardised error 2 against 1 before the fit, on trials kept back"
     table, *details = reports.shown(found, Path("run"), True)
     assert isinstance(table, Table)
-    assert details[:3] == lines
+    assert [*plain_text(details)][:3] == lines
     assert reports.leads({**found, "diagnosis": {"explained": True, "lines": []}}, Path("run"), True) == ()
     assert reports.leads({**found, "diagnosis": None}, Path("run"), True) == ()
     (many,) = reports.leads({"schema": "seatrial-networks/1", "not_explained": list("abcd")}, Path("run"), True)
@@ -206,9 +207,9 @@ def test_a_fit_that_does_not_explain_the_data_says_so_first(study: Path, tmp_pat
     assert plain.leads[0].startswith("not explained: an offset of delta of 2")
     assert plain.leads[0].endswith(f"see {tmp_path}/plain/report.html")
     assert len(plain.leads[0].partition("; see")[0]) < 120
-    assert plain.shown[0] == plain.leads[0]
+    assert plain.shown[0] == Line(plain.leads[0])
     table = next(k for k, block in enumerate(plain.shown) if isinstance(block, Table))
-    details = [str(block) for block in plain.shown[table + 1 :]]
+    details = [*plain_text(plain.shown[table + 1 :])]
     assert any(line.startswith("suspect: an offset of delta") for line in details)
     found = freed.result["study"].nuisances["*"]["offset.delta"]
     assert found == pytest.approx(math.radians(2.0), abs=math.radians(0.1))
@@ -236,7 +237,7 @@ def test_a_fit_that_predicts_worse_than_its_start_says_so(study: Path, tmp_path:
     (at / "study.toml").write_text(STUDY)
     outcome = identify(at / "study.toml", tmp_path / "run")
     line = next(one for one in outcome.leads if one.startswith("worse than untuned"))
-    assert line in outcome.shown
+    assert Line(line) in outcome.shown
     assert line.endswith("before the fit, on trials kept back")
     assert outcome.document["worse_than_untuned"]["fitted"] > outcome.document["worse_than_untuned"]["untuned"]
     written = json.loads((tmp_path / "run" / "report.json").read_text())

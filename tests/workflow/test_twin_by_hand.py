@@ -13,8 +13,8 @@ import pytest
 
 from seatrial.core.errors import RequestError
 from seatrial.data import Trial
+from seatrial.report.blocks import Line, Table
 from seatrial.ships.files import load
-from seatrial.workflow import Table
 from seatrial.workflow.live import twin as following
 from seatrial.workflow.validate import cautions
 
@@ -139,21 +139,21 @@ def test_a_summary_counts_hours_within_their_band_and_the_size_of_innovations(mo
                                 trust=SimpleNamespace(scores={30.0: score}),
                                 machine=SimpleNamespace(ship=SimpleNamespace(name="mine")))  # fmt: skip
     first, freed, others, ahead, last = following._shown(live, "a.csv")
-    assert first == ("mine on a.csv: 1234 s followed; innovations within their 95 % band in 1 of 2 hours, 2 of what "
-                     "they should be")  # fmt: skip
+    assert first == Line("mine on a.csv: 1234 s followed; innovations within their 95 % band in 1 of 2 hours, 2 of "
+                         "what they should be")  # fmt: skip
     assert isinstance(freed, Table)
     assert isinstance(others, Table)
     assert isinstance(ahead, Table)
     assert freed.rows == (("hull.N_r", "1", "2.5", "0.12"),)
     assert others.rows == (("current", "m/s", "0.5", "0.25"),)
     assert ahead.rows == (("30", "7", "2.5", "10", "95"),)
-    assert (freed.right, others.right, ahead.right) == ((1, 2, 3), (2, 3), (0, 1, 2, 3, 4))
-    assert last == "no alarm"
+    assert (freed.words, others.words, ahead.words) == ((), (1,), ())
+    assert last == Line("no alarm")
     live.alarms = [SimpleNamespace(named=9.6, text="x")]
     live.follower, live.tally.hours = None, []
     blocks = following._shown(live, "a.csv")
-    assert blocks[-1] == "alarm at 10 s: x"
-    assert str(blocks[0]).startswith("mine on a.csv: 0 s followed; innovations within their 95 % band in 0 of 0 hours")
+    assert blocks[-1] == Line("alarm at 10 s: x")
+    assert blocks[0].text.startswith("mine on a.csv: 0 s followed; innovations within their 95 % band in 0 of 0 hours")
 
 
 def moving(t: np.ndarray, **meta: Any) -> Trial:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from ..report import blocks
 from . import options as o
-from .render import emit, figure, note, say, say_lines, show_table
+from .render import emit, figure, note, say, say_lines, show
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -98,7 +99,7 @@ def thrust_map(
         for one in found
     ]  # fmt: skip
     head = ("thruster", "terms", "tested [1/s]", "R^2", "rmse [N]", *(f"c_{k}" for k in range(6)))
-    show_table(head, rows, right=tuple(range(3, 11)))
+    show(blocks.table(head, rows, words=(1, 2)))
 
 
 def servo(trials: o.Trials, control: o.Control = (), out: o.TablesOut = None, json: bool = False) -> None:
@@ -116,7 +117,7 @@ def servo(trials: o.Trials, control: o.Control = (), out: o.TablesOut = None, js
         for one in found
     ]  # fmt: skip
     head = ("servo", "rate [deg/s]", "lag [s]", "dead time [s]", "offset [deg]", "rmse [deg]", "R^2", "samples")
-    show_table(head, rows, right=(5, 6, 7))
+    show(blocks.table(head, rows, words=(1, 2, 3, 4)))
 
 
 def _with_spread(one: ServoFit, key: str) -> str:

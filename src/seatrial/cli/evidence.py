@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from ..report.blocks import table
 from . import options as o
 from .fits import Terminal, show
-from .render import emit, figure, say_lines, show_table
+from .render import emit, figure, say_lines
+from .render import show as draw
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
@@ -59,7 +61,7 @@ def show_bands(banded: Banded, json: bool) -> None:
     rows = [(name.replace("_", " "), *(figure(one[key], 5) for key in ("value", "low", "high")), one["unit"])
             for name, one in indices.items()]  # fmt: skip
     title = f"{ran.ship.name}, {ran.policy.kind}"
-    show_table((title, "value", "from", "to", "unit"), rows, right=(1, 2, 3))
+    draw(table((title, "value", "from", "to", "unit"), rows, words=(4,)))
     say_lines(f"from, to: {100 * banded.level:g} % of {len(found.draws)} draws",
               "–: too few of them reach it, or it is read of single runs only")  # fmt: skip
 

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 from click.exceptions import Exit
 
-from ..workflow import Outcome, RequestError, Sink, Table
+from ..workflow import Outcome, RequestError, Sink
 from . import options as o
-from .render import emit, live, note, say, show_table
+from .render import emit, live, note
+from .render import show as draw
 
 if TYPE_CHECKING:
     from socket import socket
@@ -107,14 +108,7 @@ def validate(
 
 def show(outcome: Outcome[Any], json: bool) -> None:
     """Print the document, or the summary for people."""
-    if json:
-        emit(outcome.document)
-        return
-    for block in outcome.shown:
-        if isinstance(block, Table):
-            show_table(block.head, block.rows, block.right)
-        else:
-            say(f"{block}\n")
+    emit(outcome.document) if json else draw(outcome.shown)
 
 
 def end(outcome: Outcome[Any], json: bool) -> None:

@@ -6,8 +6,9 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..report.blocks import table
 from . import options as o
-from .render import emit, figure, note, say, say_lines, show_table
+from .render import emit, figure, note, say, say_lines, show
 
 if TYPE_CHECKING:
     from ..choosing.purposes import Advice, Purpose
@@ -63,7 +64,7 @@ def _show_foreseen(found: Sequence[Foreseen], level: float) -> None:
     rows = [(one.name, one.unit, figure(one.value), *map(figure, (*one.before, *one.after)), f"{one.share:.0%}")
             for one in found]  # fmt: skip
     head = ("index", "unit", "value", "before: from", "to", "after: from", "to", "width left")
-    show_table(head, [tuple("–" if cell == "nan%" else cell for cell in row) for row in rows], right=tuple(range(2, 8)))
+    show(table(head, [tuple("–" if cell == "nan%" else cell for cell in row) for row in rows], words=(1,)))
     say_lines(f"bands of {level:g} % by what is open about the free parameters, without and with these trials; a dash: "
               "too few draws give the index")  # fmt: skip
 
@@ -76,15 +77,15 @@ def imo(
     from ..report.judging.imo import banded, edges, numbers
     from ..workflow.judging import imo as run
 
-    table = run(ship, out, note, bands=bands, draws=draws, extrapolate=extrapolate)
+    found = run(ship, out, note, bands=bands, draws=draws, extrapolate=extrapolate)
     if json:
-        emit(numbers(table))
+        emit(numbers(found))
         return
-    head = ("criterion", "side", "value", *(("from", "to") if banded(table) else ()), "limit", "unit", "verdict", "why")
-    rows = (_criterion(row, edges(row) if banded(table) else ()) for row in table.rows)
-    show_table(head, rows, right=tuple(range(2, len(head) - 3)))
-    say_lines(*(f"{name}: {value}" for name, value in table.conditions.items()),
-              *(f"caveat: {line}" for line in table.caveats), table.verdict)  # fmt: skip
+    head = ("criterion", "side", "value", *(("from", "to") if banded(found) else ()), "limit", "unit", "verdict", "why")
+    rows = (_criterion(row, edges(row) if banded(found) else ()) for row in found.rows)
+    show(table(head, rows, words=(1, len(head) - 3, len(head) - 2, len(head) - 1)))
+    say_lines(*(f"{name}: {value}" for name, value in found.conditions.items()),
+              *(f"caveat: {line}" for line in found.caveats), found.verdict)  # fmt: skip
 
 
 def requirements(
@@ -99,8 +100,8 @@ def requirements(
     if json:
         emit(numbers(found))
         return
-    show_table(("item", "requirement", "verdict", "why"),
-               ((item.number, item.text, j.verdict, j.reason) for item, j in found.rows))  # fmt: skip
+    show(table(("item", "requirement", "verdict", "why"),
+               ((item.number, item.text, j.verdict, j.reason) for item, j in found.rows), words=(1, 2, 3)))  # fmt: skip
     say(f"{found.ship}, {found.scope}: {verdict(found)}\n")
 
 
@@ -112,10 +113,10 @@ def _show(families: Sequence[Assessment]) -> None:
     from ..choosing import CAPABILITIES
     from ..choosing.purposes import PURPOSES
 
-    show_table(
+    show(table(
         ("family", "equation", "controls", "feels", "gives", "numbers", "T'", "numbers from", "ns", "ships"),
-        [_row(f) for f in families], right=(5, 6, 8),
-    )  # fmt: skip
+        [_row(f) for f in families], words=(1, 2, 3, 4, 7, 9),
+    ))  # fmt: skip
     say_lines(
         "numbers: coefficients of the library's ships. T': length of the data that identified it, T V/L (Sawada 2024 "
         "Table 1). ns: one right-hand side",
@@ -126,7 +127,7 @@ def _show(families: Sequence[Assessment]) -> None:
         (c.about, *(_CELL.get(f.findings[c.key].answer, f.findings[c.key].answer) for f in families))
         for c in CAPABILITIES
     ]
-    show_table(("what it can represent", *(f.family.key for f in families)), rows, narrow=True)
+    show(table(("what it can represent", *(f.family.key for f in families)), rows, words=range(1, len(families) + 1)))
     say_lines(
         "part: with a part added to the ship file. –: planned, not in the library. Answers are measured on the ships; "
         "--json says how each is known.",
@@ -164,14 +165,14 @@ def _show_advice(purpose: Purpose, advice: Sequence[Advice]) -> None:
         for k, a in enumerate(advice, 1)
     ]  # fmt: skip
     head = ("", "family", "", "verdict", *(["items unmet"] if listed else []), "numbers", "ns", "what they say of it")
-    show_table(head, rows, right=(4 + listed, 5 + listed))
+    show(table(head, rows, words=[k for k in range(1, len(head)) if k - listed not in (4, 5)]))
     asked = [
         (*([str(need.item or "")] if listed else []), need.about if need.item else f"{need.about} [{need.place}]",
          "must" if need.must else "wish", *(_cell(a.assessment, need.keys) for a in advice))
         for need in purpose.needs
     ]  # fmt: skip
     head = (*(["6.2"] if listed else []), "what it asks for", "", *(a.assessment.family.key for a in advice))
-    show_table(head, asked)
+    show(table(head, asked, words=range(1, len(head))))
     say_lines("part: with a part added to the ship file. any: apart from the family. –: planned. Best family first.")
     if purpose.simplest:
         say_lines(f"Simplest: {purpose.simplest}")
@@ -250,13 +251,13 @@ def _show_plan(name: str, found: Plan) -> None:
 
     rows = [(what, figure(length), figure(gain)) for what, length, gain in found.chosen]
     rows.append(("together", figure(found.length), figure(found.log_det)))
-    show_table((f"{name}: manoeuvre", "T'", "adds to log det"), rows, right=(1, 2))
+    show(table((f"{name}: manoeuvre", "T'", "adds to log det"), rows))
     parameters = [
         (f.path, figure(f.start), figure(float(sigma), 2), f"{share:.0%}", verdict.status)
         for f, sigma, share, verdict in zip(found.free, found.sigma, found.share, found.verdicts, strict=False)
     ]
-    show_table(("parameter", "value", "expected +-", "prior removed", "status"), parameters, right=(1, 2, 3))
+    show(table(("parameter", "value", "expected +-", "prior removed", "status"), parameters, words=(4,)))
     say_lines(*(f"{verdict.subject}: {verdict.text}" for verdict in found.verdicts if verdict.status != "identified"))
     published = [(f"[{p.reference}]", p.model, ", ".join(map(str, p.parameters)), p.manoeuvres, _span(p.length))
                  for p in TABLE_1]  # fmt: skip
-    show_table(("Sawada 2024 Table 1", "model", "parameters", "manoeuvres", "T'"), published, right=(2, 4))
+    show(table(("Sawada 2024 Table 1", "model", "parameters", "manoeuvres", "T'"), published, words=(1, 3)))

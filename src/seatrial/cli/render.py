@@ -9,17 +9,18 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import IO, TYPE_CHECKING, Any
 
+from ..report.blocks import Body, Table, cell, plain_text
 from ..workflow import figure as figure
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.status import Status
 
-_LONGEST = 2000
+_LONGEST, _MANY = 2000, 13
 
 
 def shown(text: str) -> str:
@@ -85,20 +86,28 @@ def console() -> Console:
     return Console(highlight=False, width=None if sys.stdout.isatty() else 160, soft_wrap=True)
 
 
-def show_table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[int] = (), *, narrow: bool = False
-) -> None:
-    """A plain table; `right` are the columns of numbers, `narrow` leaves less between columns."""
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
+def show(body: Body) -> None:
+    """Blocks to standard output; of a figure its caption, as a terminal has no drawings."""
+    for block in body:
+        if isinstance(block, Table):
+            _show_table(block)
+        else:
+            say_lines(*plain_text((block,)))
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0) if narrow else (0, 1))
-    for k, name in enumerate(head):
-        table.add_column(escape(shown(name)), justify="right" if k in right else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*(escape(shown(cell)) for cell in row))
-    console().print(table)
+
+def _show_table(block: Table) -> None:
+    """A plain table; one of many columns has less between them."""
+    from rich import box, table
+    from rich.markup import escape
+
+    padding = (0, 1, 0, 0) if len(block.head) > _MANY else (0, 1)
+    drawn = table.Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=padding)
+    for k, name in enumerate(block.head):
+        side = "left" if k == 0 or k in block.words else "right"
+        drawn.add_column(escape(shown(name)), justify=side, overflow="fold")
+    for row in block.rows:
+        drawn.add_row(*(escape(shown(cell(one))) for one in row))
+    console().print(drawn)
 
 
 def live(status: Status) -> Callable[[str], None]:

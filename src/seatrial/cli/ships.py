@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from click.exceptions import Exit
 
+from ..report.blocks import table
 from . import options as o
 from .outcome import FAILED
-from .render import emit, figure, note, show_table
+from .render import emit, figure, note
+from .render import show as draw
 
 if TYPE_CHECKING:
     from ..ships import Entry, Ship
@@ -42,7 +44,7 @@ def ships(check: o.ShipToCheck = None, out: o.Report = None, json: bool = False)
         (name, str(s.notes.get("title", "")), f"{s.L_pp:g}", f"{s.speed:g}", type(s.model).__name__)
         for name, s in found
     ]
-    show_table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, right=(2, 3))
+    draw(table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, words=(1, 4)))
     note(f"further parameter sets of these ships, taken by name as well: {', '.join(variants())}")
 
 
@@ -58,7 +60,8 @@ def _check(file: str, out: Path | None, json: bool) -> None:
         emit({"ship": checked.ship.name, "fit": checked.fit, "findings": [
             {"check": one.what, "state": one.state, "found": one.detail} for one in checked.findings]})  # fmt: skip
     else:
-        show_table(("check", "", "found"), [(one.what, one.state, one.detail) for one in checked.findings])
+        draw(table(("check", "", "found"), [(one.what, one.state, one.detail) for one in checked.findings],
+                   words=(1, 2)))  # fmt: skip
     if not checked.fit:
         raise Exit(FAILED)
 
@@ -83,7 +86,7 @@ def show(ship: o.ShipName, sources: o.Sources = False, json: bool = False) -> No
          *([entries[path].source if path in entries else "default"] if sources else [meaning.about]))
         for path, meaning, value in walk(found.model)
     ]  # fmt: skip
-    show_table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, right=(1,))
+    draw(table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, words=(2, 3)))
     for form in _network(found).values():
         note(f"network: {', '.join(f'{key} {value}' for key, value in form.items())}")
 
@@ -123,7 +126,7 @@ def estimate(particulars: o.Particulars, out: o.ShipOut, json: bool = False) -> 
         emit({"ship": made.ship.name, "file": out, "cautions": made.cautions,
               "numbers": {item.path: _document(item, made.ship.entries[item.path].source) for item in made.numbers}})
     else:
-        show_table(HEAD, (_row(item) for item in made.numbers), right=(1, 6, 7))
+        draw(table(HEAD, (_row(item) for item in made.numbers), words=(2, 3, 4, 5, 8)))
 
 
 def captive(
@@ -150,7 +153,7 @@ def captive(
 
     rows = [row(path, float(v), float(s)) for path, v, s in zip(found.paths, found.values, found.sigma, strict=True)]
     rows += [row(path, float(read(found.ship.model, path)), None) for path in found.held]
-    show_table(("parameter", "before", "captive", "sigma", "verdict", "determined by"), rows, right=(1, 2, 3))
+    draw(table(("parameter", "before", "captive", "sigma", "verdict", "determined by"), rows, words=(4, 5)))
     for one in found.verdicts:
         if " and " in one.subject:
             note(f"note: {one.subject}: {one.text}")
@@ -189,7 +192,7 @@ def scale(
             ("rudder force by angle", a.rudder, b.rudder, "over 0.5 rho A_R U^2 and radian"),
         ]
     shown = [(name, figure(x), figure(y), why) for name, x, y, why in rows]
-    show_table(("number", "before", "after", "why"), shown, right=(1, 2))
+    draw(table(("number", "before", "after", "why"), shown, words=(3,)))
 
 
 def roll(
@@ -222,7 +225,7 @@ def _more(made: Ship, tables: tuple[str, ...], out: Path | None, json: bool) -> 
         emit({"ship": made.name, "of": made.of, "file": out, "states": made.model.states, "parameters": {
             path: {"value": value, "unit": unit, "source": source} for path, value, unit, source in rows}})  # fmt: skip
         return
-    show_table(("parameter", "value", "unit", "source"), [(p, figure(v), u, s) for p, v, u, s in rows], right=(1,))
+    draw(table(("parameter", "value", "unit", "source"), [(p, figure(v), u, s) for p, v, u, s in rows], words=(2, 3)))
 
 
 def export(

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 from click.exceptions import Exit
 
 from ..core.errors import RequestError
+from ..report.blocks import table
 from . import options as o
 from .evidence import show_bands
 from .fits import show
-from .render import emit, figure, hand_on, note, say, say_lines, show_table
+from .render import emit, figure, hand_on, note, say, say_lines
+from .render import show as draw
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
@@ -84,7 +86,7 @@ def _show_motions(motions: Mapping[str, Motion]) -> None:
     rows = [(name, figure(one.expected * scale), figure(one.found * scale), figure(one.greatest * scale), unit)
             for name, one in motions.items()
             for scale, unit in [(1.0, "m") if one.unit == "m" else (1.0 / DEGREE, "deg")]]  # fmt: skip
-    show_table(("motion in waves", "rms on the first heading", "rms", "greatest", "unit"), rows, right=(1, 2, 3))
+    draw(table(("motion in waves", "rms on the first heading", "rms", "greatest", "unit"), rows, words=(4,)))
 
 
 def _incomplete(ran: Simulated) -> None:
@@ -106,7 +108,7 @@ def _replay(folder: str, run: str, manoeuvre: str | None, out: Path | None, json
         emit({"case": ran.ship, "manoeuvre": ran.policy.kind, "inputs": ran.inputs, "complete": ran.complete,
               "time": ran.trial.duration, "indices": indices})  # fmt: skip
         return
-    show_table(("input", "value"), [(name, figure(value, 6)) for name, value in ran.inputs.items()], right=(1,))
+    draw(table(("input", "value"), [(name, figure(value, 6)) for name, value in ran.inputs.items()]))
     show_indices(f"{ran.ship}, {ran.policy.kind}, run {run}", indices)
 
 
@@ -127,7 +129,7 @@ def show_indices(title: str, indices: Mapping[str, Mapping[str, Any]]) -> None:
         (name.replace("_", " "), _resolved(i), i["unit"], figure(i.get("over_L")))
         for name, i in indices.items()
     ]
-    show_table((title, "value", "unit", "in L_pp"), rows, right=(1, 3))
+    draw(table((title, "value", "unit", "in L_pp"), rows, words=(2,)))
 
 
 def _resolved(index: Mapping[str, Any]) -> str:
@@ -273,11 +275,11 @@ def _show_range(ran: Ranged, document: dict[str, Any]) -> None:
     rows = [(name, figure(one["distance"], 5), figure(one["at"], 5), figure(one["time_in_hand"], 4))
             for name, one in indices["passing"].items()]  # fmt: skip
     if rows:
-        show_table(("ship", "passes at m", "after s", "time in hand s"), rows, right=(1, 2, 3))
+        draw(table(("ship", "passes at m", "after s", "time in hand s"), rows))
     rows = [(one["name"].replace("_", " "), one["ship"] or "", figure(one["value"], 5), figure(one["limit"], 5),
              one["unit"], "met" if one["met"] else "not met") for one in document["criteria"]]  # fmt: skip
     if rows:
-        show_table(("criterion", "of", "value", "limit", "unit", ""), rows, right=(2, 3))
+        draw(table(("criterion", "of", "value", "limit", "unit", ""), rows, words=(1, 4, 5)))
     arrived = document["arrived"]
     end = f"arrived after {arrived:.1f} s" if arrived is not None else f"ended after {document['time']:.1f} s"
     say_lines(f"{ran.stage.scenario.title}: {end}, at most {indices['cross_track_max']:.1f} m off the route",
@@ -337,14 +339,15 @@ def _list_peers(names: tuple[str, ...], json: bool) -> None:
     if json:
         emit({"peers": [{"name": p.name, "about": p.about, "installed": p.installed} for p in chosen]})
     else:
-        show_table(("peer", "what is compared with", "here"), [(p.name, p.about, state(p)) for p in chosen])
+        draw(table(("peer", "what is compared with", "here"), [(p.name, p.about, state(p)) for p in chosen],
+                   words=(1, 2)))  # fmt: skip
 
 
 def _show_times(result: Mapping[str, Any]) -> None:
     rows = [(r["peer"], r["what"], _time(r["ours_s"]), _time(r["theirs_s"]), f"{r['ratio']:.3g} x")
             for r in result["rows"]]  # fmt: skip
     if rows:
-        show_table(("peer", "time of", "ours", "theirs", "ratio"), rows, right=(2, 3, 4))
+        draw(table(("peer", "time of", "ours", "theirs", "ratio"), rows, words=(1,)))
     for missing in result["not_installed"]:
         say(f"{missing['peer']}: not installed ({missing['get']})\n")
     loops = f"{result['control_loop_ms']:.1f} to {result['slowest_control_loop_ms']:.1f} ms"

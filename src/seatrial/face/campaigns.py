@@ -29,7 +29,7 @@ from ..workflow.campaigns.reading import case_of
 from ..workflow.request import ship_of
 from .orders import Order, Weather
 from .running import here, options_of, weather_of
-from .tables import Table, Tabular
+from .tables import Table, Tabular, table_of
 
 if TYPE_CHECKING:
     import polars as pl
@@ -162,7 +162,7 @@ class Runs(Tabular):
                      for name in found.columns)  # fmt: skip
         of = ", ".join(case.name for case in self.plan.cases[:_FEW])
         title = f"{self.plan.name}: {self.plan.rows} runs of {of}{' ...' * (len(self.plan.cases) > _FEW)}"
-        return Table(title, ("column", "least", "median", "largest", "runs"), rows)
+        return table_of(title, ("column", "least", "median", "largest", "runs"), rows)
 
     def __repr__(self) -> str:
         where = "in memory" if self.folder is None else f"in {self.folder}"

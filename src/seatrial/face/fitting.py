@@ -22,7 +22,7 @@ from ..study import study
 from ..study.store import save_fit
 from ..study.stored import load_fit
 from .ships import Ship, ship_of
-from .tables import Cell, Table, Tabular
+from .tables import Cell, Table, Tabular, html, table_of
 from .trials import Trial, trial_of
 
 if TYPE_CHECKING:
@@ -64,10 +64,10 @@ class Problem(identify.Problem):
         head = ("parameter", "unit", "start", "low", "high", "prior", "sigma of the prior")
         named = ", ".join(trial.name for trial in self.trials[:_TOLD])
         more = f" and {len(self.trials) - _TOLD} more" if len(self.trials) > _TOLD else ""
-        return Table(repr(self), head, rows, (f"trials: {named}{more}",))
+        return table_of(repr(self), head, rows, (f"trials: {named}{more}",))
 
     def _repr_html_(self) -> str:
-        return self.table.html()
+        return html((self.table,))
 
 
 @dataclass(frozen=True, repr=False)
@@ -93,7 +93,7 @@ class Summary(Tabular):
         more = [f"... and {len(others) - _TOLD} more verdicts"] if len(others) > _TOLD else []
         told = fit.diagnosis.lines if fit.diagnosis else ("the residuals were not tested",)
         left = [f"... and {len(told) - _LINES} more: fit.diagnosis.lines"] if len(told) > _LINES else []
-        return Table(
+        return table_of(
             f"{fit.ship.name}: {len(fit.free)} parameters, objective {fit.objective:.4g}, {fit.status}",
             ("parameter", "unit", "start", "estimate", "sigma", "low 95 %", "high 95 %", "verdict"),
             tuple(row(k, free) for k, free in enumerate(fit.free)), (*told[:_LINES], *left, *others[:_TOLD], *more),
@@ -153,7 +153,7 @@ class Fit(identify.Fit):
         return save_fit(self, folder, self.problem, study=name)
 
     def _repr_html_(self) -> str:
-        return self.summary().table.html()
+        return html((self.summary().table,))
 
 
 def near(ship: AnyShip | Model, *paths: str, ratio: float) -> tuple[Free, ...]:

@@ -18,7 +18,7 @@ from ..simulate.run import simulate as run_policy
 from ..workflow.request import DEGREE, Around, Note, Surroundings, ship_of, silent, surroundings
 from ..workflow.simulation import simulate as simulated
 from .orders import Order, Weather
-from .tables import Cell, Table, Tabular
+from .tables import Cell, Table, Tabular, html, table_of
 from .trials import Trial
 
 _OPTIONS = {"--rudder": "rudder_deg", "--steer": "steer_percent", "--heading": "heading_deg", "--rps": "n_P",
@@ -61,7 +61,7 @@ class Indices(Tabular, Mapping[str, Index]):
             return name, value, index.unit.replace("rad", "deg"), index.over_L
 
         rows = tuple(row(name, index) for name, index in self.found.items())
-        return Table(self.title, ("index", "value", "unit", "over L_pp"), rows)
+        return table_of(self.title, ("index", "value", "unit", "over L_pp"), rows)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,7 +97,7 @@ class Run(Trial):
         return Indices(title, found)
 
     def _repr_html_(self) -> str:
-        return super()._repr_html_() + (self.indices.table.html() if isinstance(self.policy, Manoeuvre) else "")
+        return super()._repr_html_() + (html((self.indices.table,)) if isinstance(self.policy, Manoeuvre) else "")
 
 
 def simulate(

@@ -11,13 +11,14 @@ from .. import data, ships
 from ..core.errors import MissingError
 from ..core.parameters import unknown, values, walk
 from ..manoeuvres import Policy
+from ..report.blocks import Line, Numbers
 from ..ships.classes import Trust
 from ..ships.files import load as load_ship
 from ..ships.writing import save
 from ..simulate.replay import replay
 from .orders import Order, Weather
 from .running import Run, ran, told, weather_of
-from .tables import Cell, Table, Tabular, entries
+from .tables import Cell, Table, Tabular, html, table_of
 from .trials import Trial, trial_of
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ class Ship(ships.Ship):
                 ("approach", f"{self.speed:.4g} m/s, {approach}"), ("controls", ", ".join(self.model.controls)),
                 ("parameters", str(len(self.parameters))),
                 *(("caution", line) for line in self.notes.get("cautions", ()))]  # fmt: skip
-        return entries(str(self.notes.get("title", self.name)), said)
+        return html((Line(str(self.notes.get("title", self.name)), "heading"), Numbers(tuple(said))))
 
 
 @dataclass(frozen=True, repr=False)
@@ -136,7 +137,7 @@ class Parameters(Tabular, Mapping[str, float]):
 
         rows = tuple(row(path, value, meaning.unit, meaning.about) for path, meaning, value in walk(self.ship.model))
         head = ("parameter", "value", "unit", "about", "source")
-        return Table(f"{self.ship.name}: {len(rows)} parameters", head, rows)
+        return table_of(f"{self.ship.name}: {len(rows)} parameters", head, rows)
 
 
 def ship_of(ship: ships.Ship) -> Ship:

@@ -14,8 +14,9 @@ from ..data.check import Finding, check_folder
 from ..data.trialfile import read_trial as read_one
 from ..data.trialfile import read_trials as read_several
 from ..data.trialfile import write_trial
+from ..report.blocks import Line, Numbers
 from ..sensors import Sensors
-from .tables import Table, Tabular, entries
+from .tables import Table, Tabular, html, table_of
 
 if TYPE_CHECKING:
     import polars as pl
@@ -115,7 +116,8 @@ class Trial(data.Trial):
         told = ("ship", "kind", "L_pp", "source", "licence")
         known = [(key, str(self.meta[key])) for key in told if key in self.meta]
         said = [("rows", f"{len(self)}, every {self.dt:.4g} s, {self.duration:.4g} s in all"), *known]
-        return entries(repr(self).partition(",")[0] + ")", said) + self._ranges().html()
+        title = repr(self).partition(",")[0] + ")"
+        return html((Line(title, "heading"), Numbers(tuple(said)), self._ranges()))
 
     def _ranges(self) -> Table:
         """Range and gaps of each channel."""
@@ -125,7 +127,7 @@ class Trial(data.Trial):
             least, most = (float(values.min()), float(values.max())) if values.size else (None, None)
             return name, self.unit(name), least, most, len(self) - values.size
 
-        return Table("", ("channel", "unit", "least", "largest", "gaps"), tuple(map(row, self.channels)))
+        return table_of("", ("channel", "unit", "least", "largest", "gaps"), tuple(map(row, self.channels)))
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,7 +166,7 @@ class Findings(Tabular, Sequence[Finding]):
         counts = [sum(one.severity == kind for one in self.found) for kind in ("error", "warning", "info")]
         title = f"{self.trials} trials: {counts[0]} errors, {counts[1]} warnings, {counts[2]} notes"
         head = ("severity", "where", "what", "evidence", "remedy")
-        return Table(title, head, tuple((f.severity, f.where, f.what, f.evidence, f.remedy) for f in self.found))
+        return table_of(title, head, tuple((f.severity, f.where, f.what, f.evidence, f.remedy) for f in self.found))
 
     def __repr__(self) -> str:
         """A line a finding: a column as wide as the longest sentence would not fit a terminal."""

@@ -1,10 +1,7 @@
-"""Reports: self-contained pages, and the same numbers as JSON.
+"""Reports: what was found, as blocks that a page, a terminal, a notebook and JSON draw.
 
-Contract: a `Page` is a title with `Section` values (title, body, numbers), and `write` writes it whole.  One module a
-page: report (fits and validations; its evidence and sections), tuning, series (tables of fits), rivals (virtual
-studies), imo, requirements, coverage; identifiability makes sections; `figures` has the canvas and the palette.
+Contract: a `page.Page` is a title with `Section` values (title, a body of `blocks`, numbers), and `page.write` writes
+it whole.  One module a page: report (fits and validations; its evidence and sections), tuning, series (tables of
+fits), rivals (virtual studies), imo, requirements, coverage; identifiability makes sections; `figures` has the canvas
+and the palette.
 """
-
-from .page import Page, ReportError, Section, write
-
-__all__ = ["Page", "ReportError", "Section", "write"]

@@ -13,8 +13,8 @@ from ..identify import Fit
 from ..identify.diagnosis.findings import REMOVES, Channel, Diagnosis, Residuals
 from ..models import unit
 from . import figures
+from .blocks import Body, Verdict, bullets, figure, heading, number, soft, table
 from .drawing import Frame, label, whole
-from .page import bullets, entries, figure, lead, number, soft, table
 
 _LAGS = 20
 # Points of one panel: more are a blot on the screen and bytes in the file.
@@ -28,11 +28,11 @@ _CALM, _LEAST = 2.0, 4.0
 _DEGREES = math.degrees(1.0)
 
 
-def verdict(fit: Fit) -> str:
+def verdict(fit: Fit) -> Body:
     """Whether the result can be trusted, why, and what to do next: the first lines of a page; empty if not tested."""
     found = fit.diagnosis
     if found is None:
-        return ""
+        return ()
     if not found.lacking:
         return _sound(fit, found)
     first = found.causes[0] if found.causes else None
@@ -56,10 +56,11 @@ def verdict(fit: Fit) -> str:
             "Look for a term of the model, or an input, that is missing: the residuals below show in which trials and "
             "at which angles they arise."
         )  # fmt: skip
-    return lead("The model does not explain the data.") + entries({
-        "Trust": f"{trust}. Its predictions are as good as the errors on trials that the fit has not seen, no better.",
-        "Why": why, "Next": after,
-    })  # fmt: skip
+    return (Verdict("The model does not explain the data.", grounds=(
+        ("Trust", f"{trust}. Its predictions are as good as the errors on trials that the fit has not seen, no "
+                  "better."),
+        ("Why", why), ("Next", after),
+    )),)  # fmt: skip
 
 
 def _own(found: Diagnosis) -> str:
@@ -75,7 +76,7 @@ def _own(found: Diagnosis) -> str:
     return "".join(f" {line[0].upper()}{line[1:]}." for line in said).replace("+-", "±")
 
 
-def _sound(fit: Fit, found: Diagnosis) -> str:
+def _sound(fit: Fit, found: Diagnosis) -> Body:
     known = sum(v.status == "identified" for v in fit.verdicts if v.subject in fit.vector.paths)
     own = fit.vector.paths
     loose = [v.subject for v in fit.verdicts if v.status != "identified" and v.subject in own]
@@ -88,13 +89,13 @@ def _sound(fit: Fit, found: Diagnosis) -> str:
         ahead = (f"Do not read as physics: {', '.join(loose[:3])}{more}; their verdicts name trials that would help. "
                  f"{ahead}")  # fmt: skip
     size = max((one.size for one in found.channels.values()), default=math.nan)
-    return lead("The model explains the data: what it leaves looks like sensor noise.") + entries({
-        "Trust": f"{known} of {len(fit.free)} parameters are identified, with the sigma that is stated, within the "
-                 "speeds and rudder angles of the trials.",
-        "Why": f"Residuals are at most {number(size, 2)} times the sensor noise and not correlated, and no error of "
-               "an instrument that was tested would change the result.",
-        "Next": ahead,
-    })  # fmt: skip
+    return (Verdict("The model explains the data: what it leaves looks like sensor noise.", grounds=(
+        ("Trust", f"{known} of {len(fit.free)} parameters are identified, with the sigma that is stated, within the "
+                  "speeds and rudder angles of the trials."),
+        ("Why", f"Residuals are at most {number(size, 2)} times the sensor noise and not correlated, and no error of "
+                "an instrument that was tested would change the result."),
+        ("Next", ahead),
+    )),)  # fmt: skip
 
 
 def _grounds(found: Diagnosis) -> str:
@@ -109,24 +110,24 @@ def _grounds(found: Diagnosis) -> str:
     return f"{words}."
 
 
-def section(fit: Fit) -> str:
+def section(fit: Fit) -> Body:
     """Residuals, suspects and outliers of a fit; empty where it was not tested."""
     found = fit.diagnosis
     if found is None:
-        return ""
-    drawn = ""
+        return ()
+    drawn: Body = ()
     if found.residuals:
         caption = "Residuals over the noise of each sensor. Shaded: two sigma of white noise; points beyond an axis " \
                   "stand on its edge. Right: the line is the mean of a twelfth of the samples each."  # fmt: skip
-        drawn = f'<div class="scroll"><div style="min-width:720px">{figure(drawing(found), caption)}</div></div>'
+        drawn = figure(drawing(found), caption, least=720)
     said = [f"{name}: outliers left out: {', '.join(f'{count} of {channel}' for channel, count in own.items())}"
             for name, own in found.rejected.items()]  # fmt: skip
     said += [f"estimated: {one.words} of {one.value}".replace("+-", "±") for one in found.errors]
-    first = (bullets(said) if said else "") + _channels(found) + _by_trial(found)
+    first = (bullets(said) if said else ()) + _channels(found) + _by_trial(found)
     return first + drawn + _suspects(found) + _fixed(found)
 
 
-def _channels(found: Diagnosis) -> str:
+def _channels(found: Diagnosis) -> Body:
     rows = [[name, _noise(name, c.noise), number(c.size, 3), number(c.alike, 2), str(c.count), _against(name, c)]
             for name, c in found.channels.items()]  # fmt: skip
     head = ["channel", "sensor noise", "residual over noise", "correlation of neighbours", "samples", "contradicts"]
@@ -145,10 +146,10 @@ def _noise(name: str, noise: float) -> str:
     return f"{value}{unit(name).replace('rad', '°')}" if angle else f"{value} {unit(name)}"
 
 
-def _by_trial(found: Diagnosis) -> str:
+def _by_trial(found: Diagnosis) -> Body:
     """Root mean square residual of each trial; the worst only where there are many."""
     if len(found.residuals) < 2:
-        return ""
+        return ()
     sizes = {name: [_rms(one.values[channel]) for channel in found.channels] for name, one in found.residuals.items()}
     worst = sorted(sizes, key=lambda name: -_rms(np.array(sizes[name])))[:_LISTED]
     rows = [[name, *(number(size, 2) for size in sizes[name])] for name in worst]
@@ -161,9 +162,9 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(known**2))) if known.size else math.nan
 
 
-def _suspects(found: Diagnosis) -> str:
+def _suspects(found: Diagnosis) -> Body:
     if not found.suspicions:
-        return ""
+        return ()
     rows: list[list[str]] = []
     for s in found.suspicions[:_LISTED]:
         most = max(s.moves, key=lambda path: abs(s.moves[path]), default="")
@@ -177,21 +178,21 @@ def _suspects(found: Diagnosis) -> str:
               "share of the objective, and in one Gauss-Newton step the size of the error and the parameter that would "
               "move most. Bold: significant, and of consequence for the result. Several often stand for one error: "
               "estimate the first, then look again.")  # fmt: skip
-    return f"<h3>Suspects</h3>{table(head, rows, words=(1, 5))}{soft(remark)}"
+    return heading("Suspects") + table(head, rows, words=(1, 5)) + soft(remark)
 
 
-def _fixed(found: Diagnosis) -> str:
+def _fixed(found: Diagnosis) -> Body:
     rows = [[path, f"{number(100.0 * found.shares.get(path, 0.1), 2)} %", free, f"{moved:+.1f}".replace("-", "−")]
             for path, free, moved in found.fixed if abs(moved) >= 0.1]  # fmt: skip
     if not rows:
-        return ""
+        return ()
     head = ["fixed parameter", "larger by", "would move", "by [sigma]"]
     remark = "An error of one sigma where the ship file states it, else of 10 %."
     most = max(found.carried, key=lambda path: found.carried[path], default="")
     if most and found.carried[most] >= 0.1:
         remark += (f" All fixed parameters with a stated sigma together leave {most} uncertain by a further "
                    f"{number(found.carried[most], 2)} times its sigma: free them, with that prior.")  # fmt: skip
-    return f"<h3>What the fixed parameters decide</h3>{table(head, rows, words=(2,))}{soft(remark)}"
+    return heading("What the fixed parameters decide") + table(head, rows, words=(2,)) + soft(remark)
 
 
 def drawing(found: Diagnosis) -> str:

@@ -16,8 +16,9 @@ from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY, pooled
 from ..validate.fitness import Fitness
 from ..validate.foresight import Foresight
+from .blocks import number
 from .judging.fans import BandsHeld
-from .page import ReportError, number
+from .page import ReportError
 
 PUBLISHED = "published"
 TIE = 0.02

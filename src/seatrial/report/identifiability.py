@@ -19,12 +19,13 @@ from ..identify.posterior.profile import THRESHOLD, Identifiability, Profile
 from ..identify.posterior.verdicts import capped
 from ..models import STATES
 from . import figures
+from .blocks import Body, Line, bullets, figure, gallery, heading, joined, line, number, soft, table
 from .drawing import Frame, label, whole
-from .page import Section, bullets, figure, gallery, number, soft, table, text
+from .page import Section, text
 
 # Ends within this share of the best objective are as good as it.
 _AS_GOOD = 1e-6
-_WIDE = '<div style="max-width:760px;margin:1rem 0">'
+_WIDE = 760
 _DEGREES = math.degrees(1.0)
 _WORDS = ("identified", "conditional", "weak", "at bound", "not identified")
 _SHOWN = ("advance", "transfer", "tactical_diameter", "steady_diameter", "time_90", "time_180")
@@ -53,16 +54,16 @@ def sections(
     return out
 
 
-def _determined(fit: Fit, known: Identifiability) -> str:
+def _determined(fit: Fit, known: Identifiability) -> Body:
     names = [p.free.path for p in known.profiles]
     found = capped(known.verdicts, fit.diagnosis)
     single, combined = found[: len(names)], found[len(names) :]
     counts = [(sum(v.status == word for v in single), word) for word in _WORDS]
     summary = ", ".join(f"{n} {word}" for n, word in counts if n)
-    better = ""
+    better: Body = ()
     if known.better > 0.1:
-        better = (f'<div class="note">A profile found an objective lower than the fit by {number(known.better, 2)} '
-                  "units of the noise: the fit is not the optimum; search from more starts.</div>")  # fmt: skip
+        better = (Line(f"A profile found an objective lower than the fit by {number(known.better, 2)} units of the "
+                       "noise: the fit is not the optimum; search from more starts.", "warning"),)  # fmt: skip
     rows = [
         [p.free.path, number(p.best, 4), number(p.interval[0], 4), number(p.interval[1], 4),
          p.percent, v.status, v.text]
@@ -70,28 +71,22 @@ def _determined(fit: Fit, known: Identifiability) -> str:
     ]  # fmt: skip
     head = ["parameter", "fitted", "95 % from", "to", "of the range", "verdict", "in words"]
     drawings = (figure(profile(p), f"Profile of {p.free.path}") for p in known.profiles)
-    matrix = figure(correlations(names, known.correlation), "Correlation of the estimates within the box")
-    loose = f"<h3>Combinations that the data leave open</h3>{bullets(f'{v.subject}: {v.text}' for v in combined)}"
-    lead = (
+    matrix = figure(correlations(names, known.correlation), "Correlation of the estimates within the box", most=_WIDE)
+    loose = heading("Combinations that the data leave open") + bullets(f"{v.subject}: {v.text}" for v in combined)
+    first = (
         f"{summary}. A profile holds one parameter and fits all others again: below the dashed line the data do not "
         f"distinguish its values (95 %). The residuals count as {known.independent:.0f} independent ones."
     )
-    return (
-        f"<p>{text(lead)}</p>{better}{_wrapped(head, rows)}{loose if combined else ''}"
-        f"{gallery(*drawings, least=300)}{_WIDE}{matrix}</div>"
-    )
+    return (line(first) + better + table(head, rows, words=(5, 6), wide=True) + (loose if combined else ())
+            + gallery(*drawings, least=300) + matrix)  # fmt: skip
 
 
-def _wrapped(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    return f'<div class="wrap">{table(head, rows, words=(5, 6))}</div>'
-
-
-def _restarts(fit: Fit) -> str:
+def _restarts(fit: Fit) -> Body:
     low, high = np.array([f.low for f in fit.free]), np.array([f.high for f in fit.free])
     ends = fit.ends[np.isfinite(fit.ends[:, 0])]
     bounded = np.isfinite(high - low)
     if not bounded.any() or not ends.size:
-        return "<p>No search has a box to end in.</p>"
+        return line("No search has a box to end in.")
     values = ends[:, 1:][:, bounded]
     places = (values - low[bounded]) / (high - low)[bounded]
     best = float(ends[:, 0].min())
@@ -101,16 +96,15 @@ def _restarts(fit: Fit) -> str:
     words = (f"{int(good.sum())} of {len(ends)} searches ended at the best objective (to {_AS_GOOD:g}); among these a "
              f"parameter moves by up to {number(spread, 2)} of its range.")  # fmt: skip
     caption = "Ends within the box: filled as good as the best, open worse"
-    return f"<p>{text(words)}</p>{_WIDE}{figure(restarts(names, places, good.tolist()), caption)}</div>"
+    return line(words) + figure(restarts(names, places, good.tolist()), caption, most=_WIDE)
 
 
-def _residuals(left: Misfit) -> str:
+def _residuals(left: Misfit) -> Body:
     rows = [[r.channel, number(r.size), number(r.correlation, 2), number(r.runs, 2), str(r.samples)]
             for r in left.remainders]  # fmt: skip
     head = ["channel", "size over noise", "correlation", "runs [deviations]", "samples"]
-    first = text(left.words[0])
-    said = f'<div class="note">{first}</div>' if left.lacking else f"<p>{first}</p>"
-    more = bullets(left.words[1:]) if left.lacking else ""
+    said = (Line(left.words[0], "warning" if left.lacking else ""),)
+    more = bullets(left.words[1:]) if left.lacking else ()
     remark = (
         "The initial state of each prediction is free within the noise. White noise has size 1, correlation 0 and runs "
         "within ±2."
@@ -118,7 +112,7 @@ def _residuals(left: Misfit) -> str:
     return said + more + table(head, rows) + soft(remark)
 
 
-def _bands(predicted: Sequence[Bands], group: Ensemble | None) -> str:
+def _bands(predicted: Sequence[Bands], group: Ensemble | None) -> Body:
     words = "Bands contain 95 % of the fits that the data are consistent with"
     if group is not None:
         noise = ", ".join(f"{n} {number(_DEGREES * s if n in ('psi', 'r') else s, 2)}{_UNIT[n]}"
@@ -126,18 +120,18 @@ def _bands(predicted: Sequence[Bands], group: Ensemble | None) -> str:
         words += f": {len(group.values)} repetitions of the trials with noise {noise}"
     rows = [row for one in predicted for row in _index_rows(one)]
     head = ["trial", "index", "unit", "fit", "95 % from", "to", "width [%]", "measured"]
-    parts = [f"<p>{text(words)}.</p>", table(head, rows, words=(1, 2)) if rows else ""]
+    parts = [line(f"{words}."), table(head, rows, words=(1, 2)) if rows else ()]
     for one in predicted:
         measured = {n: one.trial[n] for n in ("x", "y", "psi") if n in one.trial}
-        line = (measured["x"], measured["y"]) if {"x", "y"} <= set(measured) else None
+        track = (measured["x"], measured["y"]) if {"x", "y"} <= set(measured) else None
         caption = "Tracks of the members, the fit bold, measured dashed"
         drawings = (
-            figure(tracks(one.states, one.best, line), caption),
+            figure(tracks(one.states, one.best, track), caption),
             figure(_heading(one), "Heading relative to the fit: 95 % band, measured dashed"),
             figure(_off(one), "Distance across the fit's track: 95 % band"),
         )
-        parts.append(f"<h3>{text(one.trial.name)}</h3>{gallery(*drawings)}")
-    return "".join(parts)
+        parts.append(heading(one.trial.name) + gallery(*drawings))
+    return joined(parts)
 
 
 _UNIT = {"x": " m", "y": " m", "psi": "°", "u": " m/s", "v_m": " m/s", "r": "°/s"}

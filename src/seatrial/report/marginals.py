@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..belief.sampling.sampled import Sampled
+from .blocks import bullets, figure, gallery, lead, number, soft, table
 from .drawing import label, whole
-from .page import Section, bullets, figure, gallery, lead, number, soft, table
+from .page import Section
 
 _WIDTH, _HEIGHT, _LEFT, _TOP, _FLOOR = 300.0, 150.0, 12.0, 8.0, 124.0
 _BINS, _DRAWN = 36, 24

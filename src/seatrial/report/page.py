@@ -1,14 +1,13 @@
-"""Self-contained HTML pages with their numbers as JSON: page builder, text, tables and figures.
+"""The face of a result on a page: self-contained HTML, with its numbers as JSON beside it.
 
-A `Page` is a title and `Section` values; `write` writes the page and its numbers, both or neither.
+A `Page` is a title and `Section` values of blocks; `write` writes the page and its numbers, both or neither.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any
 from ..core.errors import ReportError as ReportError
 from ..core.files import plain as plain
 from ..core.files import write_together
+from .blocks import Blanks, Block, Body, Figure, Group, Line, Lines, Numbers, Table, Verdict, cell, entries
 from .figure_data import taken
 
 _STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
@@ -31,18 +31,21 @@ class Section:
 
     Attributes:
         title: heading, plain text; empty for what stands below the title of the page.
-        body: HTML; a section without a body is not shown, but its numbers are written.
+        body: a section without one is not shown, but its numbers are written.
         numbers: fields of the JSON file, SI units and radians.
+        sheet: begins on a new sheet of paper.
     """
 
     title: str
-    body: str
+    body: Body
     numbers: Mapping[str, object] = field(default_factory=dict[str, object])
+    sheet: bool = False
 
     @property
     def html(self) -> str:
         """Heading and body."""
-        return f"<h2>{text(self.title)}</h2>{self.body}" if self.title and self.body else self.body
+        heading = f"<h2>{text(self.title)}</h2>" if self.title and self.body else ""
+        return '<div class="sheet"></div>' * self.sheet + heading + html(self.body)
 
 
 @dataclass(frozen=True)
@@ -103,82 +106,88 @@ def text(value: object) -> str:
     return escape(str(value), quote=True)
 
 
-def number(value: float, digits: int = 3) -> str:
-    """A number to read: `digits` significant figures; a dash where there is none."""
-    if not math.isfinite(value):
-        return "–"
-    if value == 0:
-        return "0"
-    size = math.floor(math.log10(abs(value)))
-    if -4 < size < 6:
-        return f"{value:.{max(0, digits - 1 - size)}f}".replace("-", "−")
-    return f"{value:.{digits - 1}e}".replace("-", "−")
+def html(body: Body) -> str:
+    """A body as HTML."""
+    return "".join(map(_drawn, body))
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, words: Sequence[int] = ()) -> str:
-    """A table that scrolls sideways; a cell that begins with * is the best of its row.
+def _drawn(block: Block) -> str:
+    match block:
+        case Line():
+            return _line(block)
+        case Lines():
+            return _lines(block)
+        case Table():
+            return _table(block)
+        case Figure():
+            return _figure(block)
+        case Group():
+            return _group(block)
+        case Numbers():
+            return _numbers(block)
+        case Verdict():
+            if block.why:
+                return f"<p><strong>{text(block.answer)}</strong>: {text(block.why)}.</p>"
+            return html((Line(block.answer, "lead"), Numbers(block.grounds)))
+        case Blanks():
+            fields = "".join(f"<div><span>{text(name)}</span></div>" for name in block.names)
+            return f'<div class="{"sign" if len(block.names) > 1 else "sign wide"}">{fields}</div>'
 
-    Args:
-        head: headings, plain text.
-        rows: cells, plain text.
-        words: columns to align left, besides the first.
-    """
-    kinds = ["text" if i in words else "" for i in range(len(head))]
-    top = "".join(f"<th{_class(kind)}>{text(name)}</th>" for name, kind in zip(head, kinds, strict=True))
-    lines = ("".join(_cell(cell, kind) for cell, kind in zip(row, kinds, strict=True)) for row in rows)
+
+def _line(block: Line) -> str:
+    words = text(block.text) + (f" <code>{text(block.command)}</code>" if block.command else "")
+    if block.kind == "heading":
+        return f"<h3>{words}</h3>"
+    return f'<div class="note">{words}</div>' if block.kind == "warning" else f"<p{_class(block.kind)}>{words}</p>"
+
+
+def _lines(block: Lines) -> str:
+    listed = "<ul>" + "".join(f"<li>{text(line)}</li>" for line in block.lines) + "</ul>"
+    heading = f"<strong>{text(block.title)}</strong>" if block.title else ""
+    return f'<div class="note">{heading}{listed}</div>' if block.boxed else heading + listed
+
+
+def _table(block: Table) -> str:
+    kinds = ["text" if k in block.words else "" for k in range(len(block.head))]
+    top = "".join(f"<th{_class(kind)}>{text(name)}</th>" for name, kind in zip(block.head, kinds, strict=True))
+    lines = ("".join(_cell(cell(one), kind) for one, kind in zip(row, kinds, strict=True)) for row in block.rows)
     body = "".join(f"<tr>{line}</tr>" for line in lines)
-    return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+    drawn = f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+    if block.wide:
+        drawn = f'<div class="wrap">{drawn}</div>'
+    if block.folded:
+        drawn = f"<details><summary>{len(block.rows)} rows</summary>{drawn}</details>"
+    title = f"<div><b>{text(block.title)}</b></div>" if block.title else ""
+    return title + drawn + "".join(f"<div>{text(note)}</div>" for note in block.notes)
 
 
-def bullets(lines: Iterable[str]) -> str:
-    """A list of plain lines."""
-    return "<ul>" + "".join(f"<li>{text(line)}</li>" for line in lines) + "</ul>"
-
-
-def figure(svg: str, caption: str) -> str:
-    """A drawing with a line beneath, and a link to the numbers that it holds (`figure_data`)."""
-    line, (drawing, data) = text(caption), taken(svg)
-    name = re.sub(r"[^a-z0-9]+", "-", caption.lower()).strip("-")[:_NAME] or "figure"
+def _figure(block: Figure) -> str:
+    """The drawing, and a link to the numbers that it holds (`figure_data`)."""
+    line, (drawing, data) = text(block.caption), taken(block.svg)
+    name = re.sub(r"[^a-z0-9]+", "-", block.caption.lower()).strip("-")[:_NAME] or "figure"
     link = f' <a class="data" download="{name}.csv.gz" href="{data}">data (CSV)</a>' if data else ""
-    return f'<figure><div role="img" aria-label="{line}">{drawing}</div><figcaption>{line}{link}</figcaption></figure>'
+    drawn = f'<figure><div role="img" aria-label="{line}">{drawing}</div><figcaption>{line}{link}</figcaption></figure>'
+    if block.most:
+        return f'<div style="max-width:{block.most}px;margin:1rem 0">{drawn}</div>'
+    return f'<div class="scroll"><div style="min-width:{block.least}px">{drawn}</div></div>' if block.least else drawn
 
 
-def gallery(*drawn: str, least: int = 420) -> str:
-    """Figures side by side, each at least so many pixels wide where the screen allows; empty without any."""
-    some = "".join(drawn)
-    narrow = f"grid-template-columns:repeat(auto-fill,minmax(min(100%,{least}px),1fr))"
-    columns = "" if least == 420 else f' style="{narrow}"'
-    return f'<div class="figures"{columns}>{some}</div>' if some else ""
+def _group(block: Group) -> str:
+    some = html(block.body)
+    if block.least is None:
+        return f'<div class="halves">{some}</div>'
+    narrow = f"grid-template-columns:repeat(auto-fill,minmax(min(100%,{block.least}px),1fr))"
+    columns = "" if block.least == 420 else f' style="{narrow}"'
+    return f'<div class="figures"{columns}>{some}</div>'
 
 
-def lead(line: str) -> str:
-    """The first sentence of a page."""
-    return f'<p class="lead">{text(line)}</p>'
-
-
-def soft(line: str) -> str:
-    """A remark below a table or a figure; empty for an empty line."""
-    return f'<p class="soft">{text(line)}</p>' if line else ""
-
-
-def note(title: str, lines: Iterable[str]) -> str:
-    """A box with a list of warnings; empty without any."""
-    some = list(lines)
-    heading = f"<strong>{text(title)}</strong>" if title else ""
-    return f'<div class="note">{heading}{bullets(some)}</div>' if some else ""
-
-
-def tiles(shown: Iterable[tuple[str, str]]) -> str:
-    """Values with what they are, the first as the main one."""
+def _numbers(block: Numbers) -> str:
+    if not block.main:
+        lines = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in block.pairs)
+        return f"<dl>{lines}</dl>"
     parts = (f'<div class="tile{" main" if k == 0 else ""}"><b>{text(value)}</b><span>{text(what)}</span></div>'
-             for k, (value, what) in enumerate(shown))  # fmt: skip
+             for k, (what, value) in enumerate(block.pairs))  # fmt: skip
     return f'<div class="tiles">{"".join(parts)}</div>'
-
-
-def entries(shown: Mapping[str, str]) -> str:
-    """Names with their values; empty without any."""
-    lines = "".join(f"<dt>{text(name)}</dt><dd>{text(value)}</dd>" for name, value in shown.items())
-    return f"<dl>{lines}</dl>" if lines else ""
 
 
 def provenance(shown: Mapping[str, str]) -> Section:
@@ -186,9 +195,9 @@ def provenance(shown: Mapping[str, str]) -> Section:
     return Section("Provenance", entries(shown), {"provenance": dict(shown)})
 
 
-def _cell(cell: str, kind: str) -> str:
-    best = cell.startswith("*")
-    return f"<td{_class(' '.join(filter(None, (kind, 'best' if best else ''))))}>{text(cell[best:])}</td>"
+def _cell(shown: str, kind: str) -> str:
+    best = shown.startswith("*")
+    return f"<td{_class(' '.join(filter(None, (kind, 'best' if best else ''))))}>{text(shown[best:])}</td>"
 
 
 def _class(kind: str) -> str:

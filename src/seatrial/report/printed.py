@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-from .page import number, table
+from .blocks import Body, number, table
 
 SAME = "as printed"
 # Half a unit of the last digit, and a little for the rounding of binary numbers.
@@ -50,8 +50,8 @@ class Row:
         return SAME if self.same else self.why or "not explained"
 
 
-def side_by_side(rows: Iterable[Row], *, first: str = "quantity", digits: int = 4) -> str:
-    """The HTML table of the rows: name, printed, ours, why they differ.
+def side_by_side(rows: Iterable[Row], *, first: str = "quantity", digits: int = 4) -> Body:
+    """The table of the rows: name, printed, ours, why they differ.
 
     Args:
         first: heading of the first column.
@@ -61,8 +61,7 @@ def side_by_side(rows: Iterable[Row], *, first: str = "quantity", digits: int = 
         [row.name + (f" [{row.unit}]" if row.unit else ""), _shown(row.printed), _shown(row.ours, digits), row.reason]
         for row in rows
     ]
-    made = table([first, "printed", "ours", "why they differ"], lines, words=(0, 3))
-    return f'<div class="wrap">{made}</div>'
+    return table([first, "printed", "ours", "why they differ"], lines, words=(0, 3), wide=True)
 
 
 def fields(rows: Iterable[Row]) -> list[Mapping[str, Any]]:

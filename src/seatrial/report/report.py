@@ -19,26 +19,25 @@ from ..validate import Comparison
 from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
 from . import diagnosis, figures, marginals
-from .evidence import PUBLISHED, TIE, Evidence, caveats
-from .judging import fans, fitness
-from .page import (
-    Page,
-    ReportError,
-    Section,
+from .blocks import (
+    Body,
     bullets,
     entries,
     figure,
     gallery,
+    heading,
+    joined,
     lead,
+    line,
     note,
     number,
-    plain,
     soft,
     table,
-    text,
     tiles,
-    write,
-)  # fmt: skip
+)
+from .evidence import PUBLISHED, TIE, Evidence, caveats
+from .judging import fans, fitness
+from .page import Page, ReportError, Section, plain, write
 
 __all__ = ["PUBLISHED", "Report", "ReportError"]
 
@@ -60,25 +59,25 @@ def sections(report: Evidence) -> tuple[Section, ...]:
     """All sections, in the order to show."""
     styles = figures.line_styles(report.labels, CONSTANT_VELOCITY)
     return (
-        Section("", (diagnosis.verdict(report.fit) if report.fit else "") + _head(report)),
-        fitness.section(report.fitness) if report.fitness else Section("", ""),
+        Section("", (diagnosis.verdict(report.fit) if report.fit else ()) + _head(report)),
+        fitness.section(report.fitness) if report.fitness else Section("", ()),
         Section("Standardised error by trial", _trial_table(report)),
         Section("Growth of the error", _horizons(report, styles)),
-        fans.section(report.bands) if report.bands else Section("", ""),
+        fans.section(report.bands) if report.bands else Section("", ()),
         Section("Forecasts", _forecasts(report)),
         Section("Trials", _trials(report, styles)),
         Section("Error by state", _channels(report)),
         Section("Manoeuvre indices", _indices(report)),
-        Section(f"Fit of {report.fit.ship.name}", _fit(report.fit)) if report.fit else Section("", ""),
-        marginals.section(report.drawn) if report.drawn else Section("", ""),
-        Section("Residuals of the fit", diagnosis.section(report.fit)) if report.fit else Section("", ""),
+        Section(f"Fit of {report.fit.ship.name}", _fit(report.fit)) if report.fit else Section("", ()),
+        marginals.section(report.drawn) if report.drawn else Section("", ()),
+        Section("Residuals of the fit", diagnosis.section(report.fit)) if report.fit else Section("", ()),
         Section("Assumptions", _assumptions(report)),
-        Section("Findings in the data", bullets(report.findings) if report.findings else ""),
+        Section("Findings in the data", bullets(report.findings) if report.findings else ()),
         Section("Provenance", entries(report.provenance)),
     )
 
 
-def _head(report: Evidence) -> str:
+def _head(report: Evidence) -> Body:
     errors = report.pooled
     remark = (
         "Standardised mean squared error, summed over the states and pooled over the trials by samples (Wakita 2022, "
@@ -96,7 +95,7 @@ def _scale(report: Evidence) -> str:
     return f" Errors divided by: {found.pop()}." if len(found) == 1 else ""
 
 
-def _trial_table(report: Evidence) -> str:
+def _trial_table(report: Evidence) -> Body:
     rows = []
     for name, found in report.trials.items():
         any_one = next(iter(found.values()))
@@ -114,7 +113,7 @@ def _trial_table(report: Evidence) -> str:
     return table(head, rows, words=(1, 2))
 
 
-def _horizons(report: Evidence, styles: figures.Styles) -> str:
+def _horizons(report: Evidence, styles: figures.Styles) -> Body:
     drawings = []
     for what, channels, factor in _GROWTH:
         curves = {label: _pooled_horizon(report, label, channels, factor) for label in report.labels}
@@ -137,10 +136,10 @@ def _pooled_horizon(report: Evidence, label: str, channels: Sequence[str], facto
     return {end: factor * math.sqrt(float(np.mean(values))) for end, values in squares.items()}
 
 
-def _forecasts(report: Evidence) -> str:
+def _forecasts(report: Evidence) -> Body:
     """Errors of forecasts by a filter on the raw log with each model."""
     if not report.forecasts:
-        return ""
+        return ()
     rows = [
         [f.trial, f.label, f"{f.horizon:g}", str(f.count),
          number(f.position), number(_DEGREES * f.heading), number(f.end)]
@@ -155,30 +154,30 @@ def _forecasts(report: Evidence) -> str:
     return table(head, rows, words=(1,)) + soft(remark)
 
 
-def _assumptions(report: Evidence) -> str:
+def _assumptions(report: Evidence) -> Body:
     rows = [[a.path, number(a.value, 4), a.unit, a.why] for a in report.assumptions]
     remark = "Neither measured nor fitted; wording of the ship file. The fitted values are right only if these are."
     head = ["number", "value", "unit", "assumed"]
-    return table(head, rows, words=(2, 3)) + soft(remark) if rows else ""
+    return table(head, rows, words=(2, 3)) + soft(remark) if rows else ()
 
 
-def _trials(report: Evidence, styles: figures.Styles) -> str:
-    parts: list[str] = []
+def _trials(report: Evidence, styles: figures.Styles) -> Body:
+    parts: list[Body] = []
     drawn = report.trials
     if len(drawn) > _DRAWN:
         drawn = dict(sorted(drawn.items(), key=lambda item: -_first(report, item[1]).standardised)[:_DRAWN])
         worst = f"The {_DRAWN} of {len(report.trials)} trials with the largest error, worst first."
-        parts.append(f"<p>{worst}</p>")
+        parts.append(line(worst))
     for name, found in drawn.items():
         several = list(found.values())
-        drawings: list[str] = []
+        drawings: list[Body] = []
         if all({"x", "y", "psi"} <= set(c.metrics) for c in several):
             caption = "Track, north up; ticks show the measured heading, the circle the start"
             drawings.append(figure(figures.track(several, styles, name), caption))
         caption = "Heading, speeds, rate of turn and controls over time; colours as beside"
         drawings.append(figure(figures.series(several, styles, name), caption))
-        parts.append(f"<h3>{text(name)}</h3>{gallery(*drawings)}")
-    return "".join(parts)
+        parts.append(heading(name) + gallery(*drawings))
+    return joined(parts)
 
 
 def _first(report: Evidence, found: Mapping[str, Comparison]) -> Comparison:
@@ -186,7 +185,7 @@ def _first(report: Evidence, found: Mapping[str, Comparison]) -> Comparison:
     return next(found[label] for label in report.labels if label in found)
 
 
-def _channels(report: Evidence) -> str:
+def _channels(report: Evidence) -> Body:
     rows = [
         [name, label, channel, _UNITS.get(channel, ""), *_of_channel(c, channel)]
         for name, found in report.trials.items()
@@ -195,10 +194,7 @@ def _channels(report: Evidence) -> str:
     ]
     head = ["trial", "label", "state", "unit", "RMSE", "bias", "R²", "FVU", "samples"]
     remark = soft("R² = 1 − SSE/SST about the measured mean; FVU = var(error)/var(measured).")
-    full = table(head, rows, words=(1, 2, 3))
-    if len(rows) > _LONG:
-        full = f"<details><summary>{len(rows)} rows</summary>{full}</details>"
-    return remark + full if rows else ""
+    return remark + table(head, rows, words=(1, 2, 3), folded=len(rows) > _LONG) if rows else ()
 
 
 def _of_channel(c: Comparison, channel: str) -> list[str]:
@@ -207,7 +203,7 @@ def _of_channel(c: Comparison, channel: str) -> list[str]:
     return [number(factor * m.rmse), number(factor * m.bias), number(m.r2), number(m.fvu), str(m.samples)]
 
 
-def _indices(report: Evidence) -> str:
+def _indices(report: Evidence) -> Body:
     rows: list[list[str]] = []
     for c in report.comparisons:
         for name, (measured, predicted) in c.indices.items():
@@ -217,10 +213,10 @@ def _indices(report: Evidence) -> str:
             values = [number(factor * value) for value in (measured, predicted, predicted - measured)]
             rows.append([c.measured.name, c.label, name.replace("_", " "), unit, *values, number(share, 2)])
     head = ["trial", "label", "index", "unit", "measured", "predicted", "error", "error [%]"]
-    return table(head, rows, words=(1, 2, 3)) if rows else ""
+    return table(head, rows, words=(1, 2, 3)) if rows else ()
 
 
-def _fit(fit: Fit) -> str:
+def _fit(fit: Fit) -> Body:
     status = {v.subject: v.status for v in fit.verdicts}
     rows = [
         [
@@ -235,24 +231,22 @@ def _fit(fit: Fit) -> str:
     words = bullets(f"{v.subject}: {v.text}" for v in fit.verdicts if v.status != "identified")
     loss = number(fit.objective, 4)
     cost = f"{fit.status}; {number(fit.seconds)} s, {fit.evaluations} evaluations, loss {loss}."
-    drawing = ""
+    drawing: Body = ()
     if len(fit.history) > 1:
         drawing = figure(figures.convergence(fit.history), "Loss over the iterations")
     remark = "Shrinkage: information of the data relative to the prior, 0 none, 1 all. Sigma: posterior deviation."
-    return (
-        f"<p>{text(cost)}</p>{table(head, rows, words=(7,))}{soft(remark)}{words}{along(fit)}{gallery(drawing)}"
-    )
+    return line(cost) + table(head, rows, words=(7,)) + soft(remark) + words + along(fit) + gallery(drawing)
 
 
-def along(fit: Fit) -> str:
+def along(fit: Fit) -> Body:
     """Nuisance parameters of each trial; empty if none were estimated."""
     names = list(dict.fromkeys(name for own in fit.nuisances.values() for name in own))
     if not names:
-        return ""
+        return ()
     rows = [[trial, *(number(own[name], 3) if name in own else "–" for name in names)]
             for trial, own in fit.nuisances.items()]  # fmt: skip
     remark = "SI units, currents towards north (x) and east (y); a bias is the reading of the sensor less the truth."
-    return f"<h3>Nuisance parameters of each trial</h3>{table(['trial', *names], rows)}{soft(remark)}"
+    return heading("Nuisance parameters of each trial") + table(["trial", *names], rows) + soft(remark)
 
 
 # Labels of the ship that a fit began from.
@@ -286,8 +280,8 @@ def against(report: Evidence) -> list[str]:
         both = [f for f in report.trials.values() if subject in f and other in f]
         wins = sum(f[subject].standardised < f[other].standardised for f in both)
         lost = worse(report, other)
-        line = f"'{subject}' against '{other}': smaller standardised error in {wins} of {len(both)}"
-        found.append(f"{line}, but greater error of {'; of '.join(lost)}" if lost else line)
+        said = f"'{subject}' against '{other}': smaller standardised error in {wins} of {len(both)}"
+        found.append(f"{said}, but greater error of {'; of '.join(lost)}" if lost else said)
     return found
 
 

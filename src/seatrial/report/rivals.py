@@ -27,8 +27,9 @@ from ..validate.rivals import (
     Score,
 )
 from . import diagnosis, figures
+from .blocks import Body, bullets, figure, gallery, heading, lead, line, number, soft, table, tiles
 from .figures import canvas, legend_below, svg
-from .page import Page, Section, bullets, figure, gallery, lead, number, soft, table, text, tiles
+from .page import Page, Section
 from .page import provenance as origin
 from .report import along
 
@@ -78,7 +79,7 @@ def _counted(number: int) -> str:
     return f"{number} parameter{'s' * (number != 1)}"
 
 
-def summary(found: Rivals) -> str:
+def summary(found: Rivals) -> Body:
     """Main results, and the truth with its weather and sensors."""
     first, virtual, problem = found.cases[0], found.study.virtual, found.study.problem
     truth, samples = "" if virtual is None else virtual.ship.name, sum(len(t) for t in problem.trials)
@@ -97,8 +98,7 @@ def summary(found: Rivals) -> str:
         f"{len(found.study.test)} others; {names[RIVAL]} fitted for comparison."
     )
     about = f"The truth is {truth}: its trials are simulated, so every estimate has a true value."
-    weather = f"<p>{text(_weather(found))}</p>" if virtual else ""
-    return f"{lead(first_line)}{tiles(shown)}<p>{text(about)}</p>{weather}"
+    return lead(first_line) + tiles(shown) + line(about) + (line(_weather(found)) if virtual else ())
 
 
 def _weather(found: Rivals) -> str:
@@ -123,7 +123,7 @@ def _weather(found: Rivals) -> str:
     return f"Weather: {' and '.join(parts) or 'calm'}. White noise of the sensors (SI, angles in degrees): {noise}."
 
 
-def relative(found: Rivals) -> str:
+def relative(found: Rivals) -> Body:
     """Relative errors of whole runs, with those of a publication if the study has them, and their ratios."""
     names, published = labels(found), found.study.published
     rows: list[list[str]] = []
@@ -144,18 +144,16 @@ def relative(found: Rivals) -> str:
     source = soft(f"The paper's: {published['source']}." if published else "")
     ratios = [[case.name, *(number(case.smaller(v)) for v in VELOCITIES), case.about] for case in found.cases]
     head = ["", "surge u", "sway v_m", "yaw r"]
-    return (
-        f"{table([*head, 'whose'], rows, words=(4,))}{soft(remark)}{source}"
-        f"<h3>Error of the rival over that of the model</h3>"
-        f"{table([*head, 'what the model knows'], ratios, words=(4,))}"
-    )
+    return (table([*head, "whose"], rows, words=(4,)) + soft(remark) + source
+            + heading("Error of the rival over that of the model")
+            + table([*head, "what the model knows"], ratios, words=(4,)))  # fmt: skip
 
 
 def _percent(share: float) -> str:
     return f"{number(100.0 * share)} %" if math.isfinite(share) else "diverges"
 
 
-def growth(found: Rivals) -> str:
+def growth(found: Rivals) -> Body:
     """Errors over the steps predicted, in the first and the last weather, and those after the longest horizon."""
     names, dt = labels(found), found.study.problem.trials[0].dt
     drawn = (
@@ -168,10 +166,10 @@ def growth(found: Rivals) -> str:
         for case in found.cases
     ]
     title = f"After {HORIZONS[-1]} steps ({HORIZONS[-1] * dt:g} s): {names[FULL]} over the truth's own error"
-    return f"{gallery(*drawn)}<h3>{text(title)}</h3>{table(['', *_STATES], rows)}"
+    return gallery(*drawn) + heading(title) + table(["", *_STATES], rows)
 
 
-def parameters(found: Rivals) -> str:
+def parameters(found: Rivals) -> Body:
     """Estimates with sigma and verdict beside their true values."""
     first, fit = found.cases[0], found.fit
     status = {v.subject: v.status for v in fit.verdicts}
@@ -188,11 +186,9 @@ def parameters(found: Rivals) -> str:
         "SI units. Estimate and sigma are those of the first case; in the columns of the cases: estimate less truth, "
         "in sigma of the case."
     )
-    return (
-        f"{bullets(_within(case) for case in found.cases)}{gallery(drawing)}"
-        f"{table(head, rows, words=(len(head) - 1,))}{soft(remark)}"
-        f"<h3>What the data do not determine separately</h3>{words}{along(fit)}"
-    )
+    return (bullets(_within(case) for case in found.cases) + gallery(drawing)
+            + table(head, rows, words=(len(head) - 1,)) + soft(remark)
+            + heading("What the data do not determine separately") + words + along(fit))  # fmt: skip
 
 
 def _within(case: Case) -> str:
@@ -203,22 +199,22 @@ def _within(case: Case) -> str:
     )
 
 
-def drive(found: Rivals) -> str:
+def drive(found: Rivals) -> Body:
     """Thrust maps of the bench and servos of the logs beside the truth; empty without either."""
     return _thrust(found) + _servos(found)
 
 
-def _thrust(found: Rivals) -> str:
+def _thrust(found: Rivals) -> Body:
     rows: list[list[str]] = []
     for name, (fit, n, _) in found.drive.maps.items():
         far = float(np.abs(fit.thrust(n) - found.drive.thrust(name)).max())
         kept = ", ".join(map(str, fit.powers))
         rows.append([f"thruster {name}", kept, number(fit.rmse), f"{fit.R2:.5f}", number(far)])
     head = ["", "powers of n kept", "RMSE [N]", "R²", "farthest from the truth [N]"]
-    return table(head, rows, words=(1,)) if rows else ""
+    return table(head, rows, words=(1,)) if rows else ()
 
 
-def _servos(found: Rivals) -> str:
+def _servos(found: Rivals) -> Body:
     published = found.study.published.get("R2", {})
     rows: list[list[str]] = []
     for name, fit in found.drive.servos.items():
@@ -230,7 +226,7 @@ def _servos(found: Rivals) -> str:
             number(float(true.lag), 2), number(_DEGREES * fit.rmse), f"{fit.R2:.5f}", paper,
         ])  # fmt: skip
     head = ["", "rate [rad/s]", "truth", "lag [s]", "truth", "RMSE [°]", "R²", "R², the paper's"]
-    return table(head, rows) if rows else ""
+    return table(head, rows) if rows else ()
 
 
 def _lag(fit: ServoFit) -> str:

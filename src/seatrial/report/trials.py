@@ -12,7 +12,8 @@ from ..data import Array, unwrapped
 from ..data.kinds import ABOUT
 from ..validate.folder import Entry, Survey
 from . import figures
-from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text
+from .blocks import bullets, figure, gallery, heading, lead, line, note, number, soft, table
+from .page import Page, Section
 
 _DEGREE = math.degrees(1.0)
 _POINTS, _DOTS = 300, 2500
@@ -34,18 +35,18 @@ def page(found: Survey) -> Page:
     legend += "Ranges: 1st to 99th percentile. New: samples unlike any of the other recordings "
     legend += f"({found.uncovered})." if found.uncovered else "(1 % is usual for more of the same)."
     rows = (_row(name, entry) for name, entry in some)
-    body = f'<div class="wrap">{table(_HEAD, rows, words=(1, 2))}</div>' + soft(legend)
+    body = table(_HEAD, rows, words=(1, 2), wide=True) + soft(legend)
     doubtful = [
         f"{name}: {entry.kind.label}: {'; '.join(entry.kind.doubts)}" for name, entry in some if entry.kind.doubts
     ]
-    body += f"<h3>Doubts</h3>{bullets(doubtful)}" if doubtful else ""
+    body += heading("Doubts") + bullets(doubtful) if doubtful else ()
     parts = [Section("", first), Section("Recordings", body)]
     if drawn := _plane(found):
         plane = figure(drawn, f"Some {_DOTS} samples of all recordings, by kind")
         parts.append(Section("Where the samples lie", gallery(plane, least=800)))
     for kind, group in groupby(some, key=lambda one: one[1].kind.name):
         shown = (figure(_drawn(name, entry), _caption(name, entry)) for name, entry in group)
-        parts.append(Section(kind, f"<p>{text(ABOUT[kind])}.</p>" + gallery(*shown)))
+        parts.append(Section(kind, line(f"{ABOUT[kind]}.") + gallery(*shown)))
     return Page(f"Trials in {found.folder.root.name or found.folder.root}", tuple(parts), numbers(found))
 
 
@@ -128,9 +129,9 @@ def _drawn(name: str, entry: Entry) -> str:
     curves = list(_curves(entry))
     drawn, axes = figures.panels(max(len(curves), 1), 2 if tracked else 1, _SIZE)
     for ax, (label, values) in zip(axes[:, -1], curves, strict=False):
-        for k, (_, line) in enumerate(values.items()):
+        for k, own in enumerate(values.values()):
             colour, dashes, _ = figures.LINES[k % len(figures.LINES)]
-            ax.plot(trial.t[rows], line[rows], color=colour if len(values) > 1 else figures.INK, ls=dashes, lw=1.1)
+            ax.plot(trial.t[rows], own[rows], color=colour if len(values) > 1 else figures.INK, ls=dashes, lw=1.1)
         ax.set_ylabel(label, fontsize=8)
         ax.tick_params(labelsize=8)
         ax.locator_params(axis="y", nbins=4)

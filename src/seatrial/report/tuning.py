@@ -18,9 +18,10 @@ from ..identify import Fit
 from ..identify.tuning.tuned import Method, Range, Tuning, findings
 from ..simulate.replay import replay
 from . import diagnosis, figures
+from .blocks import Body, bullets, figure, gallery, heading, joined, lead, line, note, number, soft, table, tiles
 from .evidence import TIE
 from .figures import canvas, svg
-from .page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
+from .page import Page, Section
 from .page import provenance as origin
 
 SCHEMA = "seatrial-tuning/1"
@@ -40,21 +41,21 @@ def page(
     """
     predicted = {trial.name: _predictions(tuning, trial, method) for trial in tuning.tests}
     parts = (
-        Section("", (diagnosis.verdict(fit) if fit else "") + _head(tuning)),
+        Section("", (diagnosis.verdict(fit) if fit else ()) + _head(tuning)),
         Section("Two methods, side by side", _methods(tuning)),
         Section("The range", _objectives(tuning)),
         Section("Cross-validation", _left_out(tuning)),
         Section("The parameters", _parameters(tuning)),
         Section("Held-out trials", _tests(tuning, predicted)),
         Section("Residuals", _residuals(tuning)),
-        Section("Residuals of the fit", diagnosis.section(fit) if fit else ""),
+        Section("Residuals of the fit", diagnosis.section(fit) if fit else ()),
         *sections,
         origin(provenance),
     )
     return Page(title, parts, {**numbers(tuning), "title": title})
 
 
-def _head(tuning: Tuning) -> str:
+def _head(tuning: Tuning) -> Body:
     best, issues = tuning.best, findings(tuning)
     before, after = (sum(losses.values()) for losses in (tuning.untuned_test, best.test))
     kind = "unseen" if tuning.tests else "tuning"
@@ -73,11 +74,11 @@ def _head(tuning: Tuning) -> str:
                          for wanted in (True, False))  # fmt: skip
     lost = worse_than_start(tuning)
     worse = lead(f"Worse than untuned: loss {number(lost['fitted'])} against {number(lost['untuned'])} on the {kind} "
-                 "trials.") if lost else ""  # fmt: skip
+                 "trials.") if lost else ()  # fmt: skip
     return worse + lead(first) + tiles(shown) + note("Warnings", warnings) + bullets(remarks)
 
 
-def _methods(tuning: Tuning) -> str:
+def _methods(tuning: Tuning) -> Body:
     rows: list[list[str]] = []
     for r in tuning.ranges:
         evolution, gradient = r.methods["evolution"], r.methods["gradient"]
@@ -109,16 +110,16 @@ def _found(ends: Any, agreement: float) -> int:
     return int((costs <= costs.min() + agreement * abs(costs.min())).sum())
 
 
-def _objectives(tuning: Tuning) -> str:
+def _objectives(tuning: Tuning) -> Body:
     drawing = figure(objectives(tuning), "Loss over the range, on the tuning and on the test trials")
     remark = (
         "A wider range must fit the tuning trials better; whether it predicts better shows on trials that it was "
         "not fitted to. Soft: a Gaussian about the untuned values in place of the box."
     )
-    return f"<p>{text(remark)}</p>{gallery(drawing)}"
+    return line(remark) + gallery(drawing)
 
 
-def _left_out(tuning: Tuning) -> str:
+def _left_out(tuning: Tuning) -> Body:
     names = [t.name for t in tuning.problem.trials]
     least = [min(r.left_out[n] for r in tuning.ranges) for n in names]
     totals = [sum(r.left_out.values()) for r in tuning.ranges]
@@ -136,7 +137,7 @@ def _starred(value: float, best: float) -> str:
     return ("*" if value <= best else "") + number(value, 4)
 
 
-def _parameters(tuning: Tuning) -> str:
+def _parameters(tuning: Tuning) -> Body:
     rows: list[list[str]] = []
     for k, f in enumerate(tuning.problem.free):
         value = float(read(tuning.problem.ship.model, f.path))
@@ -160,25 +161,24 @@ def _predictions(tuning: Tuning, trial: Trial, method: str) -> dict[str, Trial]:
     return found
 
 
-def _tests(tuning: Tuning, predicted: Mapping[str, Mapping[str, Trial]]) -> str:
+def _tests(tuning: Tuning, predicted: Mapping[str, Mapping[str, Trial]]) -> Body:
     if not tuning.tests:
-        return ""
+        return ()
     labels = [UNTUNED, *(f"a_r {r.ratio:g}" for r in tuning.ranges)]
     losses = [tuning.untuned_test, *(r.test for r in tuning.ranges)]
     rows = [[n, *_bolded([loss[n] for loss in losses])] for n in predicted]
     rows.append(["together", *_bolded([sum(loss.values()) for loss in losses])])
     away = [[t.name, *_bolded([_away(t, predicted[t.name].get(label)) for label in labels])] for t in tuning.tests]
-    drawn = "".join(
-        f"<h3>{text(t.name)}</h3>" + gallery(
+    drawn = joined(
+        heading(t.name) + gallery(
             figure(tracks(t, predicted[t.name]), "Track, north up, at equal scale; the circle is the start"),
             figure(motions(t, predicted[t.name]), "Heading, speeds, rate of turn and controls; lines as beside"),
         )
         for t in tuning.tests
     )
-    return (
-        f"<h3>Loss J</h3>{table(['trial', *labels], rows)}"
-        f"<h3>Distance from the measured track, root mean square [m]</h3>{table(['trial', *labels], away)}{drawn}"
-    )
+    return (heading("Loss J") + table(["trial", *labels], rows)
+            + heading("Distance from the measured track, root mean square [m]") + table(["trial", *labels], away)
+            + drawn)  # fmt: skip
 
 
 def _bolded(values: Sequence[float]) -> list[str]:
@@ -194,7 +194,7 @@ def _away(measured: Trial, predicted: Trial | None) -> float:
     return math.sqrt(float(np.nanmean(squares)))
 
 
-def _residuals(tuning: Tuning) -> str:
+def _residuals(tuning: Tuning) -> Body:
     left, names = tuning.residuals, [t.name for t in tuning.problem.trials]
     rows: list[list[str]] = []
     for channel, rms in left.rms.items():

@@ -21,26 +21,14 @@ from ..core.errors import RequestError as RequestError
 
 if TYPE_CHECKING:  # the command line imports this room before it knows what is asked for
     from ..identify import Problem, Progress
+    from ..report.blocks import Body
 
-__all__ = ["SILENT", "Document", "Outcome", "RequestError", "Shown", "Silent", "Sink", "Table", "figure"]
+__all__ = ["SILENT", "Document", "Outcome", "RequestError", "Silent", "Sink", "figure"]
 
 Result = TypeVar("Result")
 
 Document = Mapping[str, object]
 """What ``--json`` prints: texts, numbers, lists and mappings; a number that is not finite means null."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table for a terminal; `right` are the indices of the columns of numbers."""
-
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    right: tuple[int, ...] = ()
-
-
-Shown = Table | str
-"""One block of the summary that people read: a table, or a line."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +38,15 @@ class Outcome(Generic[Result]):
     Attributes:
         result: the value for Python.
         document: the same for JSON.
-        shown: the same for people, block by block.
+        shown: the same for people, as blocks that each face draws.
         errors: what failed while the rest was done, one line each; a command exits with 1 where there are any.
-        leads: what speaks against the result, one line each, the first blocks of `shown`: that the model does not
+        leads: what speaks against the result, one line each, the first lines of `shown`: that the model does not
             explain the data, or that it predicts worse than before the fit.
     """
 
     result: Result
     document: Document
-    shown: tuple[Shown, ...]
+    shown: Body
     errors: tuple[str, ...] = ()
     leads: tuple[str, ...] = ()
 

@@ -13,10 +13,11 @@ from ..core.parameters import unknown, values
 from ..data import Trial
 from ..engine import SimulationError
 from ..models import Sampled
+from ..report.blocks import Body, line, table
 from ..ships import Ship
 from ..ships.files import library, load
 from ..validate import Comparison
-from . import RequestError, Sink, Table, figure
+from . import RequestError, Sink, figure
 from .request import positive, vector
 
 if TYPE_CHECKING:
@@ -190,10 +191,10 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], around: Around, sink
         differing = between_trials(fitted_nuisances(model))
         begun = {t.name: fit_first(ship, t, around.fit_first, current=around.current is None, differing=differing)
                  for t in right}  # fmt: skip
-        changes += [line for t in right for line in _begun_words(ship, begun[t.name], around.fit_first)]
+        changes += [one for t in right for one in _begun_words(ship, begun[t.name], around.fit_first)]
         right = [begun[t.name].trial for t in right]
-    for line in changes:
-        sink.note(f"note: {line}")
+    for one in changes:
+        sink.note(f"note: {one}")
     return Judged(tuple(right), begun, tuple(changes))
 
 
@@ -362,12 +363,10 @@ def fitness(
                  trained_on=trained_on, smooth_start=smooth_start)  # fmt: skip
 
 
-def fitness_table(found: Fitness) -> tuple[Table, str]:
+def fitness_table(found: Fitness) -> Body:
     """The table and the verdict for a terminal."""
-    rows = tuple(_judged(one) for one in found.found)
     head = ("error", "accepted", "found", "from", "to", "unit", "trials", "errors", "verdict", "why")
-    table = Table(head, rows, right=(1, 2, 3, 4, 6, 7))
-    return table, f"for {found.purpose}: {found.verdict}"
+    return table(head, map(_judged, found.found), words=(5, 8, 9)) + line(f"for {found.purpose}: {found.verdict}")
 
 
 def _judged(one: Found) -> tuple[str, ...]:

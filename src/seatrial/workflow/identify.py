@@ -17,6 +17,7 @@ from ..identify.digest import digest
 from ..identify.posterior.verdicts import overruled
 from ..identify.resume import forget
 from ..identify.watch import start
+from ..report.blocks import joined, line
 from ..study.series_run import claimed, swept
 from ..study.store import SUMMARY, kept, save_fit
 from . import SILENT, Outcome, RequestError, Sink
@@ -62,8 +63,8 @@ def identify(
         plan = read_plan(path, out, quick, only, free_suspects)
         check_sample(plan, sample)
         jobs, todo = plan.jobs(), plan.left()
-        for line in plan.lint() if todo else ():
-            sink.note(line)
+        for warning in plan.lint() if todo else ():
+            sink.note(warning)
         _note_done(len(jobs) - len(todo), len(jobs), out, sink)
         with executors.dask(dask, sink.note) if dask and todo else nullcontext(None) as pool:
             fits, failed = _fits(plan, jobs, todo, sink, pool) if todo else ({}, [])
@@ -76,7 +77,7 @@ def identify(
         document = plan.document()
         errors = (f"{len(todo) - len(fits)} of {len(todo)} fits failed, first {failed[0]}",) if failed else ()
         said = leads(document, out, plan.kept_back)
-        blocks = (*said, *shown(document, out, plan.kept_back))
+        blocks = joined(map(line, said)) + shown(document, out, plan.kept_back)
         return Outcome(fits, {**document, "run": str(out)}, blocks, errors, said)
 
 
@@ -142,8 +143,8 @@ def _spread(
     places = plan.path.absolute(), plan.out.absolute()
     ended = pool.each(_elsewhere, ((job, places, number) for number, job in enumerate(full)))
     for count, (number, found, notes) in enumerate(ended, start=before + 1):
-        for line in notes:
-            sink.note(line)
+        for told in notes:
+            sink.note(told)
         sink.note(f"{count} of {before + len(todo)} done: {todo[number].name}")
         yield todo[number], found
 

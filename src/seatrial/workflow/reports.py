@@ -12,6 +12,7 @@ from ..core.executors import Pool
 from ..data import Trial
 from ..identify import Fit, Problem
 from ..identify.lint import doubts
+from ..report.blocks import Body, joined, line, table
 from ..report.evidence import assumptions
 from ..report.page import Section, write
 from ..report.report import Report
@@ -20,7 +21,7 @@ from ..study.store import MODEL
 from ..study.study import Study
 from ..validate.corrected import corrected, of_trial, shared_by_all, words
 from ..validate.foresight import foreseen
-from . import Document, Shown, Sink, Table, figure
+from . import Document, Sink, figure
 from .comparing import compared, scales
 from .request import DEGREE
 
@@ -87,8 +88,8 @@ def _compare(
     fitted = load(out / MODEL)
     comparisons, failed = compared(fitted, right, study.restart, scales(trials, study.sigma), problem.ship)
     changes = _changes(fit, trials)
-    for line in (*(f"error: {line}" for line in failed), *(f"note: {line}" for line in changes)):
-        sink.note(line)
+    for told in (*(f"error: {one}" for one in failed), *(f"note: {one}" for one in changes)):
+        sink.note(told)
     Report(
         study.title or f"{fit.ship.name}: {'fitted' if study.name == 'study' else f'study {study.name}'}",
         comparisons, fit, tuple(t.name for t in problem.trials),
@@ -167,7 +168,7 @@ def _counted(parts: Mapping[str, Sequence[Trial]]) -> str:
     return ", ".join(f"{len(trials)} {what}" for what, trials in parts.items() if trials)
 
 
-def shown(document: Document, out: Path, kept_back: bool) -> tuple[Shown, ...]:
+def shown(document: Document, out: Path, kept_back: bool) -> Body:
     """The summary of the run in `out`.
 
     Args:
@@ -176,7 +177,7 @@ def shown(document: Document, out: Path, kept_back: bool) -> tuple[Shown, ...]:
     """
     of = "trials kept back" if kept_back else "the training trials (none was kept back)"
     summary = _SUMMARIES.get(str(document["schema"]))
-    return (_wrote(out),) if summary is None else summary(document, out, of)
+    return line(_wrote(out)) if summary is None else summary(document, out, of)
 
 
 def leads(document: Document, out: Path, kept_back: bool) -> tuple[str, ...]:
@@ -205,7 +206,7 @@ def leads(document: Document, out: Path, kept_back: bool) -> tuple[str, ...]:
     return tuple(said)
 
 
-def comparisons(report: Report) -> Table:
+def comparisons(report: Report) -> Body:
     """Standardised errors by trial and label, the pooled ones last."""
     labels = report.labels
     rows = [
@@ -213,10 +214,10 @@ def comparisons(report: Report) -> Table:
         for name, found in report.trials.items()
     ]
     rows.append(("pooled", *(figure(report.pooled[label]) for label in labels)))
-    return Table(("standardised error", *labels), tuple(rows), tuple(range(1, len(labels) + 1)))
+    return table(("standardised error", *labels), rows)
 
 
-def _fit(found: Mapping[str, Any], out: Path, of: str) -> tuple[Shown, ...]:
+def _fit(found: Mapping[str, Any], out: Path, of: str) -> Body:
     """Parameters, standardised errors and forecasts of one fit."""
     status = {v["subject"]: v["status"] for v in found["verdicts"]}
     rows = tuple(
@@ -225,10 +226,10 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> tuple[Shown, ...]:
         for path, p in found["parameters"].items()
     )  # fmt: skip
     head = ("parameter", "start", "fitted", "sigma", "from data", "verdict")
-    parameters = (Table(head, rows, (1, 2, 3, 4)),) if rows else ()  # a network has weights, no parameters
+    parameters = table(head, rows, words=(5,)) if rows else ()  # a network has weights, no parameters
     combined = [f"{v['subject']}: {v['text']}" for v in found["verdicts"] if v["subject"] not in found["parameters"]]
-    return (
-        *parameters, *combined[:_COMBINED],
+    return parameters + joined(map(line, (
+        *combined[:_COMBINED],
         *((f"... and {len(combined) - _COMBINED} more combinations: see {out}/report.html",)
           if len(combined) > _COMBINED else ()),
         *_tested(found),
@@ -236,7 +237,7 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> tuple[Shown, ...]:
         *(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
           f"{figure(f['heading'] / DEGREE)} deg" for f in found["forecasts"]),
         f"{found['status']}; {found['seconds']:.1f} s; {_wrote(out)}",
-    )  # fmt: skip
+    )))  # fmt: skip
 
 
 def _tested(found: Mapping[str, Any]) -> Sequence[str]:
@@ -244,7 +245,7 @@ def _tested(found: Mapping[str, Any]) -> Sequence[str]:
     return (found.get("diagnosis") or {"lines": ()})["lines"]
 
 
-def _tuning(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
+def _tuning(found: Mapping[str, Any], out: Path, _: str) -> Body:
     """Losses of each range of a fine-tuning, and its findings."""
     before = [figure(sum(found["untuned"][key].values())) for key in ("tune", "test")]
     rows: list[tuple[str, ...]] = [("untuned", *before, "", "", "", "")]
@@ -258,10 +259,10 @@ def _tuning(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
     head = ("a_r", "J tuning", "J test", "J left out", "at a bound", "methods apart", "seconds, CMA-ES + gradient")
     findings = (f"{'warning: ' if f['severity'] == 'warning' else ''}{f['where']}: {f['text']}"
                 for f in found["findings"])  # fmt: skip
-    return Table(head, tuple(rows), (1, 2, 3, 4, 5, 6)), *_tested(found), *findings, _wrote(out)
+    return table(head, rows) + joined(map(line, (*_tested(found), *findings, _wrote(out))))
 
 
-def _shooting(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
+def _shooting(found: Mapping[str, Any], out: Path, _: str) -> Body:
     """Relative errors of a model, its rival and the truth in each weather, and the servos."""
     rows: list[tuple[str, ...]] = []
     for name, case in found["cases"].items():
@@ -274,10 +275,10 @@ def _shooting(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
     head = ("weather", "model", "surge", "sway", "yaw", "50 steps / truth", "sigma off at most")
     servos = (f"{name}: {figure(servo['rate'], 5)} rad/s +- {figure(servo['sigma']['rate'], 2)}"
               for name, servo in found["servos"].items())  # fmt: skip
-    return Table(head, tuple(rows), (2, 3, 4, 5, 6)), *_tested(found), *servos, _wrote(out)
+    return table(head, rows, words=(1,)) + joined(map(line, (*_tested(found), *servos, _wrote(out))))
 
 
-def _table(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
+def _table(found: Mapping[str, Any], out: Path, _: str) -> Body:
     """Errors of each model of a table of fits on each test, and its claims."""
     tests = [*found["tests"], "together"]
     rows = tuple(
@@ -285,8 +286,8 @@ def _table(found: Mapping[str, Any], out: Path, _: str) -> tuple[Shown, ...]:
     )
     claims = (f"{claim['says']}: " + ", ".join(f"{row['test']}: {row['verdict']}" for row in claim["rows"])
               for claim in found["claims"])  # fmt: skip
-    table = Table(("standardised error", "seeds", *tests), rows, tuple(range(1, len(tests) + 2)))
-    return table, *claims, f"wrote {out}/report.html, {out}/report.json"
+    wrote = f"wrote {out}/report.html, {out}/report.json"
+    return table(("standardised error", "seeds", *tests), rows) + joined(map(line, (*claims, wrote)))
 
 
 def _wrote(out: Path) -> str:

@@ -16,6 +16,7 @@ from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import steps_text
 from ..data.trialfile import read_trials, write_trials
 from ..engine import SimulationError
+from ..report.blocks import Body, joined, line
 from ..report.evidence import assumptions
 from ..report.report import Report, worse_words
 from ..ships import Ship, ShipError
@@ -24,7 +25,7 @@ from ..ships.files import load
 from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
 from ..simulate.steering import filled_words
 from ..validate.metrics import scale_words
-from . import SILENT, Document, Outcome, RequestError, Sink, Table
+from . import SILENT, Document, Outcome, RequestError, Sink
 from .comparing import (
     Around,
     Judged,
@@ -94,7 +95,7 @@ def check(
     many = ((len(found), "trial"), *((counts[s], word) for s, word in _SEVERITIES.items()))
     first, *rest = (f"{count} {word}{'s' * (count != 1)}" for count, word in many)
     total = f"{first}: {', '.join(rest)}"
-    shown = (*map(str, every), *map(str, covered), total)
+    shown = joined(map(line, (*map(str, every), *map(str, covered), total)))
     return Outcome(found, document, shown, tuple(str(f) for f in every if f.severity == "error"))
 
 
@@ -198,8 +199,8 @@ def validate(
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
     document = {**report.numbers(), **begun, **spread_numbers(spread)}
     leads = worse_words(report)
-    shown = (*leads, table_of(report), f"errors divided by: {scaled}", *(fitness_table(fit) if fit else ()),
-             *_held_table(held))
+    shown = (joined(map(line, leads)) + table_of(report) + line(f"errors divided by: {scaled}")
+             + (fitness_table(fit) if fit else ()) + _held_table(held))  # fmt: skip
     return Outcome(report, document, shown, failed, leads)
 
 
@@ -265,7 +266,7 @@ def predict(
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
     document = {"model": ship.name, "restart": restart, **({} if history is None else {"history": history}),
                 "written": list(written), **begun, **spread_numbers(spread)}
-    return Outcome(tuple(predictions), document, written, tuple(failed))
+    return Outcome(tuple(predictions), document, joined(map(line, written)), tuple(failed))
 
 
 def _banding(
@@ -299,7 +300,7 @@ def _held(banding: Banding, asked: Judged, restart: float | None, sink: Sink) ->
     return judged_bands(made, banding, restart) if made else None
 
 
-def _held_table(held: BandsHeld | None) -> tuple[Table | str, ...]:
+def _held_table(held: BandsHeld | None) -> Body:
     """The table of coverage; nothing where no bands were asked for."""
     if held is None:
         return ()
@@ -313,8 +314,8 @@ def _read(model: str, paths: Sequence[Path], sink: Sink, out: Path | None = None
     ship, trials = trained(load(model), model), read_trials(paths)
     if out is not None:
         separate(out, paths)
-    for line in cautions(ship, trials):
-        sink.note(line)
+    for one in cautions(ship, trials):
+        sink.note(one)
     return ship, trials
 
 
@@ -332,7 +333,7 @@ def trained(ship: Ship, name: str) -> Ship:
 
 def cautions(ship: Ship, trials: Iterable[Trial]) -> list[str]:
     """Warnings and notes on predicting these trials with this ship, one line each."""
-    return [line for trial in trials for line in _of_trial(ship, trial)]
+    return [one for trial in trials for one in _of_trial(ship, trial)]
 
 
 def _of_trial(ship: Ship, trial: Trial) -> Iterator[str]:

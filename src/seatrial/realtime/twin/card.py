@@ -9,7 +9,8 @@ from typing import Any
 from ...core.parameters import specs, values
 from ...identify.filters.augmented import ANTENNA
 from ...identify.nuisance import CURRENT
-from ...report.page import Page, Section, bullets, entries, lead, number, soft, table, tiles
+from ...report.blocks import bullets, entries, lead, number, soft, table, tiles
+from ...report.page import Page, Section
 from .ahead import LEVEL
 from .live import Live
 

@@ -10,7 +10,8 @@ from typing import Any
 
 from ...campaign.analysis import Analysis, Extreme, Figure
 from ...campaign.analysis.proportion import runs_to_exclude
-from ..page import Page, Section, bullets, entries, figure, gallery, lead, note, number, soft, table, text, tiles
+from ..blocks import Body, bullets, entries, figure, gallery, lead, line, note, number, soft, table, tiles
+from ..page import Page, Section
 from .drawings import distribution, shares
 from .shown import Unit, Units, bound, share, unit, worded
 
@@ -53,15 +54,15 @@ def page(analysis: Analysis, units: Mapping[str, str], provenance: Mapping[str, 
     return Page(f"Campaign: {about['name']}", parts, document)
 
 
-def _head(analysis: Analysis) -> str:
+def _head(analysis: Analysis) -> Body:
     about, several = analysis.held.document, len(analysis.cases) > 1
     failed = sum(one.failed.hits for one in analysis.lost)
     shown = [(f"{analysis.rows:,}".replace(",", " "), f"runs of {len(analysis.cases)} case{'s' * several}"),
              (str(failed), "failed")]  # fmt: skip
     shown += [(number(one.violated.value), f"violate {worded(one.name)}{_of(analysis, one.case)}")
               for one in analysis.judged[:4]]  # fmt: skip
-    line = f"{', '.join(analysis.cases)}; {len(about['inputs'])} inputs, design {about['design']}."
-    return lead(line) + tiles(shown) + note("Read with care", _warnings(analysis))
+    said = f"{', '.join(analysis.cases)}; {len(about['inputs'])} inputs, design {about['design']}."
+    return lead(said) + tiles(shown) + note("Read with care", _warnings(analysis))
 
 
 def _of(analysis: Analysis, case: int) -> str:
@@ -94,14 +95,14 @@ def _warnings(analysis: Analysis) -> Iterator[str]:
                    "is judged without them.")  # fmt: skip
 
 
-def _criteria(analysis: Analysis, units: Units) -> str:
+def _criteria(analysis: Analysis, units: Units) -> Body:
     rows = [
         [worded(one.name), analysis.cases[one.case], bound(one, units), str(one.violated.runs), str(one.violated.hits),
          share(one.violated), str(one.missing), "> " * (not one.violated.hits) + number(one.violated.needed(), 2)]
         for one in analysis.judged
     ]  # fmt: skip
     if not rows:
-        return ""
+        return ()
     head = ["criterion", "case", "bound", "runs", "violate it", "probability (95 %)", "not reached", "runs for ±10 %"]
     remark = ("Intervals of Clopper and Pearson. Runs for ±10 %: how many a 95 % interval of a tenth of the "
               f"probability takes. Without a violation, {runs_to_exclude(1e-3)} runs show a probability below 0.001, "
@@ -109,8 +110,8 @@ def _criteria(analysis: Analysis, units: Units) -> str:
     return table(head, rows, words=(1, 2)) + soft(remark)
 
 
-def _distributions(analysis: Analysis, units: Units) -> str:
-    drawn: list[str] = []
+def _distributions(analysis: Analysis, units: Units) -> Body:
+    drawn: list[Body] = []
     for name, common in analysis.histograms.items():
         edges = [edge for one in analysis.judged if one.index == name for edge in (one.low, one.high)]
         beyond = max(common.beyond)
@@ -120,7 +121,7 @@ def _distributions(analysis: Analysis, units: Units) -> str:
     head = ["index", "case", "runs", "mean", "std. dev.", "least", *(f"{100 * q:g} %" for q in _PRINTED), "greatest"]
     remark = ("Quantiles of the runs that reached an index, with a 95 % interval that assumes no distribution; the "
               "JSON has more of them. Dashed lines in the figures: bounds of criteria.")  # fmt: skip
-    return gallery(*drawn) + table(head, rows, words=(1,)) + soft(remark) if rows else ""
+    return gallery(*drawn) + table(head, rows, words=(1,)) + soft(remark) if rows else ()
 
 
 def _row(one: Figure, analysis: Analysis, units: Units) -> list[str]:
@@ -131,10 +132,10 @@ def _row(one: Figure, analysis: Analysis, units: Units) -> list[str]:
             own.write(found.sigma, 3), own.write(found.least), *quantiles, own.write(found.most)]  # fmt: skip
 
 
-def _sensitivities(analysis: Analysis, units: Units) -> str:
+def _sensitivities(analysis: Analysis, units: Units) -> Body:
     found = [(one, one.sensitivity) for one in analysis.figures if one.sensitivity]
     if not found:
-        return ""
+        return ()
     drawn = [figure(shares(one), f"{worded(at.index).capitalize()}{_of(analysis, at.case)}: {one.method}")
              for at, one in found if at.case < _CHARTS]  # fmt: skip
     sobol = analysis.held.document["design"] == "saltelli"
@@ -144,8 +145,7 @@ def _sensitivities(analysis: Analysis, units: Units) -> str:
          *([number(e.total), number(e.total_error, 2)] if sobol else [number(e.rank)])]
         for at, one in found for e in one.effects
     ]  # fmt: skip
-    full = f"<details><summary>{len(rows)} rows</summary>{table(head, rows, words=(1, 2))}</details>"
-    return soft(_method(sobol)) + gallery(*drawn) + full
+    return soft(_method(sobol)) + gallery(*drawn) + table(head, rows, words=(1, 2), folded=True)
 
 
 def _method(sobol: bool) -> str:
@@ -157,7 +157,7 @@ def _method(sobol: bool) -> str:
             "Sobol indices of total order. Shares of correlated inputs overlap.")  # fmt: skip
 
 
-def _worst(analysis: Analysis, units: Units) -> str:
+def _worst(analysis: Analysis, units: Units) -> Body:
     rows = [[f"violates or comes nearest to {worded(one.name)}", analysis.cases[one.case],
              *_named(one.worst, unit(units, one.index))] for one in analysis.judged]  # fmt: skip
     for one in analysis.figures:
@@ -166,7 +166,7 @@ def _worst(analysis: Analysis, units: Units) -> str:
                 rows.append([f"{words} {unit(units, one.index).label(one.index)}", analysis.cases[one.case],
                              *_named(runs, unit(units, one.index))])  # fmt: skip
     if not rows:
-        return ""
+        return ()
     most = max(map(len, rows))
     rows = [[*row, *[""] * (most - len(row))] for row in rows]
     head = ["", "case", "run: value", *[""] * (most - 3)]
@@ -179,12 +179,12 @@ def _named(runs: tuple[Extreme, ...], own: Unit) -> list[str]:
     return [f"{one.run}: {own.write(one.value)}" for one in runs]
 
 
-def _replay(analysis: Analysis, run: int) -> str:
+def _replay(analysis: Analysis, run: int) -> Body:
     command = f"seatrial simulate --from {analysis.held.folder} {run} -o run.csv"
-    return f"<p>A run is sailed again by its number: <code>{text(command)}</code></p>"
+    return line("A run is sailed again by its number:", command=command)
 
 
-def _lost(analysis: Analysis) -> str:
+def _lost(analysis: Analysis) -> Body:
     lines: list[str] = []
     for one in analysis.lost:
         name = analysis.cases[one.case]

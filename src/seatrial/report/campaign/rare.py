@@ -9,9 +9,10 @@ import numpy as np
 
 from ...campaign import Criterion
 from ...campaign.rare import Rare
+from ..blocks import Body, entries, figure, gallery, joined, lead, line, note, number, table, tiles
 from ..drawing import Frame
 from ..figures import BLUE, VERMILION
-from ..page import Page, Section, entries, figure, gallery, lead, note, number, table, text, tiles
+from ..page import Page, Section
 from .shown import Unit, valued, worded
 from .shown import bound as bound_of
 
@@ -36,8 +37,8 @@ def page(
     head = lead(f"{worded(bound.index)} {edges}; subset simulation, {sum(one.runs for one in cases)} runs.")
     parts = [
         Section("", head + tiles([_tile(one) for one in cases]) + note("Read with care", _warnings(cases))),
-        Section("Levels", gallery(*(_curve(one, own) for one in cases)) + "".join(_levels(one, own) for one in cases)),
-        Section("A violation to look at", "".join(_nearest(one, bound, own, folder) for one in cases)),
+        Section("Levels", gallery(*(_curve(one, own) for one in cases)) + joined(_levels(one, own) for one in cases)),
+        Section("A violation to look at", joined(_nearest(one, bound, own, folder) for one in cases)),
         Section("Provenance", entries(provenance)),
     ]
     numbers = {
@@ -64,7 +65,7 @@ def _warnings(cases: Sequence[Rare]) -> list[str]:
             for one in cases if one.unknown]  # fmt: skip
 
 
-def _curve(one: Rare, own: Unit) -> str:
+def _curve(one: Rare, own: Unit) -> Body:
     """Probability to come as near to a violation as a margin, each level below the last."""
     margins: list[float] = []
     logs: list[float] = []
@@ -88,18 +89,18 @@ def _curve(one: Rare, own: Unit) -> str:
     return figure(svg, f"{one.case}: how likely a run is to come so near; left of the dashed line it is a violation.")
 
 
-def _levels(one: Rare, own: Unit) -> str:
+def _levels(one: Rare, own: Unit) -> Body:
     rows = [[str(k), own.write(level.bound) if math.isfinite(level.bound) else "all", number(level.share),
              number(level.accepted) if k > 1 else ""] for k, level in enumerate(one.levels, 1)]  # fmt: skip
     return table([f"{one.case}: level", own.label("margin at most"), "share inside the next", "moves accepted"], rows)
 
 
-def _nearest(one: Rare, bound: Criterion, own: Unit, folder: str) -> str:
+def _nearest(one: Rare, bound: Criterion, own: Unit, folder: str) -> Body:
     if one.run is None:
-        return f"<p>{text(one.case)}: none was found.</p>"
+        return line(f"{one.case}: none was found.")
     rows = [[name, number(given)] for name, given in one.nearest.items() if math.isfinite(given)]
     said = (f"{one.case}: of the violations of the last level this one is nearest to the middle of all inputs, "
             f"{number(one.distance)} standard deviations away, and so among the most likely ones: "
             f"{worded(bound.index)} {valued(one.nearest[bound.index], own)}.")  # fmt: skip
-    command = text(f"seatrial simulate --from {folder} {one.run} -o run.csv")
-    return f"<p>{text(said)} It is sailed again by <code>{command}</code></p>" + table(["input, index", "SI"], rows)
+    command = f"seatrial simulate --from {folder} {one.run} -o run.csv"
+    return line(f"{said} It is sailed again by", command=command) + table(["input, index", "SI"], rows)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ...campaign import Criterion
 from ...campaign.analysis import Judged
 from ...campaign.analysis.proportion import Proportion
-from ..page import number
+from ..blocks import number
 
 _DEGREES = math.degrees(1.0)
 

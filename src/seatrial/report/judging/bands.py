@@ -14,7 +14,8 @@ from ...data import Trial
 from ...manoeuvres import Index
 from ...study.grounds import Beyond
 from .. import figures
-from ..page import Page, Section, figure, gallery, note, number, provenance, soft, table
+from ..blocks import figure, gallery, note, number, soft, table
+from ..page import Page, Section, provenance
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from ...data import Array
 from ...data.captive import OTHER_LOAD
 from ...identify.regression.captive import CaptiveFit
 from .. import figures
+from ..blocks import Body, figure, gallery, lead, number, soft, table
 from ..figures import legend_below, panels, svg
-from ..page import Page, Section, figure, gallery, lead, number, soft, table
+from ..page import Page, Section
 from ..page import provenance as origin
 
 _DEGREES = math.degrees(1.0)
@@ -67,7 +68,7 @@ def _counts(found: CaptiveFit) -> dict[str, int]:
     return {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)}
 
 
-def _head(found: CaptiveFit) -> str:
+def _head(found: CaptiveFit) -> Body:
     rows = [
         [_LOADS[name], number(straight), number(oblique), f"{100.0 * found.explained[name]:.2f} %"]
         for name, (straight, oblique) in found.noise.items()
@@ -85,7 +86,7 @@ def shown(path: str, value: float, unit: str, L_pp: float) -> float:
     return value / L_pp if unit == "m" else value
 
 
-def _coefficients(found: CaptiveFit) -> str:
+def _coefficients(found: CaptiveFit) -> Body:
     meanings, status = specs(found.ship.model), {v.subject: v for v in found.verdicts}
     rows: list[list[str]] = []
     for path, value, sigma in zip(found.paths, found.values.tolist(), found.sigma.tolist(), strict=True):
@@ -105,9 +106,9 @@ def _coefficients(found: CaptiveFit) -> str:
     return table(head, rows, words=(1, 6, 7)) + soft(remark)
 
 
-def _held(found: CaptiveFit) -> str:
+def _held(found: CaptiveFit) -> Body:
     if not found.held:
-        return ""
+        return ()
     meanings = specs(found.ship.model)
     rows = [
         [path, number(shown(path, float(read(found.ship.model, path)), meanings[path].unit, found.ship.L_pp)), why]
@@ -117,7 +118,7 @@ def _held(found: CaptiveFit) -> str:
     return table(("parameter", "held at", "why"), rows, words=(2,)) + soft(remark)
 
 
-def _loads(found: CaptiveFit) -> str:
+def _loads(found: CaptiveFit) -> Body:
     kinds = np.array(found.runs.kinds)
     drawn = [
         figure(_drawn(found, kinds == kind, kind), f"{kind}: measured and computed loads, and measured less computed")

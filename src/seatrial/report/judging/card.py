@@ -13,7 +13,23 @@ from ...identify import Fit
 from ...study.grounds import Ranges
 from ...validate.ahead import Row
 from ...validate.fitness import FIT, NOT_FIT, Fitness
-from ..page import Page, Section, bullets, entries, lead, note, number, soft, table, tiles
+from ..blocks import (
+    Blanks,
+    Body,
+    Group,
+    bullets,
+    entries,
+    heading,
+    joined,
+    lead,
+    line,
+    note,
+    number,
+    soft,
+    table,
+    tiles,
+)
+from ..page import Page, Section
 from .bands import channel, span
 from .fans import held_table
 from .fitness import numbers as fitness_numbers
@@ -114,9 +130,8 @@ def page(card: Card) -> Page:
             "fitness": {use.purpose: fitness_numbers(use) for use in card.uses}, "not_judged": dict(card.unjudged)}),
         Section("It must not be used", bullets(forbidden(card)), {"must_not": list(forbidden(card))}),
         Section("Signature", _signature(card)),
-        Section("", '<div class="sheet"></div>'),
         Section("How to repeat it", entries({**card.repeat, **card.versions}), {
-            "repeat": dict(card.repeat), "versions": dict(card.versions)}),
+            "repeat": dict(card.repeat), "versions": dict(card.versions)}, sheet=True),
         Section("Trials", _trials(card), {"trials": card.grounds.get("trials")}),
         Section("Parameters", _parameters(card), {"parameters": card.summary.get("parameters"),
                                                   "verdicts": card.summary.get("verdicts")}),
@@ -131,7 +146,7 @@ def _explained(card: Card) -> bool | None:
     return None if found is None else bool(found.get("explained", True))
 
 
-def _head(card: Card) -> str:
+def _head(card: Card) -> Body:
     ship, used = card.fit.ship, [one for one in card.grounds.get("trials", ()) if one["role"] == "fit"]
     names = card.summary.get("provenance", {}).get("trained_on", ())
     kinds = Counter(one["kind"] for one in used)
@@ -148,10 +163,10 @@ def _head(card: Card) -> str:
     inside = card.calibrated.unseen if card.calibrated else ()
     shown += [(_percent(inside[-1].inside["position"] if inside else row.held["position"]),
                "of positions within bands of 95 %") for row in best]  # fmt: skip
-    return lead(words) + note("", warned) + (tiles(shown) if shown else "")
+    return lead(words) + note("", warned) + (tiles(shown) if shown else ())
 
 
-def _validity(card: Card) -> str:
+def _validity(card: Card) -> Body:
     if not card.covered:
         return soft("This fit did not keep the ranges of its trials (an older version): fit it again.")
     rows = [_range(name, ends) for name, ends in card.covered.items()]
@@ -161,8 +176,8 @@ def _validity(card: Card) -> str:
              f"{refused}.")  # fmt: skip
     kinds = ", ".join(card.grounds.get("kinds", ()))
     half = -(-len(rows) // 2)
-    halves = "".join(table(("", "from", "to", "unit"), some, words=(3,)) for some in (rows[:half], rows[half:]))
-    return f'<div class="halves">{halves}</div>' + soft(f"Kinds of manoeuvre: {kinds}. {words}")
+    halves = joined(table(("", "from", "to", "unit"), some, words=(3,)) for some in (rows[:half], rows[half:]))
+    return (Group(halves, None), *soft(f"Kinds of manoeuvre: {kinds}. {words}"))
 
 
 def _range(name: str, ends: tuple[float, float]) -> list[str]:
@@ -171,7 +186,7 @@ def _range(name: str, ends: tuple[float, float]) -> list[str]:
     return [words, low, high, unit]
 
 
-def _errors(card: Card) -> str:
+def _errors(card: Card) -> Body:
     tail = "" if card.banded else "The fit has no covariance, so there are no bands. "
     if not card.rows:
         return soft(f"{tail}No unseen trial has been judged: the error of this model is not known.")
@@ -183,17 +198,17 @@ def _errors(card: Card) -> str:
     return table(head, map(_row, card.rows)) + soft(words)
 
 
-def _calibrated(card: Card) -> str:
+def _calibrated(card: Card) -> Body:
     found = card.calibrated
     if found is None:
         return soft(_NOT_CALIBRATED)
     words = (f"Bands of 95 %, calibrated on {found.recordings} recordings that fits left out in turn; kinds: "
              f"{', '.join(found.kinds)}. They hold up to {found.reach:.4g} s from a start.")  # fmt: skip
-    return "".join((
+    return joined((
         soft(words), bullets(found.doubts),
-        "<h3>On the unseen trials</h3>", held_table(found.unseen) if found.unseen
+        heading("On the unseen trials"), held_table(found.unseen) if found.unseen
         else soft("No unseen trial is at hand, or none that bands could be made for."),
-        "<h3>On the recordings of the calibration, each judged by the others</h3>", held_table(found.left_out)
+        heading("On the recordings of the calibration, each judged by the others"), held_table(found.left_out)
         if found.left_out else soft("Too few recordings: without one of them the others cannot show 95 %."),
         soft("Held: share of the measurements within their bands, so long after a start; ±: mean half width."),
     ))  # fmt: skip
@@ -219,10 +234,10 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if math.isfinite(share) else "–"
 
 
-def _purposes(card: Card) -> str:
+def _purposes(card: Card) -> Body:
     rows = [(use.title, use.verdict, "; ".join(_limits(use))) for use in card.uses]
     rows += [(title, "not judged", why) for title, why in card.unjudged.items()]
-    return f'<div class="wrap">{table(("purpose", "verdict", "why"), rows, words=(1, 2))}</div>'
+    return table(("purpose", "verdict", "why"), rows, words=(1, 2), wide=True)
 
 
 def _limits(use: Fitness) -> Iterator[str]:
@@ -292,15 +307,13 @@ def _least(windows: int) -> float:
     return min(_HOLDS, _CLAIMED - _CHANCE * math.sqrt(_CLAIMED * (1.0 - _CLAIMED) / windows))
 
 
-def _signature(card: Card) -> str:
-    lines = "".join(f"<div><span>{name}</span></div>" for name in
-                    ("name", "organisation", "place and date", "signature"))  # fmt: skip
+def _signature(card: Card) -> Body:
     words = (f"I have seen the ranges, errors and limits above, and accept this model (fit {card.fit.digest}, model "
              f"{card.repeat['digest of the model']}) for the use below, within those ranges.")  # fmt: skip
-    return f'<p>{words}</p><div class="sign wide"><div><span>use</span></div></div><div class="sign">{lines}</div>'
+    return (*line(words), Blanks(("use",)), Blanks(("name", "organisation", "place and date", "signature")))
 
 
-def _trials(card: Card) -> str:
+def _trials(card: Card) -> Body:
     held = card.grounds.get("trials", ())
     rows = [(one["name"], one["kind"], one["role"], f"{one['duration']:.0f}", str(one["rows"]), one["digest"])
             for one in held]  # fmt: skip
@@ -314,7 +327,7 @@ def _trials(card: Card) -> str:
     return table(head, rows, words=(1, 2, 5)) + soft("Digest: of times and channels as the fit took them.")
 
 
-def _parameters(card: Card) -> str:
+def _parameters(card: Card) -> Body:
     status = {v.subject: v.status for v in card.fit.verdicts}
     fit = card.fit
     rows = [(one.path, number(one.start, 4), number(float(fit.values[k]), 4), number(float(fit.sigma[k]), 2),

@@ -10,7 +10,8 @@ import numpy as np
 from ...belief.coverage import WIND, Coverage, Reference, columns
 from ...data import Array, Trial, unwrapped
 from .. import figures
-from ..page import Page, Section, figure, gallery, note, number, table, text
+from ..blocks import figure, gallery, heading, line, note, number, table
+from ..page import Page, Section, text
 
 _BINS = 40
 _DEGREES = math.degrees(1.0)
@@ -45,13 +46,13 @@ def section(
     worst = sorted(found, key=lambda c: -c.share)[:_DRAWN]
     over = gallery(*(figure(novelty(c), f"{c.name}: {number(100 * c.share, 2)} % of the samples are novel")
                      for c in worst if c.share > 0))  # fmt: skip
-    lead = (
+    remark = (
         f"{len(train)} training files, {len(reference.points)} samples, one a second. A sample is novel if its nearest "
         "training samples are farther away than those of 99 in 100 training samples are in the other files: "
         f"{number(reference.limit)} standard deviations."
     )
-    body = f"<p>{text(lead)}</p>{verdicts}<h3>Distributions</h3>{gallery(*drawn)}"
-    body += f"<h3>Novelty over time</h3>{over}" if over else ""
+    body = line(remark) + verdicts + heading("Distributions") + gallery(*drawn)
+    body += heading("Novelty over time") + over if over else ()
     return Section("Does the training cover this?", body, {"coverage": {c.name: c.numbers() for c in found}})
 
 

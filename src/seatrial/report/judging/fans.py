@@ -13,7 +13,8 @@ from ...belief.bands.held import GROUPS, Held, unwrapped_to
 from ...belief.bands.prediction import Fan
 from ...data import Trial
 from .. import figures
-from ..page import Section, bullets, figure, gallery, number, soft, table
+from ..blocks import Body, bullets, figure, gallery, number, soft, table
+from ..page import Section
 
 _DEGREES = math.degrees(1.0)
 _UNITS = {"x": ("m", 1.0), "y": ("m", 1.0), "psi": ("°", _DEGREES), "u": ("m/s", 1.0), "v_m": ("m/s", 1.0),
@@ -52,7 +53,7 @@ def section(found: BandsHeld) -> Section:
     return Section("Bands", held_table(found.rows) + soft(remark) + bullets(dict.fromkeys(notes)) + drawn)
 
 
-def held_table(rows: Sequence[Held]) -> str:
+def held_table(rows: Sequence[Held]) -> Body:
     """Coverage and widths by kind and horizon."""
     head = ["kind", "ahead [s]", "windows", *(f"{name} held" for name in GROUPS),
             *(f"{name} ± [{unit}]" for name, (unit, _) in _UNITS.items())]  # fmt: skip

@@ -7,7 +7,8 @@ from typing import Any
 
 from ...validate.fitness import FIT, NOT_FIT, SIZE, Fitness, Found
 from .. import figures
-from ..page import Section, bullets, figure, gallery, lead, number, soft, table
+from ..blocks import bullets, figure, gallery, lead, number, soft, table
+from ..page import Section
 
 _MARK = {FIT: "✓ fit", NOT_FIT: "✗ not fit"}
 _HEAD = ("error", "accepted", "found", "95 % interval", "unit", "trials", "errors", "verdict", "why")

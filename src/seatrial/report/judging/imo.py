@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from ...validate.imo import FAIL, PASS, UNDECIDED, Criterion, ImoTable
 from .. import figures
-from ..page import Page, Section, bullets, entries, figure, lead, note, number, table
+from ..blocks import bullets, entries, figure, heading, lead, note, number, table
+from ..page import Page, Section
 
 _NAME = "criterion (MSC.137(76) section 5.3)"
 _HEAD = (_NAME, "side", "value", "limit", "unit", "verdict")
@@ -27,7 +28,7 @@ def page(found: ImoTable) -> Page:
         f"{found.ship}: IMO manoeuvring standards",
         (
             Section("", lead(found.verdict) + note("What this does not show", found.caveats)),
-            Section("Criteria", criteria + (f"<h3>Reasons</h3>{bullets(reasons)}" if reasons else "")),
+            Section("Criteria", criteria + (heading("Reasons") + bullets(reasons) if reasons else ())),
             Section("Conditions", entries(found.conditions)),
         ),
         numbers(found),

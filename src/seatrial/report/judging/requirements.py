@@ -7,7 +7,8 @@ import math
 from ...core.version import __version__
 from ...validate.requirements import Drawn, Finding, Item, Judgement, Table
 from .. import figures
-from ..page import Page, Section, entries, figure, gallery, lead, number, soft, table, text
+from ..blocks import Body, Verdict, entries, figure, gallery, lead, number, soft, table
+from ..page import Page, Section
 
 _MARK = {"pass": "✓ pass", "fail": "✗ fail", "undecided": "? undecided", "not applicable": "– not applicable",
          "not judged": "– not judged"}  # fmt: skip
@@ -35,7 +36,7 @@ def page(found: Table) -> Page:
     source = (f"{_SOURCES[found.scope]}. Each item is judged by what the ship does in simulation; "
               "agreement with a real ship is another matter (seatrial validate).")  # fmt: skip
     head = lead(verdict(found)) + soft(source)
-    head += f'<div class="wrap">{table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3))}</div>'
+    head += table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3), wide=True)
     conditions = {
         **found.conditions, "thresholds": "src/seatrial/validate/requirements/thresholds.py", "version": __version__,
         "command": f"seatrial requirements {found.ship} --scope {found.scope}",
@@ -83,10 +84,10 @@ def _row(one: Finding, drawn: Drawn | None) -> tuple[str, ...]:
 def _item(item: Item, found: Judgement) -> Section:
     drawn = (figure(figures.lines(plot.title, plot.x, plot.y, plot.lines, equal=plot.equal), plot.title)
              for plot in found.plots)  # fmt: skip
-    body = f"<p><strong>{text(_MARK[found.verdict])}</strong>: {text(found.reason)}.</p>"
+    body: Body = (Verdict(_MARK[found.verdict], found.reason),)
     if found.findings:
         value = "value" if found.drawn is None else "value (band)"
         head = ("measured; of many points, the worst", value, "threshold", "verdict", "because")
         rows = (_row(one, found.drawn) for one in found.findings)
-        body += f'<div class="wrap">{table(head, rows, words=(0, 2, 3, 4))}</div>'
+        body += table(head, rows, words=(0, 2, 3, 4), wide=True)
     return Section(f"{item.number}. {item.text}", body + gallery(*drawn))

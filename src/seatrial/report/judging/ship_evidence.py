@@ -10,7 +10,8 @@ from typing import Any
 from ...data import Trial
 from ...ships import Ship
 from .. import figures
-from ..page import Page, Section, bullets, figure, gallery, lead, number, soft, table
+from ..blocks import Body, bullets, figure, gallery, lead, number, soft, table
+from ..page import Page, Section
 
 _DEGREES = math.degrees(1.0)
 
@@ -43,7 +44,7 @@ def page(
     kept = sum(row.kept for row in rows)
     compared = f"{kept} of {len(rows)} published indices reproduced" if rows else "no published index to compare with"
     answer = f"{len(findings)} checks, {len(wrong)} against the ship; {compared}."
-    first = Section("", lead(answer) + (bullets(f"{what}: {detail}" for what, _, detail in wrong) if wrong else ""),
+    first = Section("", lead(answer) + (bullets(f"{what}: {detail}" for what, _, detail in wrong) if wrong else ()),
                     {"ship": ship.name, "fit": not wrong})  # fmt: skip
     sections = (first, _published(rows), _drawn(ship, runs), _checks(findings), _about(ship))
     return Page(f"Evidence for {ship.name}", sections)
@@ -54,12 +55,12 @@ def _published(rows: Sequence[Row]) -> Section:
              row.index.replace("_", " "), row.published, row.simulated, number(row.ratio), f"±{100 * row.within:g} %",
              "yes" if row.kept else "no", row.source) for row in rows]  # fmt: skip
     head = ("manoeuvre", "index", "published", "simulated", "ratio", "asked", "kept", "source")
-    body = table(head, said, words=(0, 1, 6, 7)) if rows else ""
+    body = table(head, said, words=(0, 1, 6, 7)) if rows else ()
     return Section("Published indices", body, {"published": [asdict(row) for row in rows]})
 
 
 def _drawn(ship: Ship, runs: Mapping[str, Trial]) -> Section:
-    drawn: list[str] = []
+    drawn: list[Body] = []
     if "turning" in runs:
         run = runs["turning"]
         fig, (ax,) = figures.canvas(1)
@@ -79,13 +80,13 @@ def _drawn(ship: Ship, runs: Mapping[str, Trial]) -> Section:
 
 
 def _checks(findings: Sequence[tuple[str, str, str]]) -> Section:
-    return Section("Checks", f'<div class="wrap">{table(("check", "", "found"), findings, words=(0, 1, 2))}</div>',
+    return Section("Checks", table(("check", "", "found"), findings, words=(0, 1, 2), wide=True),
                    {"checks": [{"check": a, "state": b, "found": c} for a, b, c in findings]})  # fmt: skip
 
 
 def _about(ship: Ship) -> Section:
     said = [str(one) for key in ("references", "cautions") for one in _listed(ship.notes.get(key, ()))]
-    return Section("References and cautions", bullets(said) if said else "")
+    return Section("References and cautions", bullets(said) if said else ())
 
 
 def _listed(said: Any) -> Sequence[Any]:

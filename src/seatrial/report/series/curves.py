@@ -11,8 +11,9 @@ from typing import Any
 
 from ...study.series import Row, Series
 from ...validate.series import Table
+from ..blocks import figure, soft
 from ..figures import LINES, panels, svg
-from ..page import Section, figure, soft
+from ..page import Section
 
 Point = tuple[float, float, float]
 """Seconds, mean error over the seeds and their standard deviation (NaN of a single one)."""
@@ -28,7 +29,7 @@ def learning(series: Series, found: Table) -> Section:
     """The section; empty where the study asks for no curve, or less than two of its fits are done."""
     drawn = lines(series, found)
     if not any(len(some) > 1 for kinds in drawn.values() for by in kinds.values() for some in by.values()):
-        return Section("", "", {"learning": {}})
+        return Section("", (), {"learning": {}})
     remark = (
         "Error (Eq. 25) over the seconds of one kind of trial in the training, all of the other kinds with it; bars: "
         "standard deviation over the seeds. The farthest point to the right is the same model in every panel of a row."

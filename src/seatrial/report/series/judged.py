@@ -16,8 +16,9 @@ from ...validate import Comparison
 from ...validate.metrics import segments
 from ...validate.series import BASELINE, TOGETHER, Found, Standing, Table, compositions
 from .. import figures
+from ..blocks import Body, bullets, figure, gallery, heading, joined, lead, note, number, soft, table, tiles
 from ..figures import canvas, legend_below, svg
-from ..page import Page, Section, bullets, figure, gallery, lead, note, number, soft, table, text, tiles
+from ..page import Page, Section
 from ..page import provenance as origin
 from .curves import learning
 from .protocol import beside, pair
@@ -56,7 +57,7 @@ def page(
     return Page(series.title, parts, {**numbers(series, found, cover), "failed": list(failed)})
 
 
-def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
+def _head(series: Series, found: Table, failed: Sequence[str]) -> Body:
     run = [one for one in found.standings if one.members and math.isfinite(one.mean(TOGETHER))]
     best = min(run, key=lambda one: one.mean(TOGETHER), default=None)
     outcomes = [f.verdict for _, rows in found.claims for f in rows if f.verdict != "not run"]
@@ -76,10 +77,10 @@ def _head(series: Series, found: Table, failed: Sequence[str]) -> str:
     waiting = [one.key for one in found.standings[:-1] if len(one.members) < max(len(series.row(one.key).cells), 1)]
     if waiting:
         care.append(f"Not complete: {', '.join(waiting)} {'is' if len(waiting) == 1 else 'are'} not fitted yet.")
-    return (lead(series.about) if series.about else "") + tiles(shown) + note("Warnings", care)
+    return (lead(series.about) if series.about else ()) + tiles(shown) + note("Warnings", care)
 
 
-def _scores(series: Series, found: Table) -> str:
+def _scores(series: Series, found: Table) -> Body:
     """Mean and standard deviation over the seeds."""
     tests, least = found.tests, {test: _least(found, test) for test in found.tests}
     rows: list[list[str]] = []
@@ -103,10 +104,8 @@ def _scores(series: Series, found: Table) -> str:
         + (" Residual width: of its prior, over the one declared; left-out trials chose it." if chosen else "")
     )
     files = bullets(f"{label}: {trial.name}, {trial.duration:.0f} s" for label, trial in series.tests.items())
-    return (
-        f"{table(['model', *tests], rows)}{soft(remark)}{gallery(figure(marks, caption))}"
-        f"<h3>The test trials</h3>{files}"
-    )
+    return (table(["model", *tests], rows) + soft(remark) + gallery(figure(marks, caption))
+            + heading("The test trials") + files)  # fmt: skip
 
 
 def _least(found: Table, test: str) -> float:
@@ -122,9 +121,9 @@ def _cell(one: Standing, test: str, least: float) -> str:
     return ("*" if mean <= least else "") + pair(mean, one.deviation(test))
 
 
-def _claims(found: Table) -> str:
+def _claims(found: Table) -> Body:
     if not found.claims:
-        return ""
+        return ()
     words = bullets(_words(found, claim, rows) for claim, rows in found.claims)
     rows = [
         [f"{k}. {_name(found, claim.better)} against {_name(found, claim.worse)}", f.test, _number(f.better),
@@ -138,7 +137,7 @@ def _claims(found: Table) -> str:
         "where the mean errors are two standard errors over the seeds away from that; nearer it is within the spread "
         "of the seeds. One seed has no spread, so with one seed on either side only the ratio counts."
     )
-    return words + (table(head, rows, words=(1, 6)) + soft(remark) if rows else "")
+    return words + (table(head, rows, words=(1, 6)) + soft(remark) if rows else ())
 
 
 def _words(found: Table, claim: Claim, rows: Sequence[Found]) -> str:
@@ -167,31 +166,31 @@ def _number(value: float) -> str:
     return "no number" if math.isinf(value) else number(value)
 
 
-def _curves(found: Table) -> str:
+def _curves(found: Table) -> Body:
     some = [one for one in found.standings if one.weights and all(len(m.history) for m in one.members)]
     drawn = gallery(*(figure(validation(one), one.title) for one in some))
     remark = (
         "Loss of the windows of the validation trials, which decides the weights that are kept (circle). Losses of "
         "different kinds and of different validation trials cannot be compared."
     )
-    return soft(remark) + drawn if drawn else ""
+    return soft(remark) + drawn if drawn else ()
 
 
-def _tracks(series: Series, found: Table) -> str:
+def _tracks(series: Series, found: Table) -> Body:
     chosen = [one for key in series.draw if (one := found.standing(key)) is not None and one.drawn]
     if not chosen or not series.tracks:
-        return ""
+        return ()
     baseline = chosen[-1].title if len(chosen) > 1 and not chosen[-1].members[0].summary else ""
     several = [one for key in series.seeds if (one := found.standing(key)) is not None and len(one.members) > 1]
     styles = figures.line_styles([one.title for one in chosen], baseline)
-    parts: list[str] = []
+    parts: list[Body] = []
     for test in series.tracks:
         some = [one.drawn[test] for one in chosen if test in one.drawn]
         if not some:
             continue
-        spread = figure(seeds(several, test), f"{test}: every seed of each model") if several else ""
+        spread = figure(seeds(several, test), f"{test}: every seed of each model") if several else ()
         parts.append(
-            f"<h3>{text(test)}: {text(series.tests[test].name)}</h3>" + gallery(
+            heading(f"{test}: {series.tests[test].name}") + gallery(
                 figure(figures.track(some, styles, test), f"{test}: track, north up, at equal scale, from the start"),
                 figure(figures.series(some, styles, test), f"{test}: motion and controls over time; lines as beside"),
                 spread,
@@ -200,12 +199,12 @@ def _tracks(series: Series, found: Table) -> str:
     remark = "Of several seeds, the one that the validation trials prefer."
     if series.restart is not None:
         remark += f" Every {series.restart:g} s a prediction is reset to the measured state."
-    return soft(remark) + "".join(parts)
+    return soft(remark) + joined(parts)
 
 
-def _cover(cover: Mapping[str, Mapping[str, Coverage]]) -> str:
+def _cover(cover: Mapping[str, Mapping[str, Coverage]]) -> Body:
     if not cover:
-        return ""
+        return ()
     tests = list(next(iter(cover.values())))
     rows = [[test, *(_covered(found[test]) for found in cover.values())] for test in tests]
     remark = (
@@ -223,11 +222,11 @@ def _covered(found: Coverage) -> str:
     return f"{found.verdict}, {100 * found.share:.1f} %{where}"
 
 
-def _validity(found: Table) -> str:
+def _validity(found: Table) -> Body:
     """Spread of the members of each hybrid on each test; empty if no model has members."""
     drifts, titles = found.validity, {one.key: one.title for one in found.standings}
     if not drifts:
-        return ""
+        return ()
     tests = list(next(iter(drifts.values())))
     rows = [[test, *(f"{one[test].verdict}, {number(one[test].ratio, 2)}" for one in drifts.values())]
             for test in tests]  # fmt: skip
@@ -241,7 +240,7 @@ def _validity(found: Table) -> str:
     return table(head, rows, words=range(1, len(head))) + soft(remark)
 
 
-def _cost(found: Table) -> str:
+def _cost(found: Table) -> Body:
     rows = [
         [one.name, str(m.seed) if m.seed is not None else "–", str(one.weights) if one.weights else "–",
          str(len(m.history)), str(m.summary.get("evaluations", "–")), number(m.seconds / _MINUTE, 2),
@@ -250,7 +249,7 @@ def _cost(found: Table) -> str:
     ]  # fmt: skip
     head = ["model", "seed", "weights", "epochs", "updates", "minutes", "loss that decided", "ended"]
     remark = "For a fit of physics: iterations and evaluations for epochs and updates, and its objective for the loss."
-    return f'<div class="wrap">{table(head, rows, words=(7,))}</div>{soft(remark)}' if rows else ""
+    return table(head, rows, words=(7,), wide=True) + soft(remark) if rows else ()
 
 
 _SMALL = (4.6, 3.0)

@@ -14,7 +14,8 @@ from typing import Any
 from ...study.series import Row, Series
 from ...validate.series import Standing, Table
 from .. import printed
-from ..page import Section, soft, text
+from ..blocks import heading, joined, soft
+from ..page import Section
 from ..printed import side_by_side
 
 ALL = "all"
@@ -33,10 +34,9 @@ def beside(series: Series, found: Table) -> Section:
     }  # fmt: skip
     shown = {title: rows for title, rows in parts.items() if rows}
     if not shown:
-        return Section("", "", {"printed": {}})
+        return Section("", (), {"printed": {}})
     source = soft(f"{series.published.source}. {series.published.note}")
-    tables = (f'<h3>{text(title)}</h3><div class="wrap">{side_by_side(rows)}</div>' for title, rows in shown.items())
-    body = source + "".join(tables)
+    body = source + joined(heading(title) + side_by_side(rows) for title, rows in shown.items())
     return Section("Printed beside ours", body, {"printed": {k: printed.fields(rows) for k, rows in shown.items()}})
 
 

@@ -27,13 +27,14 @@ from ...data import Array, Trial
 from ...identify import StudyError
 from ...identify.recordings import recordings
 from ...models import STATES
+from ...report.blocks import Body, joined, line, table
 from ...ships import Ship
 from ...study.grounds import trial_digest
 from ...study.store import load_fit_summary
 from ...study.stored import load_fit
 from ...study.study import Study, read_study
 from ...validate.fit_first import between_trials, fit_first
-from .. import SILENT, Outcome, RequestError, Sink, Table, figure
+from .. import SILENT, Outcome, RequestError, Sink, figure
 from ..request import positive
 from .fans import DEGREES, current_of
 
@@ -93,7 +94,7 @@ def calibrate(
     shutil.rmtree(folder, ignore_errors=True)
     document = {**_document(made[0], beside(model)), **{one.begin: _document(one, beside(model, one.begin))
                                                         for one in made[1:]}}  # fmt: skip
-    return Outcome(made[0], document, tuple(line for one in made for line in _shown(one)))
+    return Outcome(made[0], document, joined(map(_shown, made)))
 
 
 def _parts(study: Study) -> int:
@@ -176,7 +177,7 @@ def _begun(found: Calibration) -> str:
     return "" if found.begin == MEASURED else f"; predictions by --{found.begin}"
 
 
-def _shown(found: Calibration) -> tuple[Table | str, ...]:
+def _shown(found: Calibration) -> Body:
     made, usual = found.factors(found.level), _usual(found)
     rows = [(kind or "any other", figure(float(h), 3), str(made.recordings[k, j]),
              *(figure(DEGREES.get(name, 1.0) * float(made.factor[k, j, c] * usual[j, c]), 2)
@@ -184,7 +185,7 @@ def _shown(found: Calibration) -> tuple[Table | str, ...]:
             for k, kind in enumerate(made.kinds) for j, h in enumerate(found.left.horizons)
             if j in (0, len(found.left.horizons) // 2, len(found.left.horizons) - 1)]  # fmt: skip
     head = ("left out", "ahead [s]", "recordings", "x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
-    return (Table(head, tuple(rows), tuple(range(1, 9))),
-            f"half widths of usual bands of {100 * found.level:.3g} %, by kind of manoeuvre{_begun(found)}",
+    said = (f"half widths of usual bands of {100 * found.level:.3g} %, by kind of manoeuvre{_begun(found)}",
             f"bands hold up to {found.reach(found.level):.4g} s from a start", *of_one_day(found),
             *(() if found.power is None else found.power.words))  # fmt: skip
+    return table(head, rows) + joined(map(line, said))

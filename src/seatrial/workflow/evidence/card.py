@@ -20,6 +20,7 @@ from ...data import DataError, Trial
 from ...data.trialfile import read_trials
 from ...engine import SimulationError
 from ...identify.noise import noise
+from ...report.blocks import Body, joined, line, table
 from ...report.judging.card import Card, page
 from ...report.page import write
 from ...simulate.approach import rounded_down
@@ -30,7 +31,7 @@ from ...study.study import read_study
 from ...validate import Comparison
 from ...validate.ahead import Ahead, ahead, by_kind
 from ...validate.fitness import Fitness
-from .. import SILENT, Outcome, RequestError, Sink, Table, figure
+from .. import SILENT, Outcome, RequestError, Sink, figure
 from ..comparing import Around, compared, fitness, judged, refuse, scales
 from ..request import PAGES, positive
 from .carded import calibrated_of
@@ -125,8 +126,8 @@ def _unseen(
         if paths and len(seen) == len(given):
             raise RequestError(f"--trials: the model was fitted to every one of these trials ({', '.join(seen[:3])}); "
                                "give others")  # fmt: skip
-    for line in missing:
-        sink.note(f"warning: {line}")
+    for one in missing:
+        sink.note(f"warning: {one}")
     return tuple(t for t in given if t.name not in seen), missing, span
 
 
@@ -218,16 +219,16 @@ def _versions(summary: Mapping[str, Any]) -> dict[str, str]:
             "with": used}  # fmt: skip
 
 
-def _shown(found: Card) -> tuple[Table | str, ...]:
+def _shown(found: Card) -> Body:
     """The summary for a terminal."""
     rows = tuple(
         (row.kind, figure(row.horizon, 3), str(row.trials), str(row.windows), figure(row.error["position"], 3),
          *(f"{100 * row.held[name]:.0f} %" for name in row.held)) for row in found.rows
     )  # fmt: skip
     head = ("unseen trials", "ahead [s]", "trials", "windows", "error [m]", "position held", "heading", "speeds")
-    blocks: list[Table | str] = [Table(head, rows, (1, 2, 3, 4, 5, 6, 7))] if rows else []
-    blocks += [f"for {use.title}: {use.verdict}" for use in found.uses]
-    blocks += [f"for {title}: not judged: {why}" for title, why in found.unjudged.items()]
-    return (*blocks, *(f"warning: {line}" for line in found.missing))
+    said = [f"for {use.title}: {use.verdict}" for use in found.uses]
+    said += [f"for {title}: not judged: {why}" for title, why in found.unjudged.items()]
+    return (table(head, rows) if rows else ()) + joined(
+        map(line, (*said, *(f"warning: {one}" for one in found.missing))))  # fmt: skip
 
 

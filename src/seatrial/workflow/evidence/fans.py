@@ -19,12 +19,13 @@ from ...belief.reading import posterior
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...models import STATES
+from ...report.blocks import Body, line, table
 from ...report.judging.bands import reach
 from ...report.judging.fans import BandsHeld, words
 from ...simulate.replay import replay
 from ...study.grounds import beyond
 from ...validate.fit_first import Beginning
-from .. import RequestError, Table, figure
+from .. import RequestError, figure
 from ..request import DEGREE, Note, make_folder
 
 FOLDER = "bands"
@@ -137,8 +138,8 @@ class Banding:
         self.refuse(trial, run)
         made = fan(self.held, self.found, trial, run, self.level, restart=restart, draws=self.draws, past=past,
                    plain=self.plain, begin=begin, current=math.inf if first is None else current_of(first))  # fmt: skip
-        for line in made.notes:
-            note(f"warning: {trial.name}: {line}")
+        for one in made.notes:
+            note(f"warning: {trial.name}: {one}")
         return run, made
 
 
@@ -177,7 +178,7 @@ def judged(made: Sequence[tuple[Fan, Trial]], asked: Banding, restart: float | N
     return BandsHeld(asked.level, rows, tuple(made), recordings) if rows else None
 
 
-def held_table(found: BandsHeld) -> tuple[Table | str, ...]:
+def held_table(found: BandsHeld) -> Body:
     """Coverage and widths for a terminal."""
     rows = tuple(
         (one.kind, figure(one.horizon, 3), str(one.trials), str(one.windows),
@@ -188,4 +189,4 @@ def held_table(found: BandsHeld) -> tuple[Table | str, ...]:
     units = ("x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
     held_as = (f"{name} held" for name in GROUPS)
     head = (f"bands of {100 * found.level:g} %", "ahead [s]", "trials", "windows", *held_as, *units)
-    return Table(head, rows, tuple(range(1, len(head)))), words(found.rows, found.level)
+    return table(head, rows) + line(words(found.rows, found.level))

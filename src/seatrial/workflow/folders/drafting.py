@@ -9,9 +9,10 @@ from ...core.files import write_whole
 from ...core.parameters import unknown
 from ...data.folder import read_folder
 from ...data.trialfile import write_trials
+from ...report.blocks import joined, line, table
 from ...ships.files import load
 from ...study.drafting.draft import Draft, draft
-from .. import SILENT, Outcome, RequestError, Sink, Table
+from .. import SILENT, Outcome, RequestError, Sink
 from ..request import check_output, make_folder
 
 
@@ -42,15 +43,15 @@ def new_study(
         make_folder(parts)
         write_trials(made.cut, parts)
     write_whole(out, made.text)
-    for line in made.notes:
-        sink.note(f"note: {line}")
+    for one in made.notes:
+        sink.note(f"note: {one}")
     kinds = list(dict.fromkeys((*made.train, *made.test)))
     rows = tuple((kind, str(len(made.train.get(kind, ()))), ", ".join(made.test.get(kind, ())) or "–")
                  for kind in kinds)  # fmt: skip
-    told = tuple(f"left out: {name}: {why}" for name, why in made.left_out.items())
+    told = joined(line(f"left out: {name}: {why}") for name, why in made.left_out.items())
     run = out.with_suffix("")
-    shown = (Table(("kind", "training", "held out"), rows, (1,)), *told,
-             f"wrote {out}; read it, then: seatrial identify {out} -o {run}")  # fmt: skip
+    shown = (table(("kind", "training", "held out"), rows, words=(2,)) + told
+             + line(f"wrote {out}; read it, then: seatrial identify {out} -o {run}"))  # fmt: skip
     document = {"study": str(out), "train": made.train, "test": made.test, "left_out": made.left_out,
                 "cut": [trial.name for trial in made.cut], "notes": list(made.notes)}  # fmt: skip
     return Outcome(made, document, shown)

@@ -6,8 +6,9 @@ import math
 from pathlib import Path
 
 from ...data.folder import read_folder
+from ...report.blocks import joined, line, table
 from ...validate.folder import Entry, Survey, survey
-from .. import SILENT, Outcome, Sink, Table
+from .. import SILENT, Outcome, Sink
 from ..request import PAGES, check_output
 
 
@@ -35,10 +36,10 @@ def trials(
     failed = (f"{folder}: {len(unread)} of {len(found.folder.files)} recordings cannot be read",) if unread else ()
     rows = [(name, _row(name, entry)) for name, entry in found.entries.items()]
     rows += [(name, (name, "unreadable", *"–" * 6, why)) for name, why in unread.items()]
-    table = Table(head, tuple(row for _, row in sorted(rows)), (3, 4, 5, 6, 7))
     counted = ", ".join(f"{count} {name}" for name, count in found.counts.items())
     counted += f", and {len(unread)} unreadable" if unread else ""
-    shown = (table, *warnings(found), f"{len(rows)} recordings: {counted}")
+    shown = (table(head, (row for _, row in sorted(rows)), words=(1, 2, 8)) + joined(map(line, warnings(found)))
+             + line(f"{len(rows)} recordings: {counted}"))  # fmt: skip
     return Outcome(found, numbers(found), shown, errors=failed)
 
 

@@ -24,11 +24,12 @@ from ...realtime.twin.saved import learnt, load_state, provenance, save_state
 from ...realtime.twin.settings import NOISE, usual
 from ...realtime.twin.sources import Ear, Row, channels_of, noise_of, rows_from, rows_of
 from ...realtime.wire import WireError
+from ...report.blocks import Body, joined, line, table
 from ...report.page import write
 from ...ships import Ship
 from ...ships.writing import save
 from ...simulate.steering import steered
-from .. import Outcome, RequestError, Table, figure
+from .. import Outcome, RequestError, figure
 from ..realtime import pair
 from ..request import Note, make_folder, obeyed, ship_of, silent
 
@@ -233,23 +234,23 @@ def _served(screen: Screen, listening: socket.socket | None) -> Any:
     return Server(screen, listening)
 
 
-def _shown(live: Live, log: str) -> tuple[Table | str, ...]:
+def _shown(live: Live, log: str) -> Body:
     t = 0.0 if live.follower is None else live.follower.t
     hours = live.tally.hours
     inside = sum(one.inside() for one in hours)
     size = sum(one.nis for one in hours) / max(1, sum(one.readings for one in hours))
-    blocks: list[Table | str] = [
+    shown = line(
         f"{live.machine.ship.name} on {log}: {t:.0f} s followed; innovations within their 95 % band in {inside} of "
         f"{len(hours)} hours, {size:.3g} of what they should be"
-    ]
+    )
     if rows := parameters(live):
-        blocks.append(Table(("parameter", "before", "now", "sd"), tuple(
+        shown += table(("parameter", "before", "now", "sd"), (
             (one["path"], figure(one["before"]), figure(one["value"]), figure(one["sd"], 2)) for one in rows
-        ), (1, 2, 3)))  # fmt: skip
-    others = tuple((one["name"], one["unit"], figure(one["value"], 3), figure(one["sd"], 2)) for one in unseen(live))
-    blocks.append(Table(("unseen", "unit", "now", "sd"), others, (2, 3)))
-    blocks.append(Table(("ahead [s]", "forecasts", "error [m]", "constant [m]", "held"), tuple(
+        ))  # fmt: skip
+    others = ((one["name"], one["unit"], figure(one["value"], 3), figure(one["sd"], 2)) for one in unseen(live))
+    shown += table(("unseen", "unit", "now", "sd"), others, words=(1,))
+    shown += table(("ahead [s]", "forecasts", "error [m]", "constant [m]", "held"), (
         (f"{h:g}", str(s.count), figure(s.rms, 3), figure(s.rival, 3), figure(100 * s.held, 3))
-        for h, s in live.trust.scores.items()), (0, 1, 2, 3, 4)))  # fmt: skip
+        for h, s in live.trust.scores.items()))  # fmt: skip
     alarms = [f"alarm at {one.named:.0f} s: {one.text}" for one in live.alarms] or ["no alarm"]
-    return (*blocks, *alarms)
+    return shown + joined(map(line, alarms))
