@@ -45,8 +45,7 @@ def test_members_spread_as_linear_theory_has_it():
     members = ensemble(fit, told, ESTIMATOR, members=400, noise={"psi": GNSS["psi"]}, seed=1)
     arguments = {"window": 600.0, "dt": 1.0, "every": 1, "method": "euler", "threads": 2}
     one = TrajectoryObjective.build(told, told.trials, told.loss.sigma, **arguments)
-    state0, parameters, run, _ = one._arguments(fit.values, np.zeros(0))
-    slopes = one.slopes.run(state0, one.packed, parameters, **run)[1][:, 1:, 2, :] / GNSS["psi"]
+    slopes = one.linearised(one.lanes(fit.values, np.zeros(0))[0])[1][:, 1:, 2, :] / GNSS["psi"]
     J, start = slopes[:, :, :2], slopes[:, :, 4] * GNSS["psi"]
     H = np.einsum("wri,wrj->ij", J, J)
     pulled = np.einsum("wri,wr->wi", J, start)

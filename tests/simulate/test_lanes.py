@@ -19,8 +19,8 @@ from seatrial.simulate.run import approach, campaign
 SHIP = load("kvlcc2_l7")
 U, N_P = SHIP.speed, approach(SHIP)[1]
 BUILDERS = {"simulator", "sensitivity"}
-LATER = {"identify/trajectory/batch.py", "identify/trajectory/objective.py", "identify/shooting/condensed.py"}
-"""Estimators whose objectives still compile kernels of their own."""
+LATER = {"identify/trajectory/batch.py"}
+"""Many problems at once still compile kernels of their own."""
 
 
 def turns(*deltas: float) -> Lanes:

@@ -50,7 +50,7 @@ def alternatives(
         if np.array_equal(series, objective.windows.series):
             continue
         other = replace(objective, windows=replace(objective.windows, series=series),
-                        packed=objective.forward.pack(series))  # fmt: skip
+                        packed=objective.kernel.pack(series))  # fmt: skip
         cost = other.cost(p, eta)
         if not np.isfinite(cost):
             continue

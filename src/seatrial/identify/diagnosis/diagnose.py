@@ -72,7 +72,7 @@ def diagnosed(
         return replace(fit, verdicts=blown_up(fit.verdicts)) if regresses else fit
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
                   and not _estimated(one.name, problem))  # fmt: skip
-    fixed = {path: value for path, value in _fixed(fit, problem).items() if path in objective.forward.system.parameters}
+    fixed = {path: value for path, value in _fixed(fit, problem).items() if path in objective.kernel.system.parameters}
     linear = linearised(objective, p, eta, known, fixed, problem)
     vector, count = problem.vector, len(problem.free)
     channels, size = _channels(objective, linear, noise(problem.trials, problem.ship.model.motion))

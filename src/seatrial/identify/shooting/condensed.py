@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from ...data import Array
-from ...engine.rollout import Sensitivity, Simulator, sensitivity, simulator
 from ...models import STATES, Sampled
+from ...simulate.lanes import Kernel, Lanes, run, slopes
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
 from ..nuisance import Nuisances
@@ -97,8 +97,7 @@ class Condensed:
 
     problem: Problem
     chains: Chains
-    forward: Simulator
-    kernel: Sensitivity
+    kernel: Kernel
     packed: Any
     where: Index
     anchor: Array
@@ -125,10 +124,9 @@ class Condensed:
                 f"{problem.ship.name}: shooting in windows needs a continuous model; take arx_fit:ArxRegression"
             )
         system, vector, own = open_loop(problem.ship), problem.vector, Nuisances.of(problem.nuisance)
-        forward = simulator(system, own.lanewise)
+        kernel = Kernel(system, own.lanewise, (*vector.paths, *own.lanewise))
         return Condensed(
-            problem, cut, forward, sensitivity(system, (*vector.paths, *own.lanewise), own.lanewise),
-            forward.pack(cut.series), vector.positions(system.parameters), anchor, penalty, own,
+            problem, cut, kernel, kernel.pack(cut.series), vector.positions(system.parameters), anchor, penalty, own,
             FirstStates.of(cut, span) if freed else FirstStates.none(cut), True, span, method, threads,
         )  # fmt: skip
 
@@ -139,16 +137,13 @@ class Condensed:
         nodes[:, : len(STATES)] -= self.nuisances.offset(own)[self.chains.trial]
         return Point(p, nodes, own)
 
-    def _arguments(self, point: Point) -> tuple[Array, dict[str, Any], Array]:
-        """Parameters, run arguments, and what is added to predictions, shape (lanes, 1, 6)."""
+    def _lanes(self, point: Point) -> tuple[Lanes, Array]:
+        """Runs of the windows, and what is added to predictions, shape (lanes, 1, 6)."""
         parameters = open_loop_parameters(self.problem.ship)
         parameters[self.where] = point.p
-        cut, own = self.chains, point.own[self.chains.trial]
-        arguments: dict[str, Any] = {
-            "dt": cut.dt, "steps": cut.steps, "every": cut.every, "method": self.method, "threads": self.threads,
-            "lanewise": self.nuisances.drift(own),
-        }  # fmt: skip
-        return parameters, arguments, self.nuisances.offset(own)[:, None, :]
+        own = point.own[self.chains.trial]
+        lanes = Lanes(self.kernel, parameters, point.nodes, self.packed, lanewise=self.nuisances.drift(own))
+        return lanes, self.nuisances.offset(own)[:, None, :]
 
     def _compared(self, values: Array, nodes: Array, offset: Array) -> tuple[Array, Array]:
         """Weighted residuals, and gaps at the start of each window."""
@@ -171,19 +166,19 @@ class Condensed:
 
     def cost(self, point: Point) -> tuple[float, Array]:
         """Objective and gaps; inf where a window blows up."""
-        parameters, arguments, offset = self._arguments(point)
+        lanes, offset = self._lanes(point)
         with np.errstate(all="ignore"):
-            run = self.forward.run(point.nodes, self.packed, parameters, **arguments)
-            e, gaps = self._compared(run.values, point.nodes, offset)
+            values = run(lanes, self.chains.grid(self.method), threads=self.threads).values
+            e, gaps = self._compared(values, point.nodes, offset)
             total = float((e * e).sum()) + self.extra(point.p)[0] + self.priors(point)
         good = np.isfinite(total) and np.isfinite(gaps).all()
         return (total if good else float("inf")), gaps
 
     def linear(self, point: Point) -> Linear:
         """Objective, linearised and condensed."""
-        parameters, arguments, offset = self._arguments(point)
+        runs, offset = self._lanes(point)
         with np.errstate(all="ignore"):
-            values, slopes = self.kernel.run(point.nodes, self.packed, parameters, **arguments)
+            values, found = slopes(runs, self.chains.grid(self.method), self.threads)
         e, gaps = self._compared(values, point.nodes, offset)
         n, lanes, states = point.p.size, *point.nodes.shape
         count, q = self.chains.trials, n + self.begun.count
@@ -195,8 +190,8 @@ class Condensed:
         G, h = np.zeros((lanes, states, m)), np.zeros((lanes, states))
         closing = 0.0
         for k, level in enumerate(self.chains.levels):
-            self._begun(k, slopes, gaps, G, h)
-            J, moved = self._rows(level, slopes, G, h)
+            self._begun(k, found, gaps, G, h)
+            J, moved = self._rows(level, found, G, h)
             t, r, JT = self.chains.trial[level], e[level].reshape(len(level), -1), J.transpose(0, 2, 1)
             closing += float((r * moved).sum())
             N[t] += JT @ J
@@ -204,7 +199,7 @@ class Condensed:
             g[t] += (JT @ (r + moved)[..., None])[..., 0]
         data, (more, g_p, H_p) = float((e * e).sum()), self.extra(point.p)
         cost = data + more + self.priors(point)
-        return Linear(cost, data, gaps, N, g, own, closing, H_p, g_p, G, h, e, slopes)
+        return Linear(cost, data, gaps, N, g, own, closing, H_p, g_p, G, h, e, found)
 
     def _begun(self, k: int, slopes: Array, gaps: Array, G: Array, h: Array) -> None:
         """Start states of the k-th windows by the unknowns of their trials, put into G and h."""

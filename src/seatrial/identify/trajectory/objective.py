@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...data import Array, Trial
-from ...engine.rollout import Sensitivity, Simulator, sensitivity, simulator
+from ...engine import Rollout
 from ...simulate.approach import substeps
+from ...simulate.lanes import Kernel, Lanes, run, slopes
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem
 from ..nuisance import Index, Layout
@@ -38,8 +39,7 @@ class TrajectoryObjective:
     common: tuple[Suspect, ...]
     windows: Windows
     layout: Layout
-    forward: Simulator
-    slopes: Sensitivity
+    kernel: Kernel
     packed: Any
     where: Index
     method: str
@@ -62,14 +62,11 @@ class TrajectoryObjective:
         cut.scale[:, 0, measured] = 0.0
         system = open_loop(problem.ship)
         lanewise = layout.own.lanewise
-        free = (*problem.vector.paths, *lanewise)
-        forward = simulator(system, lanewise)
+        kernel = Kernel(system, lanewise, (*problem.vector.paths, *lanewise))
         where = problem.vector.positions(system.parameters)
         common = named(problem.ship.model, trials, tuple(problem.nuisance.common))
-        return TrajectoryObjective(
-            problem, common, cut, layout, forward, sensitivity(system, free, lanewise), forward.pack(cut.series),
-            where, method, threads,
-        )  # fmt: skip
+        packed = kernel.pack(cut.series)
+        return TrajectoryObjective(problem, common, cut, layout, kernel, packed, where, method, threads)
 
     @property
     def nuisances(self) -> int:
@@ -97,25 +94,31 @@ class TrajectoryObjective:
         vector, wide = self.problem.vector, np.full(len(self.common), np.inf)
         return np.append(vector.low, -wide), np.append(vector.high, wide)
 
-    def _arguments(self, p: Array, eta: Array) -> tuple[Array, Array, dict[str, Any], Array]:
-        """Initial states, parameters, run arguments and the bias to add to predictions."""
+    def lanes(self, p: Array, eta: Array) -> tuple[Lanes, Array]:
+        """Runs of the windows, and the bias to add to predictions."""
         parameters = open_loop_parameters(self.problem.ship)
         parameters[self.where] = p[: self.where.size]
         state0 = self.windows.state0.copy()
         state0[:, : self.windows.width] += self.layout.starts(eta)
         nuisances, own = self.layout.own, self.layout.of_trials(eta)[self.layout.trial]
-        arguments: dict[str, Any] = {
-            "dt": self.windows.dt, "steps": self.windows.steps, "every": self.windows.every,
-            "method": self.method, "threads": self.threads, "lanewise": nuisances.drift(own),
-        }  # fmt: skip
-        return state0, parameters, arguments, nuisances.offset(own)[:, None, :]
+        lanes = Lanes(self.kernel, parameters, state0, self.series(p), lanewise=nuisances.drift(own))
+        return lanes, nuisances.offset(own)[:, None, :]
+
+    def predicted(self, lanes: Lanes) -> Rollout:
+        """The runs of the windows, their compared rows."""
+        return run(lanes, self.windows.grid(self.method), threads=self.threads)
+
+    def linearised(self, lanes: Lanes) -> tuple[Array, Array]:
+        """Compared states and their derivatives, shapes (lanes, rows, motion) and (lanes, rows, motion, columns)."""
+        states, found = slopes(lanes, self.windows.grid(self.method), self.threads)
+        return states[:, :, : self.windows.width], found[:, :, : self.windows.width]
 
     def series(self, p: Array, change: Array | None = None) -> Any:
         """Inputs, corrected by the errors of instruments in `p`, and changed by `change`; packed."""
         changes = [c * one.acts(self.windows.series, self.windows.dt)
                    for one, c in zip(self.common, p[self.where.size :], strict=True) if one.acts]  # fmt: skip
         changes += [] if change is None else [change]
-        return self.forward.pack(self.windows.series + sum(changes)) if changes else self.packed
+        return self.kernel.pack(self.windows.series + sum(changes)) if changes else self.packed
 
     @property
     def _interval(self) -> float:
@@ -130,8 +133,7 @@ class TrajectoryObjective:
                 out = out + c * one.reads(predicted, None, self._interval)
         return out
 
-    def _columns(self, run: Array, slopes: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
-                 parameters: Array) -> Array:  # fmt: skip
+    def _columns(self, run: Array, slopes: Array, p: Array, lanes: Lanes) -> Array:
         """Derivatives of the readings by `p`, then currents and initial states, shape (lanes, rows, 6, columns).
 
         Inputs by one-sided differences, which share the run of all windows.
@@ -142,12 +144,11 @@ class TrajectoryObjective:
         for one, c in zip(self.common, p[n:], strict=True):
             if one.reads and c:
                 moved = moved + c * one.reads(run, moved, self._interval)
-        found = [self.direction(one, run, p, arguments, state0, parameters) for one in self.common]
+        found = [self.direction(one, run, p, lanes) for one in self.common]
         return np.concatenate([np.moveaxis(moved[:n], 0, -1), np.stack(found, axis=-1), np.moveaxis(moved[n:], 0, -1)],
                               axis=-1)  # fmt: skip
 
-    def direction(self, one: Suspect, run: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
-                  parameters: Array) -> Array:  # fmt: skip
+    def direction(self, one: Suspect, run: Array, p: Array, lanes: Lanes) -> Array:
         """Derivative of the readings by an error of an instrument, shape (lanes, rows, motion)."""
         out = np.zeros_like(run)
         if one.reads:
@@ -156,18 +157,17 @@ class TrajectoryObjective:
             changed = self.windows.series + one.step * one.acts(self.windows.series, self.windows.dt)
             known = [c * other.acts(self.windows.series, self.windows.dt)
                      for other, c in zip(self.common, p[self.where.size :], strict=True) if other.acts]  # fmt: skip
-            packed = self.forward.pack(changed + sum(known) if known else changed)
+            packed = self.kernel.pack(changed + sum(known) if known else changed)
             with np.errstate(all="ignore"):
-                other = self.forward.run(state0, packed, parameters, **arguments).values[:, :, : self.windows.width]
+                other = self.predicted(replace(lanes, series=packed)).values[:, :, : self.windows.width]
             out = out + (other - run) / one.step
         return out
 
     def residuals(self, p: Array, eta: Array) -> Array:
         """Weighted residuals, shape (lanes, rows, motion); not finite where the model blows up."""
-        state0, parameters, arguments, bias = self._arguments(p, eta)
+        lanes, bias = self.lanes(p, eta)
         with np.errstate(all="ignore"):
-            run = self.forward.run(state0, self.series(p), parameters, **arguments)
-            return self._weighted(self._read(run.values[:, :, : self.windows.width], p, bias))
+            return self._weighted(self._read(self.predicted(lanes).values[:, :, : self.windows.width], p, bias))
 
     def _weighted(self, predicted: Array) -> Array:
         scale = self.windows.scale
@@ -189,19 +189,17 @@ class TrajectoryObjective:
 
     def normal(self, p: Array, eta: Array) -> Normal:
         """Objective and its exact Gauss-Newton normal equations."""
-        state0, parameters, arguments, bias = self._arguments(p, eta)
-        run, slopes = self.slopes.run(state0, self.series(p), parameters, **arguments)
-        width, n = self.windows.width, p.size
-        run, slopes = run[:, :, :width], slopes[:, :, :width]
-        e = self._weighted(self._read(run, p, bias))
-        slopes = self._columns(run, slopes, p, arguments, state0, parameters)
-        slopes *= self.windows.scale[..., None]
-        slopes[self.windows.scale == 0.0] = 0.0
-        J = slopes.reshape(-1, slopes.shape[-1])
+        (lanes, bias), n = self.lanes(p, eta), p.size
+        states, found = self.linearised(lanes)
+        e = self._weighted(self._read(states, p, bias))
+        columns = self._columns(states, found, p, lanes)
+        columns *= self.windows.scale[..., None]
+        columns[self.windows.scale == 0.0] = 0.0
+        J = columns.reshape(-1, columns.shape[-1])
         away, weight = self._prior(p)
         H = J[:, :n].T @ J[:, :n] + np.diag(weight)
         g = J[:, :n].T @ e.ravel() + weight * away
-        blocks = self._blocks(slopes, e, eta, n)
+        blocks = self._blocks(columns, e, eta, n)
         cost = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.layout.deviation) ** 2).sum())
         return Normal(cost, H, g, blocks)
 
@@ -249,32 +247,29 @@ class TrajectoryObjective:
             Residuals (lanes, rows, 6), derivatives by `p`, currents and initial states, by the suspects, and the
             changes of the readings by each fixed parameter and each draw, shapes (lanes, rows, 6, ...).
         """
-        state0, parameters, arguments, bias = self._arguments(p, eta)
-        run, slopes = self.slopes.run(state0, self.series(p), parameters, **arguments)
-        width = self.windows.width
-        run, slopes = run[:, :, :width], slopes[:, :, :width]
-        e = self._weighted(self._read(run, p, bias))
-        full = self._columns(run, slopes, p, arguments, state0, parameters)
-        extra = [self.direction(one, run, p, arguments, state0, parameters) for one in suspects]
-        names = list(self.forward.system.parameters)
+        lanes, bias = self.lanes(p, eta)
+        states, found = self.linearised(lanes)
+        e = self._weighted(self._read(states, p, bias))
+        full = self._columns(states, found, p, lanes)
+        extra = [self.direction(one, states, p, lanes) for one in suspects]
+        names = list(self.kernel.system.parameters)
         held: list[Array] = []
         for path, value in fixed.items():
             if path not in names:
                 continue
-            other = parameters.copy()
+            other = lanes.shared.copy()
             other[names.index(path)] = value * (1.0 + _SMALL)
-            moved = self.forward.run(state0, self.series(p), other, **arguments).values[:, :, : self.windows.width]
-            held.append((moved - run) * (_TENTH / _SMALL))
-        moved = [self._disturbed(draw, run, p, arguments, state0, parameters) for draw in draws]
-        none = np.zeros((*run.shape, 0))
+            moved = self.predicted(replace(lanes, shared=other)).values[:, :, : self.windows.width]
+            held.append((moved - states) * (_TENTH / _SMALL))
+        moved = [self._disturbed(draw, states, p, lanes) for draw in draws]
+        none = np.zeros((*states.shape, 0))
         suspected, changed, drawn = (np.stack(some, axis=-1) if some else none for some in (extra, held, moved))
         return e, full, suspected, changed, drawn
 
-    def _disturbed(self, draw: Array, run: Array, p: Array, arguments: Mapping[str, Any], state0: Array,
-                   parameters: Array) -> Array:  # fmt: skip
+    def _disturbed(self, draw: Array, run: Array, p: Array, lanes: Lanes) -> Array:
         """Change of the readings by a change of the inputs, shape (lanes, rows, motion)."""
         with np.errstate(all="ignore"):
-            other = self.forward.run(state0, self.series(p, draw), parameters, **arguments).values
+            other = self.predicted(replace(lanes, series=self.series(p, draw))).values
         return other[:, :, : self.windows.width] - run
 
     def variance(self, p: Array, eta: Array) -> float:
@@ -332,11 +327,10 @@ class TrajectoryObjective:
 
     def failure(self, p: Array) -> str:
         """Description of the trial and state that blow up first at `p`."""
-        state0, parameters, arguments, _ = self._arguments(p, np.zeros(self.nuisances))
         with np.errstate(all="ignore"):
-            run = self.forward.run(state0, self.series(p), parameters, **arguments)
-        if not run.failures:
+            failures = self.predicted(self.lanes(p, np.zeros(self.nuisances))[0]).failures
+        if not failures:
             return "the objective is not finite"
-        first = run.failures[0]
+        first = failures[0]
         trial = self.problem.trials[int(self.windows.trial[first.lane])].name
         return f"trial {trial}, window {first}"

@@ -77,7 +77,7 @@ class Scorer:
             window=longest(trials), dt=base.windows.dt * base.windows.every, every=1, substeps=base.windows.every,
         )  # fmt: skip
         layout = Layout.of(problem.nuisance, cut.trial, problem.ship.model.motion)
-        return replace(base, problem=problem, windows=cut, layout=layout, packed=base.forward.pack(cut.series))
+        return replace(base, problem=problem, windows=cut, layout=layout, packed=base.kernel.pack(cut.series))
 
     def best(
         self, trials: Sequence[Trial], free: Sequence[Free], *, starts: int, seed: int, factor: float = 1.0
