@@ -243,7 +243,6 @@ def test_virtual_trials_are_refused_alike(change, words: str, study: Path, capsy
 
 SEARCHERS = {
     "evolution:Evolution": ("nuisance", "takes no [nuisance]"),
-    "multistart:MultiStart": ("nuisance", "nuisance"),
     "regression:Regression": ("", "not linear in propeller.w_P0, rudder.epsilon"),
 }
 

@@ -520,7 +520,7 @@ def arrow(seed: int = 0) -> tuple[Array, list[Block], Array]:
         rows = rng.normal(size=(20, 6))
         H = rows.T @ rows
         whole += H[:3, :3]
-        blocks.append(Block(slice(3 * k, 3 * k + 3), H[3:, 3:], H[3:, :3], np.zeros(3)))
+        blocks.append(Block(np.arange(3 * k, 3 * k + 3)[None], H[None, 3:, 3:], H[None, 3:, :3], np.zeros((1, 3))))
         part = slice(3 + 3 * k, 6 + 3 * k)
         full[part, part], full[part, :3], full[:3, part] = H[3:, 3:], H[3:, :3], H[:3, 3:]
         sources.append(part)

@@ -100,7 +100,7 @@ def test_starts_are_eliminated_alike_for_one_problem_and_for_many(short: Problem
         eta = one.begun(p)
         normal = one.normal(p, eta)
         H, g = normal.reduced(0.0)
-        assert found.costs[k] == pytest.approx(normal.cost, rel=1e-6)
+        assert found.cost[k] == pytest.approx(normal.cost, rel=1e-6)
         np.testing.assert_allclose(found.H[k], H, rtol=1e-4, atol=1e-5 * np.abs(H).max())
         np.testing.assert_allclose(found.g[k], g, rtol=1e-4, atol=1e-4 * np.abs(g).max())
         # No start in the neighbourhood does better.

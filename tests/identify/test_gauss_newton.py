@@ -25,13 +25,10 @@ class Mile:
 
     def normal(self, p: np.ndarray, eta: np.ndarray) -> Normal:
         miss = self.found - self.A @ p - self.B @ eta
-        own = np.diag((self.B * self.B).sum(axis=0) + self.weight)
+        own = (self.B * self.B).sum(axis=0) + self.weight
         gradient = -self.B.T @ miss + self.weight * eta
-        blocks = tuple(
-            Block(slice(k, k + 1), own[k : k + 1, k : k + 1], (self.B.T @ self.A)[k : k + 1], gradient[k : k + 1])
-            for k in range(2)
-        )
-        return Normal(self.cost(p, eta), self.A.T @ self.A, -self.A.T @ miss, blocks)
+        pairs = Block(np.arange(2)[:, None], own[:, None, None], (self.B.T @ self.A)[:, None], gradient[:, None])
+        return Normal(self.cost(p, eta), self.A.T @ self.A, -self.A.T @ miss, (pairs,))
 
 
 def test_one_step_finds_the_log_and_both_currents() -> None:

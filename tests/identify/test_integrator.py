@@ -137,7 +137,7 @@ def test_what_replays_also_fits_and_scores() -> None:
     smooth = TrajectoryObjective.build(*parts, **given)
     nothing = 1e-4 * smooth.windows.samples
     assert smooth.cost(true, np.zeros(0)) < nothing
-    assert Many.build(*parts, **given).normals(true[None]).costs[0] < nothing
+    assert Many.build(*parts, **given).normals(true[None]).cost[0] < nothing
     assert Scoring.build(*parts, **given).batch(1).costs(true[None])[0] < nothing
     rough = TrajectoryObjective.build(*parts, **{**given, "method": "euler"}).cost(true, np.zeros(0))
     assert rough > 100 * nothing

@@ -49,7 +49,7 @@ def test_four_turns_leave_a_valley_that_is_flat_to_nine_digits_over_more_than_si
     known = profiles(fit, told, ESTIMATOR, variance=1.0)
     k = PATHS.index("rudder.t_R")
     valley = known.profiles[k]
-    untuned = many.normals((many.low + 0.7 * (many.high - many.low))[None]).costs[0]
+    untuned = many.normals((many.low + 0.7 * (many.high - many.low))[None]).cost[0]
     flat = valley.values[valley.rise <= 1e-9 * untuned]
     assert np.ptp(flat) / (valley.high - valley.low) > 0.6
     moved = (valley.others - fit.values) / (many.high - many.low)

@@ -144,10 +144,10 @@ def ensemble(
         parts = (np.arange(part.start, part.stop) for part in parted(members, pool))
         pieces = ((problem, settings, starts[part], data.of(part)) for part in parts)
         ends = Ends.joined(list(pool.ordered(_refitted, pieces)))
-    good = np.isfinite(ends.normals.costs)
+    good = np.isfinite(ends.costs)
     if good.sum() < 0.5 * members:
         raise FitError(f"{int((~good).sum())} of {members} repetitions cannot be simulated with the noise given")
-    return Ensemble(fit.ship, problem.free, ends.values[good], ends.normals.data[good],
+    return Ensemble(fit.ship, problem.free, ends.values[good], ends.data[good],
                     float(many.normals(fit.values[None]).data[0]), level, settings)  # fmt: skip
 
 

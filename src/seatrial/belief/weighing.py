@@ -109,9 +109,9 @@ def _answer(many: Many, values: Array) -> tuple[Array, Array, Array, Array]:
     cut, states, n = many.windows, list(many.compared), values.shape[1]
     state0, answer = cut.state0.copy(), np.zeros((len(cut.state0), 0, n))
     if many.begun:
-        found = many.settled(values, None)
-        state0[:, list(many.begun)] += found.offset[0]
-        answer = -found.back()[0, :, :, :-1]
+        found, eta = many.settled(values, None)
+        state0[:, list(many.begun)] += eta.reshape(len(state0), -1)
+        answer = -found.blocks[0].back()[0, :, :, :-1]
     run, slopes = many.kernel.run(
         state0, cut.series, many.shared, lanewise=np.repeat(values, len(state0), axis=0), dt=cut.dt, steps=cut.steps,
         every=cut.every, method=many.method, threads=many.threads,

@@ -184,13 +184,13 @@ class Layout:
         return int(np.isinf(self.deviation).sum())
 
     @property
-    def by_window(self) -> tuple[slice, ...]:
-        """Part of `eta` that holds the offsets of the initial state of each window."""
+    def by_window(self) -> Index:
+        """Entries of `eta` that hold the offsets of the initial state of each window, shape (lanes, offsets)."""
         width = self.own.initial.size
         first = np.zeros(self.trial.size, dtype=np.intp)
         for part, mine in zip(self.slices, self.lanes, strict=True):
             first[mine] = part.start + width * np.arange(len(mine))
-        return tuple(slice(int(a), int(a) + width) for a in first)
+        return first[:, None] + np.arange(width)
 
     def starts(self, eta: Array) -> Array:
         """Offsets of the initial states of windows from the recorded ones, shape (lanes, motion)."""

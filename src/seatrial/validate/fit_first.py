@@ -249,7 +249,7 @@ class _Search:
             return {}
         (block,) = self.objective.normal(np.zeros(0), self.eta).blocks
         own = self.objective.layout.own
-        spread = np.sqrt(np.diag(np.linalg.inv(block.own)))[block.own.shape[0] - own.count :]
+        spread = np.sqrt(np.diag(np.linalg.inv(block.own[0])))[-own.count :]
         return dict(zip(map(_named, own.names), spread.tolist(), strict=True))
 
     @property

@@ -17,7 +17,7 @@ from ...data import Array
 from ...identify import Fit, Problem, StudyError
 from ...identify.nuisance import held
 from ...identify.posterior.verdicts import posterior
-from ...identify.trajectory.batch import Data, Many, Normals
+from ...identify.trajectory.batch import Data, Many
 from ...identify.trajectory.gauss_newton import Normal
 
 # Scaled curvature below which a direction has neither data, prior nor bounds.
@@ -55,11 +55,11 @@ class Density:
         vector = self.many.problem.vector
         away = values - (vector.mean if self.data is None else self.data.mean)
         with np.errstate(all="ignore"):
-            found = self.many.settled(values, self.data)
-        known, volume = np.isfinite(found.costs), np.zeros(len(values))
-        volume[known] = np.linalg.slogdet(found.own[known])[1].sum(axis=1)
-        squares = found.costs - (vector.precision * away**2).sum(axis=1) + self.variance * volume
-        return squares, found.reduced().g - vector.precision * away
+            found, _ = self.many.settled(values, self.data)
+        known, volume = np.isfinite(found.cost), np.zeros(len(values))
+        volume[known] = np.linalg.slogdet(found.blocks[0].own[known])[1].sum(axis=1)
+        squares = found.cost - (vector.precision * away**2).sum(axis=1) + self.variance * volume
+        return squares, found.reduced()[1] - vector.precision * away
 
     def _plain(self, values: Array) -> tuple[Array, Array]:
         """Squared residuals and their halved slope, one problem a call of the kernel; no normal equations are made."""
@@ -89,11 +89,7 @@ class Density:
     def laplace(self, values: Array) -> Array:
         """Covariance of Laplace's approximation at each value, shape (lanes, free, free)."""
         found, free = self.many.normals(values, self.data), self.many.problem.free
-        return np.stack([posterior(_normal(found, k), free, one, self.variance)[0] for k, one in enumerate(values)])
-
-
-def _normal(found: Normals, k: int) -> Normal:
-    return Normal(float(found.costs[k]), found.H[k], found.g[k])
+        return np.stack([posterior(found.of(k), free, one, self.variance)[0] for k, one in enumerate(values)])
 
 
 def density_of(fit: Fit, problem: Problem, settings: Any) -> Density:
@@ -108,9 +104,9 @@ def density_of(fit: Fit, problem: Problem, settings: Any) -> Density:
     _accept(fit, problem, settings)
     many = Many.like(problem, settings)
     found = many.normals(fit.values[None])
-    if not np.isfinite(found.costs[0]):
+    if not np.isfinite(found.cost[0]):
         raise StudyError("the model blows up at the fitted values; there is no posterior to draw from")
-    normal, wanted = _normal(found, 0), np.log(fit.sigma).mean()
+    normal, wanted = found.of(0), np.log(fit.sigma).mean()
     check_proper(normal, problem)
     low, high = -np.log(_RANGE), np.log(_RANGE)
     for _ in range(_HALVINGS):

@@ -70,9 +70,10 @@ class Beside:
 
 def _own(block: Block, layout: Layout, covariance: Array) -> tuple[Array, Array, Array]:
     """Of one trial: moves of current and biases with the parameters, variances without them, and deviations."""
-    first = block.own.shape[0] - layout.own.count
-    inverse: Array = np.asarray(np.linalg.inv(block.own), dtype=np.float64)
-    back, alone = -(inverse @ block.cross)[first:], np.diag(inverse)[first:]
+    (own,), (cross,) = block.own, block.cross
+    first = len(own) - layout.own.count
+    inverse: Array = np.asarray(np.linalg.inv(own), dtype=np.float64)
+    back, alone = -(inverse @ cross)[first:], np.diag(inverse)[first:]
     return back, alone, np.sqrt(alone + np.einsum("ij,jk,ik->i", back, covariance, back))
 
 

@@ -154,7 +154,7 @@ def profiles(
     """
     many = Many.like(problem, settings)
     base = many.descend(fit.values[None])
-    here, normals = base.values[0], base.normals
+    here, normals = base.values[0], many.normals(base.values)
     n = here.size
     samples, weight = float(many.windows.entries), many.windows.weight
     alike = 1.0 / weight if variance is not None else max(1.0 / weight, _alike(many, here))
@@ -181,7 +181,7 @@ def profiles(
     return Identifiability(
         tuple(_profile(f, here[k], low[k], high[k], *found[k], loose[k]) for k, f in enumerate(problem.free)),
         covariance / np.outer(scale, scale), vectors.T, deviations,
-        -least + (fit.objective - float(normals.costs[0])) / noise, samples / alike,
+        -least + (fit.objective - float(normals.cost[0])) / noise, samples / alike,
     )  # fmt: skip
 
 
@@ -230,7 +230,7 @@ class _Walk:
             over = sign[going] * (ahead - end[going]) > -1e-9 * step[going]
             ahead = np.where(over, end[going], ahead)
             ends = self.descended(at[going], which[going], ahead)
-            rise = self._rise(ends.normals.data, ends.normals.costs, first.data[0], first.costs[0])
+            rise = self._rise(ends.data, ends.costs, first.data[0], first.cost[0])
             for k, lane in enumerate(going):
                 kept[int(which[lane])].append((float(ahead[k]), float(rise[k]), ends.values[k]))
             # A step over the whole slope is repeated, shorter; along a long valley steps grow.

@@ -25,7 +25,7 @@ from .condensed import bounded
 
 # Damping of the step's matrix, so that parameters that the data do not excite keep their values, and passes over the
 # weights of surge, sway and yaw.
-_NUDGE, _PASSES = np.full(1, 1e-9), 2
+_NUDGE, _PASSES = 1e-9, 2
 
 
 def momentum_guess(problem: Problem, cut: Chains, *, smooth: float, span: float, start: Array) -> Array | None:

@@ -25,7 +25,7 @@ from ..trajectory.gauss_newton import steps
 from .chains import Chains, FirstStates, Index
 from .constraints import Penalty
 
-_NUDGE = np.full(1, 1e-13)
+_NUDGE = 1e-13
 
 
 @dataclass(frozen=True)
@@ -284,10 +284,10 @@ class Condensed:
         return out
 
 
-def bounded(H: Array, g: Array, low: Array, high: Array, nudge: Array) -> Array:
+def bounded(H: Array, g: Array, low: Array, high: Array, nudge: float) -> Array:
     """The step within bounds relative to where one problem stands; see `gauss_newton.steps`."""
     everything = np.ones((1, g.size), dtype=np.bool_)
-    return steps(H[None], g[None], low[None], high[None], everything, nudge)[0][0]
+    return steps(H[None], g[None], low[None], high[None], everything, nudge)[0]
 
 
 # Damping of Marquardt's diagonal: start, least, ratio after a full step, ratio after a refused one.  Less than that of

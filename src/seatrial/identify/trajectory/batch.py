@@ -10,28 +10,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array, Trial
-from ...engine.rollout import Sensitivity, default_threads, sensitivity, simulator
+from ...engine.rollout import Sensitivity, Simulator, default_threads, sensitivity, simulator
 from ...engine.simd import LANES
 from ...simulate.approach import substeps
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
 from ..nuisance import Nuisances, begun_as, held
 from ..record import Settings, Windows, cut_as, windows
-from .gauss_newton import Mask, steps
+from .gauss_newton import CONVERGED, STILL, Block, Mask, Normal, State, descend
 
-# Damping of Marquardt's diagonal: start, least, and ratio after a good step; after bad ones the ratio doubles.
-_DAMPING, _LEAST, _DOWN, _UP = 1e-2, 1e-9, 0.2, 4.0
 # Most steps to the best initial states for given parameters.
 _SETTLING = 8
-# A problem ends after this many successive steps that no longer matter, or that fail.
-_STILL, _FAILED = 2, 7
 
 
 @dataclass(frozen=True)
@@ -54,83 +50,26 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Normals:
-    """Objectives (prior included), their data's part, and halved derivatives of each problem.
-
-    Attributes:
-        costs, data: shape (problems,); inf where the model blows up.
-        H: shape (problems, free, free).
-        g: shape (problems, free).
-        own, cross, slope: of the estimated starts: Hessian (problems, windows, starts, starts), mixed with the
-            parameters (problems, windows, starts, free), gradient (problems, windows, starts).
-        offset: initial states less the recorded ones, shape (problems, windows, starts).
-    """
-
-    costs: Array
-    data: Array
-    H: Array
-    g: Array
-    own: Array
-    cross: Array
-    slope: Array
-    offset: Array
-
-    def updated(self, index: Any, other: Normals, which: Mask) -> None:
-        """Take over `other`, which belongs to the problems `index`, where `which` is set."""
-        for mine, its in zip(self.parts, other.parts, strict=True):
-            mine[index[which]] = its[which]
-
-    @property
-    def parts(self) -> tuple[Array, ...]:
-        """All of it, each with the problems first."""
-        return self.costs, self.data, self.H, self.g, self.own, self.cross, self.slope, self.offset
-
-    def of(self, index: Any) -> Normals:
-        """Some of the problems."""
-        return Normals(*(part[index] for part in self.parts))
-
-    def back(self, damping: Array | None = None) -> Array:
-        """Answer of the starts to the parameters and by themselves, shape (problems, windows, starts, free + 1)."""
-        extra = np.zeros(len(self.costs)) if damping is None else damping
-        unit = np.eye(self.own.shape[-1])
-        # Where the model blows up there is nothing to solve.
-        known = np.isfinite(self.costs)[:, None, None, None]
-        hessian = np.where(known, self.own * (1.0 + extra[:, None, None, None] * unit), unit)
-        found: Any = np.linalg.solve(hessian, np.concatenate([self.cross, self.slope[..., None]], axis=3))
-        return np.asarray(found, dtype=np.float64)
-
-    def reduced(self, back: Array | None = None) -> Normals:
-        """The starts eliminated: H and g of the parameters alone."""
-        if not self.offset.shape[2]:
-            return self
-        found = np.einsum("pwsn,pwsm->pnm", self.cross, self.back() if back is None else back)
-        return replace(self, H=self.H - found[..., :-1], g=self.g - found[..., -1])
-
-
-@dataclass(frozen=True)
 class Ends:
     """Where each problem ended.
 
     Attributes:
         values: shape (problems, free).
-        normals: objective and normal equations there.
-        iterations: steps tried, shape (problems,).
+        costs, data: objectives there, and their data's part, shape (problems,); inf where the model blows up.
+        evaluations: of the objective, shape (problems,).
         converged: whether the last steps no longer mattered, shape (problems,).
     """
 
     values: Array
-    normals: Normals
-    iterations: NDArray[np.intp]
+    costs: Array
+    data: Array
+    evaluations: NDArray[np.intp]
     converged: Mask
 
     @staticmethod
     def joined(parts: Sequence[Ends]) -> Ends:
         """Those of several calls as of one."""
-        normals = Normals(*map(np.concatenate, zip(*(one.normals.parts for one in parts), strict=True)))
-        return Ends(
-            np.concatenate([one.values for one in parts]), normals,
-            np.concatenate([one.iterations for one in parts]), np.concatenate([one.converged for one in parts]),
-        )  # fmt: skip
+        return Ends(*(np.concatenate([getattr(one, f.name) for one in parts]) for f in fields(Ends)))
 
 
 @dataclass(frozen=True)
@@ -152,6 +91,7 @@ class Many:
     compared: tuple[int, ...]
     begun: tuple[int, ...]
     near: Array
+    forward: Simulator
     kernel: Sensitivity
     chunk: int
     packed: Any
@@ -180,10 +120,11 @@ class Many:
         vector, own = problem.vector, Nuisances.of(problem.nuisance, problem.ship.model.motion)
         near = np.array(list(problem.nuisance.initial.values())) ** -2.0
         cut.scale[:, 0, own.initial[near > 0]] = 0.0  # the prior of an initial state represents its measurement
-        kernel, chunk = sensitivity(open_loop(problem.ship), vector.paths, vector.paths), _chunk(cut.state0.shape[0])
+        system, chunk = open_loop(problem.ship), _chunk(cut.state0.shape[0])
+        kernel = sensitivity(system, vector.paths, vector.paths)
         return Many(
             problem, cut, tuple(np.flatnonzero((cut.scale > 0).any(axis=(0, 1))).tolist()),
-            tuple(own.initial.tolist()), near, kernel, chunk,
+            tuple(own.initial.tolist()), near, simulator(system, vector.paths), kernel, chunk,
             kernel.pack(np.tile(cut.series, (chunk, 1, 1))), open_loop_parameters(problem.ship),
             vector.low, vector.high, method, threads or default_threads(),
         )  # fmt: skip
@@ -200,79 +141,125 @@ class Many:
         cut = self.windows
         state0 = cut.state0.copy()
         if self.begun:
-            state0[:, list(self.begun)] += self.settled(values[None], None).offset[0]
-        run = simulator(open_loop(self.problem.ship), self.kernel.free).run(
+            state0[:, list(self.begun)] += self.settled(values[None], None)[1].reshape(len(state0), -1)
+        run = self.forward.run(
             state0, cut.series, self.shared, lanewise=np.repeat(values[None], cut.state0.shape[0], axis=0),
             dt=cut.dt, steps=cut.steps, every=cut.every, method=self.method, threads=self.threads,
         )  # fmt: skip
         return run.values[:, :, : cut.width]
 
-    def normals(self, values: Array, data: Data | None = None) -> Normals:
+    def normals(self, values: Array, data: Data | None = None) -> Normal:
         """Objective and normal equations at `values`, shape (problems, free); of the best starts, these eliminated."""
-        return self.settled(values, data).reduced()
+        found, _ = self.settled(values, data)
+        H, g = found.reduced()
+        return Normal(found.cost, H, g, data=found.data)
 
-    def settled(self, values: Array, data: Data | None) -> Normals:
-        """The same at the best initial states for `values`, not eliminated."""
-        offset = np.zeros((len(values), self.windows.state0.shape[0], len(self.begun)))
-        now = self.at(values, offset, data)
+    def settled(self, values: Array, data: Data | None) -> tuple[Normal, Array]:
+        """The same at the best initial states for `values`, not eliminated, and their offsets from the recorded ones.
+
+        Returns:
+            The normal equations, and offsets of shape (problems, windows * starts).
+        """
+        eta = np.zeros((len(values), self.windows.state0.shape[0] * len(self.begun)))
+        now = self.at(values, eta, data)
         going = np.ones(len(values), dtype=np.bool_)
         for _ in range(_SETTLING if self.begun else 0):
-            then = self.at(values, now.offset - now.back()[..., -1], data)
+            further = eta - now.blocks[0].back()[..., -1].reshape(eta.shape)
+            then = self.at(values, further, data)
             # each problem ends by itself: its digits do not depend on its neighbours
-            better = going & (then.costs < now.costs)
-            going &= then.costs < (1.0 - 1e-10) * now.costs
-            now.updated(np.arange(len(values)), then, better)
+            better, last = going & (then.cost < now.cost), now
+            going &= then.cost < (1.0 - 1e-10) * now.cost
+            now = Normal.stacked([(then if good else last).of(k) for k, good in enumerate(better)])
+            eta[better] = further[better]
             if not going.any():
                 break
-        return now
+        return now, eta
 
-    def at(self, values: Array, offset: Array, data: Data | None) -> Normals:
+    def at(self, values: Array, eta: Array, data: Data | None) -> Normal:
         """Objective and normal equations at `values` and at these offsets of the initial states."""
-        count, n = values.shape
-        parts = [np.arange(a, min(a + self.chunk, count)) for a in range(0, count, self.chunk)]
-
-        def products(part: NDArray[np.intp]) -> Array:
-            return self._part(values, offset, data, part)
-
-        with ThreadPoolExecutor(self.threads) as pool:
-            G = np.concatenate(list(pool.map(products, parts)))
+        n, lanes = values.shape[1], self.windows.state0.shape[0]
+        G = self._parted(values, eta, data, self._products)
         vector = self.problem.vector
         weight, away = vector.precision, values - (vector.mean if data is None else data.mean)
         whole = G.sum(axis=1)
         whole[:, range(n), range(n)] += weight
-        costs = whole[:, -1, -1] + (weight * away**2).sum(axis=1) + (self.near * offset**2).sum(axis=(1, 2))
         good = np.isfinite(G).all(axis=(1, 2, 3))
-        return Normals(
-            np.where(good, costs, np.inf), np.where(good, whole[:, -1, -1], np.inf), whole[:, :n, :n],
-            whole[:, :n, -1] + weight * away, G[:, :, n:-1, n:-1] + np.diag(self.near), G[:, :, n:-1, :n],
-            G[:, :, n:-1, -1] + self.near * offset[:, : G.shape[1]], offset,
-        )  # fmt: skip
+        told = np.where(good, whole[:, -1, -1], np.inf)
+        blocks: tuple[Block, ...] = ()
+        if self.begun:
+            G[~good] = np.eye(G.shape[-1])  # where the model blows up there is nothing to solve
+            offset = eta.reshape(len(eta), lanes, -1)
+            blocks = (Block(np.arange(eta.shape[1]).reshape(lanes, -1), G[:, :, n:-1, n:-1] + np.diag(self.near),
+                            G[:, :, n:-1, :n], G[:, :, n:-1, -1] + self.near * offset),)  # fmt: skip
+        return Normal(told + self.priors(values, eta, data), whole[:, :n, :n], whole[:, :n, -1] + weight * away, blocks,
+                      told)  # fmt: skip
 
-    def _part(self, values: Array, offset: Array, data: Data | None, index: NDArray[np.intp]) -> Array:
+    def priors(self, values: Array, eta: Array, data: Data | None) -> Array:
+        """Part of the objectives that the trials do not contribute, shape (problems,)."""
+        vector = self.problem.vector
+        away = values - (vector.mean if data is None else data.mean)
+        offset = eta.reshape(len(eta), len(self.windows.state0), len(self.near))
+        return (vector.precision * away**2).sum(axis=1) + (self.near * offset**2).sum(axis=(1, 2))
+
+    def costs(self, values: Array, eta: Array, data: Data | None) -> Array:
+        """Objectives alone, shape (problems,); inf where the model blows up."""
+        told = self._parted(values, eta, data, self._squares) + self.priors(values, eta, data)
+        return np.where(np.isfinite(told), told, np.inf)
+
+    def _parted(self, values: Array, eta: Array, data: Data | None, work: Callable[..., Array]) -> Array:
+        """What `work` says of each problem, some at a time, so that the memory does not grow with their number.
+
+        It gets the problems, the data, and initial states and values of a whole chunk; the last problem fills it.
+        """
+        lanes = self.windows.state0.shape[0]
+
+        def one(first: int) -> Array:
+            index = np.arange(first, min(first + self.chunk, len(values)))
+            filled = np.append(index, np.repeat(index[-1], self.chunk - index.size))
+            state0 = np.tile(self.windows.state0, (self.chunk, 1)) if data is None else data.state0[filled].reshape(
+                self.chunk * lanes, -1
+            ).copy()
+            state0[:, list(self.begun)] += eta[filled].reshape(self.chunk * lanes, -1)
+            return work(index, data, state0, np.repeat(values[filled], lanes, axis=0))
+
+        with ThreadPoolExecutor(self.threads) as pool:
+            return np.concatenate(list(pool.map(one, range(0, len(values), self.chunk))))
+
+    @property
+    def _how(self) -> dict[str, Any]:
+        cut = self.windows
+        return {"dt": cut.dt, "steps": cut.steps, "every": cut.every, "method": self.method, "threads": 1}
+
+    def _errors(self, index: NDArray[np.intp], data: Data | None, run: Array) -> Array:
+        """Errors of the compared states, not weighted, shape (problems, windows, rows, compared)."""
+        lanes, states = self.windows.state0.shape[0], list(self.compared)
+        measured = self.windows.measured[None] if data is None else data.measured[index]
+        predicted = run[: index.size * lanes].reshape(index.size, lanes, run.shape[1], -1)
+        return np.subtract(predicted[..., states], measured[..., states])
+
+    def _squares(self, index: NDArray[np.intp], data: Data | None, state0: Array, lanewise: Array) -> Array:
+        """Sum of the squared weighted residuals of each problem."""
+        run = self.forward.run(state0, self.packed, self.shared, lanewise=lanewise, **self._how).values
+        scale = self.windows.scale[:, :, list(self.compared)]
+        with np.errstate(all="ignore"):
+            e = np.where(scale > 0, self._errors(index, data, run) * scale, 0.0)
+            return (e * e).reshape(index.size, -1).sum(axis=1)
+
+    def _products(self, index: NDArray[np.intp], data: Data | None, state0: Array, lanewise: Array) -> Array:
         """Products of the columns of (slopes, residuals), shape (problems, windows or 1, columns, columns).
 
         Columns are those of the parameters, then of the estimated starts, whose windows are kept apart, and the
         residuals.
         """
-        lanes, n = self.windows.state0.shape[0], values.shape[1]
-        filled = np.append(index, np.repeat(index[-1], self.chunk - index.size))
-        state0 = np.tile(self.windows.state0, (self.chunk, 1)) if data is None else data.state0[filled].reshape(
-            self.chunk * lanes, -1
-        ).copy()
-        state0[:, list(self.begun)] += offset[filled].reshape(self.chunk * lanes, -1)
-        run, slopes = self.kernel.run(
-            state0, self.packed, self.shared, dt=self.windows.dt, steps=self.windows.steps, every=self.windows.every,
-            lanewise=np.repeat(values[filled], lanes, axis=0), method=self.method, threads=1,
-        )  # fmt: skip
+        lanes, n = self.windows.state0.shape[0], lanewise.shape[1]
+        run, slopes = self.kernel.run(state0, self.packed, self.shared, lanewise=lanewise, **self._how)
         used, states = index.size * lanes, list(self.compared)
-        measured = self.windows.measured[None] if data is None else data.measured[index]
-        predicted = run[:used].reshape(index.size, lanes, run.shape[1], -1)
         scale = self.windows.scale[:, :, states]
         columns = np.empty((index.size, *scale.shape, n + len(self.begun) + 1))
         with np.errstate(all="ignore"):
             columns[..., :n] = slopes[:used, :, states, :n].reshape(columns[..., :n].shape)
             columns[..., n:-1] = slopes[:used, :, states, n:][..., list(self.begun)].reshape(columns[..., n:-1].shape)
-            columns[..., -1] = predicted[..., states] - measured[..., states]
+            columns[..., -1] = self._errors(index, data, run)
             np.multiply(columns, scale[..., None], out=columns)
             columns[:, scale == 0.0] = 0.0
             flat = columns.reshape(index.size, lanes if self.begun else 1, -1, columns.shape[-1])
@@ -280,45 +267,40 @@ class Many:
 
     def descend(
         self, starts: Array, *, data: Data | None = None, held: Mask | None = None,
-        iterations: int = 60, tolerance: float = 1e-10, each: Callable[[Array, Array], None] | None = None,
+        iterations: int = 60, tolerance: float = 1e-10, each: Callable[[State, NDArray[np.intp]], None] | None = None,
     ) -> Ends:  # fmt: skip
-        """Bounded Levenberg-Marquardt of every problem from its start.
+        """Go down with every problem from its start; see `gauss_newton.descend`.
 
         Args:
             starts: shape (problems, free).
             data: what to fit to; None takes the trials.
-            held: parameters that do not move, shape (problems, free).
-            tolerance: relative decrease that no longer matters.
-            each: called with all objectives and values after every iteration; the arrays are reused.
         """
         values = np.clip(starts, self.low, self.high)
-        moving = np.ones(values.shape, dtype=np.bool_) if held is None else ~held
-        now = self.settled(values, data)
-        count, still, failed = (np.zeros(len(values), dtype=np.intp) for _ in range(3))
-        damping = np.full(len(values), _DAMPING)
-        going = np.isfinite(now.costs)
-        while going.any() and count.max() < iterations:
-            at = np.flatnonzero(going)
-            here = now.of(at)
-            back = here.back(damping[at])
-            short = here.reduced(back)
-            step, promised = steps(short.H, short.g, self.low - values[at], self.high - values[at],
-                                   moving[at], damping[at])  # fmt: skip
-            promised = promised + np.einsum("pws,pws->p", here.slope, back[..., -1])
-            offset = here.offset - back[..., -1] - np.einsum("pwsn,pn->pws", back[..., :-1], step)
-            then = self.at(values[at] + step, offset, None if data is None else data.of(at))
-            gain, size = now.costs[at] - then.costs, np.abs(now.costs[at])
-            better = gain >= 0.0
-            values[at[better]] += step[better]
-            now.updated(at, then, better)
-            nothing = np.where(better, gain <= tolerance * size, promised <= tolerance * size)
-            still[at], failed[at] = np.where(nothing, still[at] + 1, 0), np.where(better, 0, failed[at] + 1)
-            damping[at] = np.where(better, np.maximum(damping[at] * _DOWN, _LEAST), damping[at] * _UP ** failed[at])
-            count[at] += 1
-            going[at] = (still[at] < _STILL) & (failed[at] < _FAILED)
-            if each:
-                each(now.costs, values)
-        return Ends(np.clip(values, self.low, self.high), now.reduced(), count, still >= _STILL)
+        now, eta = self.settled(values, data)
+        begun = State.rows([State(*one).begun for one in zip(values, eta, now.cost, strict=True)])
+        end = descend(_Fitted(self, data), begun, self.low, self.high, held=held, iterations=iterations,
+                      tolerance=tolerance, still=STILL, each=each)  # fmt: skip
+        return Ends(end.p, end.cost, end.cost - self.priors(end.p, end.eta, data), end.evaluations,
+                    end.done == CONVERGED)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """The objectives of many values, or of one data set each."""
+
+    many: Many
+    data: Data | None
+
+    def _of(self, which: NDArray[np.intp]) -> Data | None:
+        return None if self.data is None else self.data.of(which)
+
+    def costs(self, p: Array, eta: Array, which: NDArray[np.intp]) -> Array:
+        """See `gauss_newton.Objectives`."""
+        return self.many.costs(p, eta, self._of(which))
+
+    def normals(self, p: Array, eta: Array, which: NDArray[np.intp]) -> Normal:
+        """See `gauss_newton.Objectives`."""
+        return self.many.at(p, eta, self._of(which))
 
 
 def _chunk(lanes: int) -> int:

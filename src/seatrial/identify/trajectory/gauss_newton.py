@@ -1,78 +1,122 @@
-"""Bounded Levenberg-Marquardt on normal equations, nuisances eliminated by a Schur complement.
+"""One bounded Levenberg-Marquardt for many problems at once, nuisances eliminated by a Schur complement.
 
-The objective hands over normal equations, not residuals, so that a million samples cost one
-small matrix.  Each step is the best point of the damped quadratic within the bounds (`box_steps`).
-
-Damped Newton steps within bounds, of many problems at once.
+The objective hands over normal equations, not residuals, so that a million samples cost one small matrix.  A step is
+judged by the objective alone, which costs a fraction of its derivatives; these are asked for where a step was taken.
+Each step is the best point of the damped quadratic within the bounds (`steps`).  `minimise` is the descent of one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array
 
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
 # Damping of Marquardt's diagonal: start, ratio up after a failed step, down after a good one.
 _DAMPING, _UP, _DOWN, _LEAST = 1e-2, 4.0, 0.2, 1e-9
 _TRIES = 12
+CONVERGED = "converged"
+"""What `State.done` says of a descent that has reached its end."""
+STILL = 2
+"""Successive steps without effect that end a search whose digits count: one may have been short by its damping."""
 # Keeps a direction that the data do not see at all from making the step's matrix singular.
-_NUDGE = np.full(1, 1e-12)
+_NUDGE = 1e-12
 
 
 @dataclass(frozen=True)
 class Block:
-    """Normal equations of one group of nuisances.
+    """Normal equations of groups of nuisances of one size; where problems are many they are the first axis.
 
     Attributes:
-        where: slice of the nuisance vector.
-        own: their own Hessian, shape (n, n).
-        cross: mixed with the parameters, shape (n, parameters).
-        gradient: shape (n,).
+        where: entries of the nuisance vector, shape (groups, n), the same for every problem.
+        own: their own Hessians, shape (groups, n, n).
+        cross: mixed with the parameters, shape (groups, n, parameters).
+        gradient: shape (groups, n).
     """
 
-    where: slice
+    where: Index
     own: Array
     cross: Array
     gradient: Array
 
+    def back(self, damping: Any = 0.0) -> Array:
+        """Answer to the parameters, and by itself, shape (groups, n, parameters + 1)."""
+        own = damped(self.own, np.asarray(damping)[..., None])
+        found: Any = np.linalg.solve(own, np.concatenate([self.cross, self.gradient[..., None]], axis=-1))
+        return np.asarray(found, dtype=np.float64)
+
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal equations at one point: half the objective is cost, H and g its derivatives."""
+    """Normal equations at one point, or at one of each problem, which are then the first axis.
 
-    cost: float
+    Attributes:
+        cost: objective, priors included, a number or shape (problems,); H and g are halves of its derivatives.
+        H, g: of the parameters, shapes (parameters, parameters) and (parameters,).
+        blocks: of the nuisances.
+        data: part of the objective that is not prior, as `cost`; NaN where nobody asked.
+    """
+
+    cost: Any
     H: Array
     g: Array
     blocks: tuple[Block, ...] = ()
+    data: Any = np.nan
 
-    def reduced(self, damping: float) -> tuple[Array, Array]:
-        """Damped H and g of the parameters alone, the nuisances eliminated."""
-        hessian, g = self.H + np.diag(damping * np.diag(self.H)), self.g.copy()
-        for block in self.blocks:
-            solved = np.linalg.solve(damped(block, damping), np.column_stack([block.cross, block.gradient]))
-            hessian -= block.cross.T @ solved[:, :-1]
-            g -= block.cross.T @ solved[:, -1]
+    def reduced(self, damping: Any = 0.0, backs: Sequence[Array] | None = None) -> tuple[Array, Array]:
+        """Damped H and g of the parameters alone, the nuisances eliminated; `backs` are those of the blocks."""
+        hessian, g = damped(self.H, damping), self.g
+        for k, block in enumerate(self.blocks):
+            both = (np.swapaxes(block.cross, -1, -2) @ (backs[k] if backs else block.back(damping))).sum(axis=-3)
+            hessian, g = hessian - both[..., :-1], g - both[..., -1]
         return hessian, g
 
+    def step(self, p: Array, eta: Array, damping: Array, low: Array, high: Array, moving: Mask) -> tuple[Array, Array]:
+        """Parameters and nuisances after a damped step within bounds, of each problem."""
+        backs = [block.back(damping) for block in self.blocks]
+        step = steps(*self.reduced(damping, backs), low - p, high - p, moving, _NUDGE)
+        there, eta = np.clip(p + step, low, high), eta.copy()
+        for block, back in zip(self.blocks, backs, strict=True):
+            eta[:, block.where] -= back[..., -1] + (back[..., :-1] @ (there - p)[:, None, :, None])[..., 0]
+        return there, eta
 
     def first(self, count: int) -> Normal:
         """Those of the first `count` parameters, everything else eliminated; as it is where there is nothing else."""
         if count == self.g.size:
             return self
-        H, g = self.reduced(0.0)
+        H, g = self.reduced()
         back = np.linalg.solve(H[count:, count:], np.column_stack([H[count:, :count], g[count:]]))
         return Normal(self.cost, H[:count, :count] - H[:count, count:] @ back[:, :-1],
                       g[:count] - H[:count, count:] @ back[:, -1])  # fmt: skip
 
+    def of(self, index: Any) -> Normal:
+        """One of the problems, or some."""
+        blocks = (Block(b.where, b.own[index], b.cross[index], b.gradient[index]) for b in self.blocks)
+        return Normal(self.cost[index], self.H[index], self.g[index], tuple(blocks), self.data[index])
 
-def damped(block: Block, damping: float) -> Array:
-    """Hessian of a block with Marquardt's diagonal."""
-    return block.own + np.diag(damping * np.diag(block.own))
+    @staticmethod
+    def stacked(alone: Sequence[Normal]) -> Normal:
+        """Those of several problems."""
+
+        def rows(values: Iterable[Any]) -> Array:
+            return np.array(list(values), dtype=np.float64)
+
+        blocks = (Block(b[0].where, *(rows(getattr(one, x) for one in b) for x in ("own", "cross", "gradient")))
+                  for b in zip(*(one.blocks for one in alone), strict=True))  # fmt: skip
+        return Normal(rows(n.cost for n in alone), rows(n.H for n in alone), rows(n.g for n in alone), tuple(blocks),
+                      rows(n.data for n in alone))  # fmt: skip
+
+
+def damped(H: Array, damping: Any) -> Array:
+    """A Hessian with Marquardt's diagonal, shape (..., n, n); `damping` has the shape of the leading axes."""
+    return H * (1.0 + np.asarray(damping)[..., None, None] * np.eye(H.shape[-1]))
 
 
 class Objective(Protocol):
@@ -87,73 +131,124 @@ class Objective(Protocol):
         ...
 
 
+class Objectives(Protocol):
+    """The same of many problems: rows of `p` and `eta` belong to the problems `which`."""
+
+    def costs(self, p: Array, eta: Array, which: Index) -> Array:
+        """Objectives, shape (problems,)."""
+        ...
+
+    def normals(self, p: Array, eta: Array, which: Index) -> Normal:
+        """Objectives and normal equations."""
+        ...
+
+
+@dataclass(frozen=True)
+class Alike:
+    """Problems that differ in where they start, evaluated one after the other."""
+
+    objective: Objective
+
+    def costs(self, p: Array, eta: Array, which: Index) -> Array:
+        """See `Objectives`."""
+        return np.array([self.objective.cost(*one) for one in zip(p, eta, strict=True)])
+
+    def normals(self, p: Array, eta: Array, which: Index) -> Normal:
+        """See `Objectives`."""
+        return Normal.stacked([self.objective.normal(*one) for one in zip(p, eta, strict=True)])
+
+
 @dataclass(frozen=True)
 class State:
-    """Where a minimisation stands: enough to go on from."""
+    """Where a minimisation stands, enough to go on from; of many, each entry is an array with a row for each."""
 
     p: Array
     eta: Array
-    cost: float
-    damping: float = _DAMPING
-    iteration: int = 0
-    evaluations: int = 0
-    done: str = ""
+    cost: Any
+    damping: Any = _DAMPING
+    iteration: Any = 0
+    evaluations: Any = 0
+    done: Any = ""
+
+    @property
+    def begun(self) -> State:
+        """The same, done where the model blows up: a descent needs an objective that is finite."""
+        return self if np.isfinite(self.cost) else replace(self, done="the model blows up")
+
+    @staticmethod
+    def rows(alone: Sequence[State]) -> State:
+        """The state of several."""
+        columns = zip(*((s.p, s.eta, s.cost, s.damping, s.iteration, s.evaluations) for s in alone), strict=True)
+        return State(*map(np.array, columns), done=np.array([s.done for s in alone], dtype=object))
+
+    def of(self, k: int) -> State:
+        """That of one."""
+        return State(self.p[k].copy(), self.eta[k].copy(), float(self.cost[k]), float(self.damping[k]),
+                     int(self.iteration[k]), int(self.evaluations[k]), str(self.done[k]))  # fmt: skip
 
 
 def minimise(
     objective: Objective, state: State, low: Array, high: Array, *,
     iterations: int, tolerance: float, each: Callable[[State], None],
 ) -> State:  # fmt: skip
-    """Go down from `state` until the relative decrease falls below `tolerance`.
+    """The descent of one problem; see `descend`."""
+    def told(now: State, which: Index) -> None:
+        if which.size:
+            each(now.of(0))
+
+    end = descend(Alike(objective), State.rows([state]), low, high, iterations=iterations, tolerance=tolerance,
+                  each=told)  # fmt: skip
+    return end.of(0)
+
+
+def descend(
+    objective: Objectives, start: State, low: Array, high: Array, *, iterations: int, tolerance: float,
+    still: int = 1, held: Mask | None = None, each: Callable[[State, Index], None] | None = None,
+) -> State:  # fmt: skip
+    """Go down with every problem until its relative decrease falls below `tolerance`; none depends on the others.
 
     Args:
-        each: called with the state after every iteration.
+        start: where they begin (`State.rows`); those that are done stay there.
+        still: successive steps that decrease by so little.
+        held: parameters that do not move, shape (problems, parameters).
+        each: called after every turn with the state, whose arrays go on, and the problems that did an iteration.
 
     Returns:
-        The last state; `done` says in words why it stopped.
+        The last state; `done` says in words why each stopped.
     """
-    while not state.done:
-        if state.iteration >= iterations:
-            return replace(state, done=f"stopped after {iterations} iterations")
-        state = _iterate(objective, state, low, high, tolerance)
-        each(state)
-    return state
+    now = replace(start, **{f.name: getattr(start, f.name).copy() for f in fields(start)})
+    moving = np.ones(now.p.shape, dtype=np.bool_) if held is None else ~held
+    tries, small = np.zeros(len(now.p), dtype=np.intp), np.zeros(len(now.p), dtype=np.intp)
+    normals: dict[int, Normal] = {}
+    while True:
+        now.done[(now.done == "") & (now.iteration >= iterations)] = f"stopped after {iterations} iterations"
+        at = np.flatnonzero(now.done == "")
+        if not at.size:
+            return now
+        if (new := at[tries[at] == 0]).size:
+            fresh = objective.normals(now.p[new], now.eta[new], new)
+            normals |= {int(k): fresh.of(i) for i, k in enumerate(new)}
+            now.evaluations[new] += 1
+        normal = Normal.stacked([normals[int(k)] for k in at])
+        p, eta = normal.step(now.p[at], now.eta[at], now.damping[at], low, high, moving[at])
+        cost = objective.costs(p, eta, at)
+        better = cost <= now.cost[at]
+        little = now.cost[at] - cost <= tolerance * np.abs(cost)
+        small[at] = np.where(better, np.where(little, small[at] + 1, 0), small[at])
+        tries[at] = np.where(better, 0, tries[at] + 1)
+        now.damping[at] = np.where(better, np.maximum(now.damping[at] * _DOWN, _LEAST), now.damping[at] * _UP)
+        now.evaluations[at] += 1
+        now.p[at[better]], now.eta[at[better]], now.cost[at[better]] = p[better], eta[better], cost[better]
+        stepped = at[better | (tries[at] >= _TRIES)]
+        now.iteration[stepped] += 1
+        now.done[at[small[at] >= still]] = CONVERGED
+        now.done[at[tries[at] >= _TRIES]] = "no further decrease"
+        if each:
+            each(now, stepped)
 
 
-def _iterate(objective: Objective, state: State, low: Array, high: Array, tolerance: float) -> State:
-    normal = objective.normal(state.p, state.eta)
-    damping, evaluations = state.damping, state.evaluations + 1
-    for _ in range(_TRIES):
-        p, eta = _step(normal, state, damping, low, high)
-        cost = objective.cost(p, eta)
-        evaluations += 1
-        if cost <= state.cost:
-            small = state.cost - cost <= tolerance * abs(cost)
-            return State(
-                p, eta, cost, max(damping * _DOWN, _LEAST), state.iteration + 1, evaluations,
-                "converged" if small else "",
-            )  # fmt: skip
-        damping *= _UP
-    return replace(state, iteration=state.iteration + 1, evaluations=evaluations, done="no further decrease")
-
-
-def _step(normal: Normal, state: State, damping: float, low: Array, high: Array) -> tuple[Array, Array]:
-    H, g = normal.reduced(damping)
-    everything = np.ones((1, g.size), dtype=np.bool_)
-    (step,), _ = steps(H[None], g[None], (low - state.p)[None], (high - state.p)[None], everything, _NUDGE)
-    p = np.clip(state.p + step, low, high)
-    eta = state.eta.copy()
-    for block in normal.blocks:
-        rhs = block.gradient + block.cross @ (p - state.p)
-        eta[block.where] -= np.linalg.solve(damped(block, damping), rhs)
-    return p, eta
-
-
-Mask = NDArray[np.bool_]
-
-
-def steps(H: Array, g: Array, low: Array, high: Array, moving: Mask, damping: Array) -> tuple[Array, Array]:
-    """Damped Newton steps to the best point of each quadratic within bounds, and the decrease each promises.
+def steps(H: Array, g: Array, low: Array, high: Array, moving: Mask, nudge: float) -> Array:
+    """Newton steps to the best point of each quadratic within bounds, shape (problems, free).
 
     The active set is found by exchanging whatever violates its bound or its multiplier, all at once at
     first (Judice and Pires 1994), one by one where that does not settle.
@@ -162,12 +257,12 @@ def steps(H: Array, g: Array, low: Array, high: Array, moving: Mask, damping: Ar
         H, g: shapes (problems, free, free) and (problems, free).
         low, high: bounds relative to where each problem stands, shape (problems, free).
         moving: what may move at all, shape (problems, free).
-        damping: shape (problems,).
+        nudge: added to the diagonal, relative.
     """
     n = g.shape[1]
     d = np.sqrt(np.maximum(np.diagonal(H, axis1=1, axis2=2), 0.0))
     d = np.where(d > 0, d, 1.0)
-    A = H / (d[:, :, None] * d[:, None, :]) + damping[:, None, None] * np.eye(n)
+    A = H / (d[:, :, None] * d[:, None, :]) + nudge * np.eye(n)
     b, low, high = g / d, low * d, high * d
     at, z = np.zeros(g.shape), np.zeros(g.shape)
     for turn in range(6 * n):
@@ -181,8 +276,7 @@ def steps(H: Array, g: Array, low: Array, high: Array, moving: Mask, damping: Ar
         if turn >= n:
             wrong &= np.cumsum(wrong, axis=1) == 1
         at = np.where(wrong, wanted, at)
-    step = np.clip(z, low, high) / d
-    return step, -(2.0 * (g * step).sum(axis=1) + np.einsum("si,sij,sj->s", step, H, step))
+    return np.clip(z, low, high) / d
 
 
 def _solved(A: Array, b: Array, fixed: Array, moving: Mask) -> Array:

@@ -41,15 +41,20 @@ def local(problem: Problem, settings: Cut) -> Fit:
     sigma, arguments = cut_as(problem, settings)
     own = begun_as(problem, settings.initial)
     objective = TrajectoryObjective.build(own, problem.trials, sigma, **arguments)
-    p, eta = objective.extended(problem.vector.start), np.zeros(objective.nuisances)
-    state = State(p, eta, objective.cost(p, eta))
+    state = begin(objective, problem.vector.start)
     if not np.isfinite(state.cost):
-        raise FitError("the model blows up; " + objective.failure(p))
+        raise FitError("the model blows up; " + objective.failure(state.p))
     end = minimise(
         objective, state, *objective.bounds(), iterations=_ITERATIONS, tolerance=_TOLERANCE, each=lambda _: None
     )
     fit = finished(problem, objective, end.p, end.eta, np.zeros((0, 4)), end.evaluations, end.done, "")
     return replace(fit, objective=end.cost)
+
+
+def begin(objective: TrajectoryObjective, start: Array) -> State:
+    """The state of a descent from these parameters, all nuisances zero."""
+    p, eta = objective.extended(start), np.zeros(objective.nuisances)
+    return State(p, eta, objective.cost(p, eta))
 
 
 def finished(

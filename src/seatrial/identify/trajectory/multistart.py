@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,12 +16,13 @@ from ...data import Array
 from .. import Fit, FitError, Problem, Progress
 from ..digest import digest
 from ..lint import linted
-from ..nuisance import begun_as, checked_initial
+from ..nuisance import begun_as, checked_initial, held
 from ..record import cut_as
 from ..vector import Vector
 from ..watch import tell, with_values
 from .batch import Ends, Many
-from .local import finished
+from .gauss_newton import CONVERGED, STILL, Alike, State, descend
+from .local import begin, finished
 from .objective import TrajectoryObjective
 from .shooting import Trajectory
 
@@ -72,12 +73,9 @@ class MultiStart:
         A fit takes about a second, so nothing is kept in `checkpoint`: a killed run starts from the beginning.
 
         Raises:
-            StudyError: the problem has nuisances.
             FitError: the model blows up at every start.
         """
         began, history = time.perf_counter(), list[tuple[float, float, float, float]]()
-        sigma, arguments = cut_as(problem, self)
-        own = begun_as(problem, self.initial)
 
         def each(costs: Array, values: Array) -> None:
             history.append((len(history) + 1.0, float(costs.min()), float("nan"), time.perf_counter() - began))
@@ -85,22 +83,36 @@ class MultiStart:
             tell(progress, (len(history), history[-1][1], float("nan")), ship)
 
         starts = drawn(problem.free, self.starts, np.random.default_rng(self.seed))
-        if pool is None:
-            many = Many.build(own, problem.trials, sigma, **arguments)
-            ends = many.descend(starts, iterations=self.iterations, tolerance=self.tolerance, each=each)
-        else:
-            ends = self._elsewhere(pool, problem, starts, each)
-        objective = TrajectoryObjective.build(own, problem.trials, sigma, **arguments)
-        best = int(np.argmin(ends.normals.costs))
-        if not np.isfinite(ends.normals.costs[best]):
-            raise FitError("the model blows up at every start; " + objective.failure(starts[0]))
+        ends = self.ends(problem, starts, each) if pool is None else self._elsewhere(pool, problem, starts, each)
+        objective = self._objective(problem)
+        best = int(np.argmin(ends.costs))
+        if not np.isfinite(ends.costs[best]):
+            raise FitError("the model blows up at every start; " + objective.failure(objective.extended(starts[0])))
         status = f"{int(ends.converged.sum())} of {self.starts} starts converged"
         fit = finished(
             problem, objective, ends.values[best], objective.begun(ends.values[best]), np.array(history),
-            int(ends.iterations.sum()), status, digest(problem, self),
+            int(ends.evaluations.sum()), status, digest(problem, self),
         )  # fmt: skip
-        table = np.column_stack([ends.normals.costs, ends.values])
+        table = np.column_stack([ends.costs, ends.values[:, : len(problem.free)]])
         return replace(fit, seconds=time.perf_counter() - began, ends=table)
+
+    def _objective(self, problem: Problem) -> TrajectoryObjective:
+        sigma, arguments = cut_as(problem, self)
+        return TrajectoryObjective.build(begun_as(problem, self.initial), problem.trials, sigma, **arguments)
+
+    def ends(self, problem: Problem, starts: Array, each: Callable[[Array, Array], None]) -> Ends:
+        """Where these starts end: all of them in one call of the kernel, or one by one where trials have nuisances."""
+
+        def told(now: State, _: object) -> None:
+            each(now.cost, now.p[:, : starts.shape[1]])
+
+        how: Any = {"iterations": self.iterations, "tolerance": self.tolerance, "each": told}
+        if not held(problem):
+            return Many.like(problem, self).descend(starts, **how)
+        objective = self._objective(problem)
+        begun = State.rows([begin(objective, one).begun for one in starts])
+        end = descend(Alike(objective), begun, *objective.bounds(), still=STILL, **how)
+        return Ends(end.p, end.cost, end.cost, end.evaluations, end.done == CONVERGED)
 
     def _elsewhere(
         self, pool: Pool, problem: Problem, starts: Array, each: Callable[[Array, Array], None]
@@ -114,13 +126,10 @@ class MultiStart:
         return Ends.joined([ends for ends, _ in done])
 
 
-def _descended(own: MultiStart, problem: Problem, starts: Array) -> tuple[Ends, list[tuple[Array, Array]]]:
+def _descended(estimator: MultiStart, problem: Problem, starts: Array) -> tuple[Ends, list[tuple[Array, Array]]]:
     """Where these starts end, and objectives and values after every iteration."""
     rows: list[tuple[Array, Array]] = []
-    ends = Many.like(problem, own).descend(
-        starts, iterations=own.iterations, tolerance=own.tolerance,
-        each=lambda costs, values: rows.append((costs.copy(), values.copy())),
-    )  # fmt: skip
+    ends = estimator.ends(problem, starts, lambda costs, values: rows.append((costs.copy(), values.copy())))
     return ends, rows
 
 

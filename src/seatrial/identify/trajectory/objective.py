@@ -204,33 +204,29 @@ class TrajectoryObjective:
         return Normal(cost, H, g, blocks)
 
     def _blocks(self, D: Array, e: Array, eta: Array, n: int) -> tuple[Block, ...]:
-        """Normal equations of the nuisances: a block for each window, or for each trial that has some of its own."""
+        """Normal equations of the nuisances: of windows, or a block for each trial where trials have their own."""
         layout = self.layout
         if not self.nuisances:
             return ()
         if layout.own.count:
             return tuple(self._block(i, D, e, eta, n) for i in range(len(layout.slices)))
         flat = D.reshape(len(D), -1, D.shape[-1])
-        N, J = flat[:, :, n + layout.own.initial], flat[:, :, :n]
-        back, wheres = N.transpose(0, 2, 1), layout.by_window
-        own, cross = back @ N, back @ J
-        gradient = (back @ e.reshape(len(e), -1, 1))[:, :, 0]
-        weight = layout.deviation ** -2.0
-        return tuple(
-            Block(where, mine + np.diag(weight[where]), mixed, g + weight[where] * eta[where])
-            for where, mine, mixed, g in zip(wheres, own, cross, gradient, strict=True)
-        )
+        N, J, where = flat[:, :, n + layout.own.initial], flat[:, :, :n], layout.by_window
+        back, weight = N.transpose(0, 2, 1), layout.deviation[where] ** -2.0
+        gradient = (back @ e.reshape(len(e), -1, 1))[:, :, 0] + weight * eta[where]
+        return (Block(where, back @ N + weight[:, :, None] * np.eye(where.shape[1]), back @ J, gradient),)
 
     def _block(self, index: int, D: Array, e: Array, eta: Array, n: int) -> Block:
         """Normal equations of one trial's nuisances."""
-        part, mine = self.layout.slices[index], self.layout.lanes[index]
-        N = self.layout.columns(index, D[mine], self.windows.scale[mine], n)
+        layout, mine = self.layout, self.layout.lanes[index]
+        part = layout.slices[index]
+        N = layout.columns(index, D[mine], self.windows.scale[mine], n)
         own = D[mine].reshape(len(mine), N.shape[1], -1)
         flat, J = N.reshape(-1, N.shape[2]), own.reshape(-1, own.shape[2])[:, :n]
-        weight = self.layout.deviation[part] ** -2.0
+        weight = layout.deviation[part] ** -2.0
         return Block(
-            part, flat.T @ flat + np.diag(weight), flat.T @ J,
-            flat.T @ e[mine].ravel() + weight * eta[part],
+            np.arange(part.start, part.stop)[None], (flat.T @ flat + np.diag(weight))[None], (flat.T @ J)[None],
+            (flat.T @ e[mine].ravel() + weight * eta[part])[None],
         )  # fmt: skip
 
     def linear(
@@ -306,7 +302,7 @@ class TrajectoryObjective:
         for _ in range(_TOWARDS):
             step = np.zeros(eta.size)
             for block in here.normal(p, eta).blocks:
-                step[block.where] = -np.linalg.solve(block.own, block.gradient)
+                step[block.where] = -block.back()[..., -1]
             further, then = eta, cost
             for share in _SHARES:
                 further = eta + share * step

@@ -31,7 +31,7 @@ from ..resume import Resume
 from ..vector import Vector
 from ..watch import tell, with_values
 from .gauss_newton import State, minimise
-from .local import finished
+from .local import begin, finished
 from .objective import TrajectoryObjective
 
 
@@ -161,7 +161,7 @@ class Trajectory:
         for start, p in enumerate(self._starts(vector)):
             state = resume.state(start)
             if state is None:
-                state = _first(objective, p)
+                state = begin(objective, p)
                 resume.begin(start, state)
             if np.isfinite(state.cost):
                 resume.end(start, self._minimised(objective, state, each))
@@ -173,7 +173,7 @@ class Trajectory:
     def from_start(self, problem: Problem, start: int) -> tuple[State, list[tuple[State, float]]]:
         """Where one start ends, and the state and what is seen of the validation after every iteration."""
         objective, watch = self._objectives(problem)
-        state, rows = _first(objective, self._starts(problem.vector)[start]), list[tuple[State, float]]()
+        state, rows = begin(objective, self._starts(problem.vector)[start]), list[tuple[State, float]]()
 
         def each(now: State) -> None:
             rows.append((now, watch.standardised(now.p) if watch else float("nan")))
@@ -187,11 +187,6 @@ class Trajectory:
     def _starts(self, vector: Vector) -> list[Array]:
         rng = np.random.default_rng(self.seed)
         return [vector.start, *(vector.drawn(1, rng)[0] for _ in range(self.starts - 1))]
-
-
-def _first(objective: TrajectoryObjective, p: Array) -> State:
-    eta, p = np.zeros(objective.nuisances), objective.extended(p)
-    return State(p, eta, objective.cost(p, eta))
 
 
 @dataclass(frozen=True)

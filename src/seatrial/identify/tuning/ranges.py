@@ -94,8 +94,8 @@ class Scorer:
             packed=many.kernel.pack(np.tile(objective.windows.series, (many.chunk, 1, 1))),
             low=vector.low, high=vector.high,
         ).descend(np.array(_starts(vector, starts, seed)), iterations=ITERATIONS)  # fmt: skip
-        best = int(np.argmin(ends.normals.costs))
-        if not math.isfinite(ends.normals.costs[best]):
+        best = int(np.argmin(ends.costs))
+        if not math.isfinite(ends.costs[best]):
             raise FitError("the model blows up at every start; " + objective.failure(vector.start))
         return ends.values[best]
 
