@@ -15,7 +15,7 @@ import pytest
 
 import seatrial as st
 from seatrial.core.executors import dask
-from seatrial.identify.digest import digest
+from seatrial.identify.resume import digest
 from seatrial.ships.files import load as load_house
 
 TURN = st.Turning(rudder_deg=35)

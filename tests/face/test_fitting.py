@@ -17,8 +17,8 @@ from house import REPOSITORY
 from seatrial.core.parameters import read
 from seatrial.identify import Fit as HouseFit
 from seatrial.identify import StudyError
-from seatrial.identify.digest import digest
 from seatrial.identify.problem import Problem as HouseProblem
+from seatrial.identify.resume import digest
 from seatrial.ships.files import load as load_house
 from seatrial.study.study import read_study as read_house_study
 

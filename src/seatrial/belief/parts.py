@@ -17,9 +17,8 @@ from ..core.executors import Pool
 from ..core.files import packed, write_whole
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
-from ..identify.digest import digest
 from ..identify.recordings import dealt, recordings
-from ..identify.resume import kept_arrays
+from ..identify.resume import digest, kept_arrays
 from ..study.grounds import kind_of
 from .posterior import Posterior
 

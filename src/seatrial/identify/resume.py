@@ -1,11 +1,12 @@
-"""Checkpoint of a fit: written whole at intervals, read back after a kill."""
+"""Checkpoint of a fit: written whole at intervals, read back after a kill; and its fingerprint, also for provenance."""
 
 from __future__ import annotations
 
+import hashlib
 import time
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,35 @@ import numpy as np
 from ..core.errors import ResumeError as ResumeError
 from ..core.files import packed, set_aside, write_whole
 from ..core.unpacking import unpacked
+from ..data import Trial
+from ..ships.writing import to_toml
+from . import Estimator, Problem
 from .trajectory.gauss_newton import State
 
 # A kill loses at most this time [s]; fast iterations do not wait for the disk.
 _PAUSE = 0.2
+
+
+def digest(problem: Problem, estimator: Estimator) -> str:
+    """Fingerprint of everything that decides the numbers of a fit."""
+    found = hashlib.sha256()
+    settings: Any = estimator
+    if hasattr(settings, "threads"):
+        settings = replace(settings, threads=None)  # their number changes no digit
+    for part in (to_toml(problem.ship), problem.free, problem.loss, problem.nuisance, settings):
+        found.update(repr(part).encode())
+    include(found, "train", problem.trials)
+    include(found, "validation", problem.validation)
+    return found.hexdigest()[:16]
+
+
+def include(found: Any, part_of: str, trials: Iterable[Trial]) -> None:
+    """Add the names, times and channels of `trials`, in the role `part_of`, to a hash."""
+    for trial in trials:
+        found.update(f"{part_of} {trial.name}".encode())
+        found.update(trial.t.tobytes())
+        for name in sorted(trial.channels):
+            found.update(name.encode() + trial[name].tobytes())
 
 
 def kept_arrays(path: Path | None, digest: str, needed: Iterable[str]) -> dict[str, Any] | None:

@@ -17,7 +17,7 @@ from ..core.kinds import wrong_kind
 from ..core.parameters import unknown
 from ..data import Trial
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
-from ..identify.digest import digest
+from ..identify.resume import digest
 from ..ships import Ship
 from ..ships.classes import Trust, trusting
 from .data import Composition, read_compositions, read_data

@@ -23,7 +23,7 @@ from ..core.version import __version__
 from ..data import Trial
 from ..data.prepare import BREAK, unbroken
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
-from ..identify.digest import digest, include
+from ..identify.resume import digest, include
 from ..models import STATES
 from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting

@@ -13,9 +13,8 @@ from ..core.executors import Pool
 from ..core.files import held_alone
 from ..data import DataError
 from ..identify import Fit, FitError, Progress, Spread, StudyError
-from ..identify.digest import digest
 from ..identify.posterior.verdicts import overruled
-from ..identify.resume import forget
+from ..identify.resume import digest, forget
 from ..identify.watch import start
 from ..report.blocks import joined, line
 from ..study.series_run import claimed, swept

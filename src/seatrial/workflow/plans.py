@@ -12,7 +12,7 @@ from ..core.executors import Pool
 from ..core.version import __version__
 from ..data import Trial
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
-from ..identify.digest import digest
+from ..identify.resume import digest
 from ..study.series import FULL, QUICK, Series, is_series, read_series
 from ..study.series_run import Cell, Row, asked, check, claimed, folder, left
 from ..study.store import SUMMARY, claim, load_fit_summary

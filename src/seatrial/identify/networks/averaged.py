@@ -20,8 +20,8 @@ from ...core.executors import Pool
 from ...data import Array
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..diagnosis.pushed import undisturbed
-from ..digest import digest
 from ..lint import linted
+from ..resume import digest
 from ..trajectory.local import finished
 from ..trajectory.shooting import Trajectory
 from ..watch import stage

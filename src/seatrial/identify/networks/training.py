@@ -31,7 +31,7 @@ from ...models.neural import Neural
 from ...ships import Ship
 from .. import Fit, FitError, Problem, Progress, StudyError, Verdict
 from ..lint import linted
-from ..resume import kept_arrays
+from ..resume import digest, kept_arrays
 from ..watch import tell
 from .data import CHANNELS, Rows, Source, answers, typical, weights_of_errors
 from .engine import Engine, Form, one_thread_each
@@ -136,8 +136,6 @@ class Training:
             DataError: trials that do not fit the network: wind, sample time, length, current.
             FitError: the loss is not a number in the first epoch.
         """
-        from ..digest import digest
-
         began = time.perf_counter()
         model, device = self._model(problem), self._device()
         found = Rows.of(problem.trials, model, self.wind == "measured", max(self.horizon, *self.curriculum, 0))

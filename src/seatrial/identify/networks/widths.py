@@ -25,11 +25,10 @@ from ...core.executors import Pool
 from ...core.files import write_whole
 from ...data import Trial
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
-from ..digest import digest
 from ..lint import linted
 from ..record import every_of, scales, step_of
 from ..recordings import dealt, recordings
-from ..resume import begin_anew, foreign
+from ..resume import begin_anew, digest, foreign
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import Trajectory
 from ..watch import stage, start

@@ -34,11 +34,10 @@ from ...simulate.approach import substeps
 from ...simulate.lanes import Kernel, Lanes, Steps, run
 from ...simulate.loop import open_loop, open_loop_memory, open_loop_parameters
 from .. import Fit, FitError, Problem, Progress, StudyError
-from ..digest import digest
 from ..lint import linted
 from ..nuisance import begun_as, checked_initial, held
 from ..record import Windows, cut_as, windows
-from ..resume import begin_anew, foreign
+from ..resume import begin_anew, digest, foreign
 from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.local import finished
 from ..trajectory.objective import TrajectoryObjective

@@ -23,10 +23,10 @@ from ...environment import CHANNELS, Environment
 from ...models import STATES, Sampled
 from ...simulate.replay import inputs
 from .. import Fit, Problem, Progress, StudyError
-from ..digest import digest
 from ..lint import linted
 from ..posterior.verdicts import judged
 from ..record import measured
+from ..resume import digest
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.shooting import OneStep, Trajectory
 from ..vector import Vector

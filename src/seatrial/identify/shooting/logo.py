@@ -20,11 +20,11 @@ from ...engine.rollout import is_rk4
 from ...models import STATES
 from ...simulate.approach import substeps
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
-from ..digest import digest
 from ..lint import linted
 from ..nuisance import INITIAL
 from ..posterior.verdicts import judged
 from ..record import Settings, scales, spread, step_of
+from ..resume import digest
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.local import WINDOW, Cut
 from ..trajectory.objective import TrajectoryObjective

@@ -14,10 +14,10 @@ from ...core.executors import Pool, parted
 from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, FitError, Problem, Progress
-from ..digest import digest
 from ..lint import linted
 from ..nuisance import begun_as, checked_initial, held
 from ..record import cut_as
+from ..resume import digest
 from ..vector import Vector
 from ..watch import tell, with_values
 from .batch import Ends, Many

@@ -23,11 +23,10 @@ from ...data import Array
 from ...engine.rollout import is_rk4
 from ...models import STATES
 from .. import Fit, FitError, Problem, Progress, StudyError
-from ..digest import digest
 from ..lint import linted
 from ..nuisance import begun_as, checked_initial
 from ..record import every_of, scales, step_of
-from ..resume import Resume
+from ..resume import Resume, digest
 from ..vector import Vector
 from ..watch import tell, with_values
 from .gauss_newton import State, minimise
