@@ -23,9 +23,10 @@ from seatrial.environment.chart import Chart
 from seatrial.environment.geojson import load_chart
 from seatrial.environment.weather import Gust
 from seatrial.harbour.contact import Line
-from seatrial.realtime.conning import CourseKeeper
+from seatrial.manoeuvres.track import Leg
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import plant_of
+from seatrial.realtime.range.pilots import TrafficPilot
 from seatrial.ships.files import load
 from seatrial.simulate.place import place_of
 
@@ -81,7 +82,8 @@ def main() -> None:
     loop = Loop(ships, RATE, math.inf)
     for name in ships:
         if name.startswith("under way"):
-            CourseKeeper(loop, name)
+            plant = ships[name]
+            TrafficPilot(loop, name, [Leg(plant["x"], plant["y"], plant["psi"], math.inf)])
     for _ in range(20):
         loop.step()
     begun, ticks, tracks = time.process_time(), round(given.seconds * RATE), []

@@ -23,16 +23,19 @@ RATE, PART, PATHS = 20.0, 5.0, 20
 def bridge(model: Path, bands: float | None) -> tuple[Any, Any, Any]:
     """Loop, deck and path of a fitted ship."""
     from seatrial.environment import Uniform
+    from seatrial.realtime.bridge.ahead import Ahead
     from seatrial.realtime.bridge.deck import Deck, Outfit
     from seatrial.realtime.bridge.view import OWN
     from seatrial.realtime.loop import Loop
     from seatrial.realtime.plant import plant_of
     from seatrial.ships.files import load
+    from seatrial.workflow.asked import Bands
     from seatrial.workflow.evidence.ahead import path_ahead
 
     ship = load(model)
     own = plant_of(ship, RATE, Uniform(), (0.0, 0.0, 0.0, ship.speed, 0.0, 0.0), 1)
-    loop, ahead = Loop({OWN: own}, RATE, 1.0), path_ahead(model, own, bands, None, extrapolate=False)
+    known = path_ahead(model, Bands(bands))
+    loop, ahead = Loop({OWN: own}, RATE, 1.0), None if known is None else Ahead(own, known)
     return loop, Deck(loop, Outfit(folder=model.parent, ahead=ahead)), ahead
 
 

@@ -199,14 +199,15 @@ def test_a_shell_is_answered_where_it_asks(monkeypatch: pytest.MonkeyPatch, caps
 ])  # fmt: skip
 def test_plain_numbers_are_read_as_they_are_written(text: str, value: float, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
-    monkeypatch.setattr("seatrial.workflow.steer.steer", lambda *_, **given: asked.append(given) or 1 / 0)
+    monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *given, **_: asked.append(given) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
         main(["steer", "kvlcc2", "--nmea", "udp://x", f"--factor={text}", "--seed", "12", "--mmsi", "123456789"])
-    assert (asked[0]["factor"], asked[0]["seed"], asked[0]["mmsi"]) == (value, 12, 123456789)
-    assert isinstance(asked[0]["factor"], float)
-    assert isinstance(asked[0]["seed"], int)
-    assert asked[0]["out"] is None
-    assert asked[0]["to"] == ()
+    _, _, departure, _, _, wire, *_, run = asked[0]
+    assert (run.factor, departure.seed, departure.mmsi) == (value, 12, 123456789)
+    assert isinstance(run.factor, float)
+    assert isinstance(departure.seed, int)
+    assert run.out is None
+    assert wire.to == ()
 
 
 @pytest.mark.parametrize("text", ["two", "1,5", "0x10", "1e", "--", ""])

@@ -61,8 +61,8 @@ def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         yield SimpleNamespace(port=port)
 
     Page.made = []
-    monkeypatch.setattr("seatrial.workflow.realtime.listen", listen)
-    monkeypatch.setattr("seatrial.workflow.realtime.address", lambda one: f"http://here:{one.port}")
+    monkeypatch.setattr("seatrial.realtime.listening.listen", listen)
+    monkeypatch.setattr("seatrial.realtime.listening.address", lambda one: f"http://here:{one.port}")
     monkeypatch.setattr("seatrial.realtime.fit_page.board.Board", Board)
     monkeypatch.setattr("seatrial.realtime.fit_page.server.Page", Page)
     return asked
@@ -114,7 +114,7 @@ def test_at_a_terminal_the_page_stays_until_ctrl_c(
 
     obeyed: list[bool] = []
     monkeypatch.setattr("threading.Event.wait", wait)
-    monkeypatch.setattr("seatrial.workflow.request.obeyed", lambda: obeyed.append(True))
+    monkeypatch.setattr("seatrial.core.errors.obeyed", lambda: obeyed.append(True))
     with fits.watching(9001) as sink:
         sink._serve("my study", FILES, ())
         monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)

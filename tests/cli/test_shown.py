@@ -174,8 +174,10 @@ def steered(**more: Any) -> Any:
     counts = {"sent": 200, "unsent": 0} | more
     plant = {"psi": math.radians(-30.0)}
     return SimpleNamespace(
-        plant=plant, loop=SimpleNamespace(report=SimpleNamespace(t=120.0, overruns=3, ticks=1200)),
-        on_wire=SimpleNamespace(conning=SimpleNamespace(counts={"taken": 4}), wire=SimpleNamespace(counts=counts)),
+        plant=plant,
+        stage=SimpleNamespace(
+            loop=SimpleNamespace(report=SimpleNamespace(t=120.0, overruns=3, ticks=1200)),
+            on_wire=SimpleNamespace(conning=SimpleNamespace(counts={"taken": 4}), wire=SimpleNamespace(counts=counts))),
         written=(Path("run.csv"),),
     )  # fmt: skip
 
@@ -219,7 +221,7 @@ def test_a_range_names_what_was_not_met(met: bool, monkeypatch: pytest.MonkeyPat
               SimpleNamespace(name="arrival", where="", met=False),
               SimpleNamespace(name="speed", where="", met=True)]  # fmt: skip
     ran = SimpleNamespace(met=met, failure=None, judged=judged, document=lambda: {"met": met})
-    monkeypatch.setattr("seatrial.workflow.ranges.play", lambda *_, **__: ran)
+    monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: ran)
     assert main(["range", "x.toml", "--json"]) == (0 if met else 1)
     said = capsys.readouterr()
     assert json.loads(said.out) == {"met": met}

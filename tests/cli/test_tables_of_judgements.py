@@ -19,6 +19,7 @@ from seatrial.core.parameters import update
 from seatrial.report.blocks import line
 from seatrial.ships.files import load
 from seatrial.validate.imo import Criterion
+from seatrial.workflow.asked import Page
 
 Said = pytest.CaptureFixture[str]
 
@@ -168,21 +169,29 @@ def test_a_family_is_told_with_what_it_cannot_meet() -> None:
 @pytest.mark.parametrize("failure", [None, "the line is gone"])
 def test_a_page_with_a_line_ends_with_1_where_it_failed(failure: str | None, monkeypatch: Any, capsys: Said) -> None:
     rigged = SimpleNamespace(written=("a.csv",), failure=failure)
-    monkeypatch.setattr("seatrial.workflow.ranges.rig.rig", lambda *_, **__: rigged)
+    monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: rigged)
     assert main(["bridge", "kvlcc2", "--signalk"]) == (1 if failure else 0)
     assert capsys.readouterr() == ("a.csv\n", f"error: {failure}\n" if failure else "")
-    assert main(["bridge", "kvlcc2", "--signalk", "--ghost", "a.csv"]) == 2
-    for option in (["--to", "udp://x"], ["--framed"], ["--only", "HDT"], ["--commander", "x"], ["--mmsi", "123456789"],
-                   ["--simulator"], ["--log", "x.nmea"]):  # fmt: skip
-        assert main(["bridge", "kvlcc2", *option]) == 2
-        assert "need --nmea" in capsys.readouterr().err
-    monkeypatch.setattr("seatrial.workflow.realtime.bridge", lambda *_, **__: ("r.csv",))
-    assert main(["bridge", "kvlcc2"]) == 0
-    assert capsys.readouterr().out == "r.csv\n"
+
+
+@pytest.mark.parametrize("option", [
+    ["--to", "udp://x"], ["--framed"], ["--only", "HDT"], ["--commander", "x"], ["--simulator"], ["--log", "x.nmea"],
+    ["--lock-step"], ["--beside", "x"], ["--answer-to", "HDT"],
+])  # fmt: skip
+def test_what_is_of_a_wire_needs_one(option: list[str], capsys: Said) -> None:
+    assert main(["bridge", "kvlcc2", *option]) == 2
+    assert f"{option[0]} is of a wire; give --nmea" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", [["--signalk"], ["--rosbridge"], ["--port", "0"], ["--ghost", "a.csv"],
+                                    ["--bands", "95"]])  # fmt: skip
+def test_what_is_of_a_page_needs_one(option: list[str], capsys: Said) -> None:
+    assert main(["steer", "kvlcc2", "--nmea", "udp://127.0.0.1:0", *option]) == 2
+    assert f"{option[0]} is of the page; add --page" in capsys.readouterr().err
 
 
 def test_pages_of_three_commands_are_at_ports_of_their_own() -> None:
-    ports = [inspect.signature(one).parameters["port"].default for one in (simulation.bridge, simulation.twin)]
+    ports = [Page().port, inspect.signature(simulation.twin).parameters["port"].default]
     assert sorted([*ports, fits.PORT]) == [8020, 8021, 8022]
     assert f"default: {fits.PORT}" in options.FitPort.__metadata__[0].help
 
@@ -197,8 +206,8 @@ def test_a_twin_listens_only_for_a_page_and_lets_go(monkeypatch: pytest.MonkeyPa
         return SimpleNamespace(close=lambda: closed.append(port))
 
     outcome = SimpleNamespace(document={"a": 1}, shown=line("told"))
-    monkeypatch.setattr("seatrial.workflow.realtime.listen", listen)
-    monkeypatch.setattr("seatrial.workflow.realtime.address", lambda one: "http://here")
+    monkeypatch.setattr("seatrial.realtime.listening.listen", listen)
+    monkeypatch.setattr("seatrial.realtime.listening.address", lambda one: "http://here")
     monkeypatch.setattr("seatrial.workflow.live.twin.twin", lambda *_, **more: given.append(more["page"]) or outcome)
     assert main(["twin", "kvlcc2", "--trial", "a.csv"]) == 0
     assert (asked, closed, given) == ([], [], [None])
@@ -302,7 +311,7 @@ def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatc
     assert told["numbers"]["hull.Y_v"]["source"] == "estimated"
 
     ran = SimpleNamespace(met=True, document=lambda: {"met": True})
-    monkeypatch.setattr("seatrial.workflow.ranges.play", lambda *_, **__: ran)
+    monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: ran)
     monkeypatch.setattr(simulation, "_show_range", lambda *given: shown.append(given))
     assert main(["range", "x.toml"]) == 0
     assert shown[3:] == [(ran, {"met": True})]
@@ -329,7 +338,7 @@ def test_a_run_with_bands_ends_as_one_without(complete: bool, monkeypatch: Any, 
 def test_a_voyage_that_fails_ends_with_1_after_its_summary(failure: str | None, monkeypatch: Any, capsys: Said) -> None:
     ran = SimpleNamespace(failure=failure)
     shown: list[Any] = []
-    monkeypatch.setattr("seatrial.workflow.steer.steer", lambda *_, **__: ran)
+    monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: ran)
     monkeypatch.setattr(simulation, "_summarise", lambda *given: shown.append(given))
     assert main(["steer", "kvlcc2", "--nmea", "udp://x", "--json"]) == (1 if failure else 0)
     assert shown == [(ran, True)]
@@ -340,9 +349,10 @@ def test_a_voyage_is_one_object_with_its_counts(capsys: Said) -> None:
     counts = {"sent": 200, "unsent": 1}
     ran: Any = SimpleNamespace(
         plant=SimpleNamespace(ship=SimpleNamespace(name="kvlcc2")), state={"x": 1.5}, written=(Path("a.csv"),),
-        loop=SimpleNamespace(report=SimpleNamespace(t=12.0, overruns=3, worst_late=0.25, events={"lost": 1})),
-        on_wire=SimpleNamespace(conning=SimpleNamespace(commander="me", mode="heading", counts={"taken": 4}),
-                                wire=SimpleNamespace(counts=counts, address="udp://x")),
+        stage=SimpleNamespace(
+            loop=SimpleNamespace(report=SimpleNamespace(t=12.0, overruns=3, worst_late=0.25, events={"lost": 1})),
+            on_wire=SimpleNamespace(conning=SimpleNamespace(commander="me", mode="heading", counts={"taken": 4}),
+                                    wire=SimpleNamespace(counts=counts, address="udp://x"))),
     )  # fmt: skip
     simulation._summarise(ran, json=True)
     assert json.loads(capsys.readouterr().out) == {

@@ -8,15 +8,17 @@ import pytest
 
 from seatrial.environment import Uniform
 from seatrial.realtime.loop import Loop
-from seatrial.ships.files import load
-from seatrial.workflow.realtime import keep_course, others_of, rate_of
+from seatrial.realtime.plant import plant_of
+from seatrial.realtime.range.pilots import TrafficPilot
+from seatrial.workflow.afloat import other_of
 
 
 def sailing(text: str, weather: Uniform | None = None) -> tuple[Loop, str]:
-    plants = others_of([text], rate_of(load(text.partition("@")[0]), 5.0), weather or Uniform(), 0)
-    loop = Loop(plants, 5.0, math.inf)
-    keep_course(loop, plants)
-    return loop, next(iter(plants))
+    ship, begun = other_of(text)
+    start = (begun.x, begun.y, begun.psi, begun.speed, 0.0, 0.0)
+    loop = Loop({ship.name: plant_of(ship, 5.0, weather or Uniform(), start, 0)}, 5.0, math.inf)
+    TrafficPilot(loop, ship.name, begun.legs)
+    return loop, ship.name
 
 
 @pytest.mark.parametrize("ship", ["mariner", "kvlcc2", "esso_190k_tanker", "mariner_nomoto"])

@@ -454,10 +454,10 @@ def test_talkers_are_those_of_the_standard_and_depth_is_told(tmp_path):
 def test_other_ships_hold_their_course_and_are_heard(tmp_path):
     log = tmp_path / "w.nmea"
     options = ["--nmea", "udp://127.0.0.1:0", "--duration", "300", "--factor", "inf", "--rate", "1"]
-    options += ["--place", "35,139", "--only", "HDT"]
+    options += ["--place", "35,139", "--only", "HDT,VDM"]
     assert main(["steer", "kvlcc2", *options, "--other", "mariner@500,500,270", "--log", str(log)]) == 0
-    heard = [message for kind, message in messages(log) if kind == "VDM"]
-    assert len(heard) == 30
+    heard = [message for kind, message in messages(log) if kind == "VDM" and message["msg_type"] == 1]
+    assert len(heard) == 50  # every 6 s above 14 kn (ITU-R M.1371-5, table 1)
     assert {message["mmsi"] for message in heard} == {200000001}
     assert {message["heading"] for message in heard} <= {269, 270, 271}
     north, east = Datum(35.0, 139.0).north_east(heard[0]["lat"], heard[0]["lon"])

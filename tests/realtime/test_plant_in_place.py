@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from seatrial.data.trialfile import read_trial
-from seatrial.environment import Uniform
 from seatrial.environment.geojson import load_chart
 from seatrial.manoeuvres import Given
+from seatrial.realtime.loop import LoopError
 from seatrial.realtime.plant import Plant
+from seatrial.realtime.range.scenario import Other, Own, Sailing, Scenario
+from seatrial.realtime.range.stage import Stage
 from seatrial.realtime.recording import Recording, rerun
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
 from seatrial.simulate.place import place_of
 from seatrial.simulate.run import simulate
-from seatrial.workflow import RequestError
-from seatrial.workflow.realtime import others_of, placed
 
 SHIP, CHART = load("kvlcc2_harbour"), load_chart("tanker_quay")
 PLACE = place_of(SHIP, CHART)
@@ -60,24 +60,26 @@ def test_a_recording_on_a_chart_is_reproduced_with_its_place_and_not_without(tmp
         rerun(path, SHIP)
 
 
+def stage(start: tuple[float, ...], other: str = "kvlcc2_harbour") -> Stage:
+    """A ship of the harbour on open water, and another on the chart."""
+    own = Own(SHIP, Sailing(*START[:3], 0.0), piloted=False)
+    others = (Other("other", load(other), Sailing(*start)),)
+    return Stage(Scenario("a harbour", 60.0, own, others, chart=CHART))
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("y", "said"), [(-10.0, "starts inside quay 1"), (60.0, "")])
+@pytest.mark.parametrize(("y", "said"), [(-10.0, "starts inside quay 1"), (60.0, "inside|aground")])
 def test_a_start_in_a_wall_is_refused(y: float, said: str) -> None:
-    if not said:
-        with pytest.raises(RequestError, match=r"inside|aground"):
-            placed(SHIP, CHART, (250.0, y, 0.0, 0.0, 0.0, 0.0))
-        return
-    with pytest.raises(RequestError, match=said):
-        placed(SHIP, CHART, (250.0, y, 0.0, 0.0, 0.0, 0.0))
-    with pytest.raises(RequestError, match=said):
-        others_of([f"kvlcc2_harbour@250,{y:g},0"], 20.0, Uniform(), 1, CHART)
+    with pytest.raises(LoopError, match=f"other: .*({said})"):
+        stage((250.0, y, 0.0, 0.0))
 
 
 @pytest.mark.slow
 def test_ships_of_a_kind_share_a_place_and_families_without_forces_have_none() -> None:
-    noted: list[str] = []
-    assert placed(load("mariner_nomoto"), CHART, START, noted.append) is None
-    assert "knows no banks and quays" in noted[0]
-    known = dict[str, object]()
-    first, second = (placed(SHIP, CHART, START, places=known) for _ in range(2))  # type: ignore[arg-type]
-    assert first is second
+    far = (250.0, -400.0, 0.0, 3.0)
+    own, other = (vessel.plant.place for vessel in stage(far).loop.vessels.values())
+    assert own is not None
+    assert own is other
+    without = stage(far, "mariner_nomoto").loop
+    assert without.vessels["other"].plant.place is None
+    assert "knows no banks and quays" in without.events[0].text

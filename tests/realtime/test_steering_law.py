@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
-from itertools import pairwise
 
 import pytest
 
-from seatrial.data.geodesy import Datum
 from seatrial.data.nmea.framing import LARGEST, TOKEN, split
 from seatrial.data.nmea.ship import Fittings
 from seatrial.manoeuvres.autopilot import Gains
 from seatrial.realtime.conning import SteeringControl
 from seatrial.realtime.loop import Loop
-from seatrial.realtime.on_wire import OnWire, Speech, Targets
+from seatrial.realtime.on_wire import OnWire, Speech
 from seatrial.realtime.plant import Plant
 from seatrial.realtime.wire import Intake, Message
 from seatrial.ships.files import load
@@ -140,35 +138,3 @@ def test_datagrams_are_full_but_never_too_large_and_nothing_is_left_out(ship, fr
     if framed:
         numbers = [int(part.partition(b"n:")[2].partition(b",")[0].partition(b"*")[0]) for part in parts]
         assert numbers == [(numbers[0] + k) % 1000 for k in range(1100)]
-
-
-@pytest.mark.slow
-def test_other_ships_are_reported_every_ten_seconds_one_after_the_other(ship):
-    libais = pytest.importorskip("ais")
-    loop, wire, on = wired(ship, others=3, datum=Datum(35.0, 139.0))
-    Targets(loop, ["o0", "o1", "o2"], on)
-    heard: dict[int, list[tuple[float, dict]]] = {}
-
-    def listen(loop: Loop) -> None:
-        for data in wire.out:
-            for line in split(data):
-                if line.startswith(b"!AIVDM"):
-                    said = libais.decode(line.split(b",")[5].decode(), int(line.split(b",")[6][:1]))
-                    heard.setdefault(said["mmsi"], []).append((loop.t, said))
-        wire.out.clear()
-
-    loop.after(listen)
-    loop.run(40.0)
-    assert sorted(heard) == [200000001, 200000002, 200000003]
-    for k, mmsi in enumerate(sorted(heard)):
-        times = [t for t, _ in heard[mmsi]]
-        assert len(times) == 4
-        assert [b - a for a, b in pairwise(times)] == pytest.approx([10.0] * 3)
-        assert times[0] == pytest.approx(10.0 - k, abs=0.11)
-        said, plant = heard[mmsi][-1][1], loop.vessels[f"o{k}"].plant
-        assert said["true_heading"] == round(math.degrees(plant["psi"])) % 360
-        knots = math.hypot(plant["u"], plant["v_m"]) * 3600.0 / 1852.0
-        assert said["sog"] == pytest.approx(knots, abs=0.06)
-        north, east = Datum(35.0, 139.0).north_east(said["y"], said["x"])
-        gone = ship.speed * (40.0 - heard[mmsi][-1][0])  # sailed since the report
-        assert math.hypot(north - plant["x"], east - plant["y"]) == pytest.approx(gone, abs=0.4)

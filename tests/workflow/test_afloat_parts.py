@@ -10,29 +10,19 @@ from typing import Any
 import pytest
 
 from seatrial.data.geodesy import Datum
-from seatrial.environment import Uniform
-from seatrial.realtime.loop import Loop
-from seatrial.realtime.plant import rate_of
+from seatrial.realtime.listening import listen
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
-from seatrial.workflow.realtime import (
-    cannot,
-    datum_of,
-    drills,
-    keep_course,
-    listen,
-    other_of,
-    others_of,
-    pair,
-    situation_of,
-)
+from seatrial.workflow.afloat import cannot, datum_of, drills, other_of, sail, situation_of
+from seatrial.workflow.asked import Departure, Sailing
+from seatrial.workflow.request import pair
 
 
 def test_another_ship_begins_where_and_as_fast_as_told() -> None:
-    ship, start = other_of("kcs@2000,-500,270,4.5")
+    ship, begun = other_of("kcs@2000,-500,270,4.5")
     assert ship.name == "kcs"
-    assert start == pytest.approx((2000.0, -500.0, math.radians(270.0), 4.5, 0.0, 0.0))
-    assert other_of("kcs@0,0,90")[1][3] == ship.speed
+    assert (begun.x, begun.y, begun.psi, begun.speed) == pytest.approx((2000.0, -500.0, math.radians(270.0), 4.5))
+    assert other_of("kcs@0,0,90")[1].speed == ship.speed
 
 
 @pytest.mark.parametrize("text", ["kcs", "kcs@1,2", "kcs@1,2,x", "kcs@1,2,nan", "kcs@1,2,3,-1", "kcs@1,2,3,4,5"])
@@ -43,11 +33,10 @@ def test_another_ship_of_another_form_is_refused(text: str) -> None:
 
 @pytest.mark.slow
 def test_another_ship_without_a_rudder_drifts_and_that_is_said() -> None:
-    rate = rate_of(load("otter"), 5.0)
-    loop = Loop(others_of(["otter@0,0,0"], rate, Uniform(), 1), rate, 1.0)
     said: list[str] = []
-    keep_course(loop, loop.vessels, said.append)
-    assert said == ["note: --other otter: it has no rudder to steer; it drifts freely"]
+    ran = sail("kvlcc2_l7", departure=Departure(other=("otter@0,50,0",)), run=Sailing(duration=1.0), note=said.append)
+    assert [line.strip() for line in said[1:]] == ["0.0 s  drifts: otter has no rudder to steer; it drifts freely"]
+    assert [event.ship for event in ran.stage.loop.events] == ["1 otter"]
 
 
 def test_a_page_without_a_chart_knows_place_and_date() -> None:

@@ -21,9 +21,13 @@ from seatrial.data.trialfile import write_trial
 from seatrial.identify.components.servo import ServoFit
 from seatrial.identify.components.thrust_map import ThrustMap
 from seatrial.models import STATES
+from seatrial.realtime.afloat import reporter
+from seatrial.realtime.links import wiring
+from seatrial.realtime.range.reports import REPORTED
 from seatrial.ships.files import load
 from seatrial.validate.fit_first import Beginning
-from seatrial.workflow import Silent, comparing, demo, identify, judging, plant, seaway, steer
+from seatrial.workflow import Silent, afloat, comparing, demo, identify, judging, plant, seaway
+from seatrial.workflow.asked import Around, Departure, InWaves
 from seatrial.workflow.comparing import purpose_of, scales, scales_asked
 from seatrial.workflow.contributing.published import Published, Reproduced, _found, published, shown
 from seatrial.workflow.data import _damage, convert, guess_mapping, importing, mend
@@ -488,25 +492,42 @@ def test_a_sea_needs_operators_and_waves_are_given_once() -> None:
 
 def test_a_transponder_has_nine_digits_and_sentences_their_rates() -> None:
     from seatrial.realtime.on_wire import RATES, TRANSPONDER, TRANSPONDER_RATE
+    from seatrial.realtime.range.stage import Stage
 
     for mmsi in (200_000_000, 799_999_999):
-        fit = steer._fittings(L7, "35,139", (1.0, 2.0), mmsi, True)
-        assert (fit.mmsi, fit.antenna, fit.simulator) == (mmsi, (1.0, 2.0), True)
+        fit = Stage(scene(Departure(place="35,139", antenna="1,2", mmsi=mmsi))).fittings
+        assert (fit.mmsi, fit.antenna) == (mmsi, (1.0, 2.0))
         assert fit.stern == pytest.approx(-0.5 * L7.L_pp)
     for mmsi in (199_999_999, 800_000_000):
         with pytest.raises(RequestError, match=f"--mmsi is {mmsi}"):
-            steer._fittings(L7, None, None, mmsi, False)
-    plain = steer._fittings(L7, None, None, None, False)
+            scene(Departure(mmsi=mmsi))
+    plain = Stage(scene(Departure())).fittings
     assert (plain.mmsi, plain.antenna) == (0, (0.0, 0.0))
-    assert steer.rates_of(None) is None
-    assert steer.rates_of(f" hdt ,{TRANSPONDER.lower()}") == {"HDT": RATES["HDT"], TRANSPONDER: TRANSPONDER_RATE}
+    assert Stage(scene(Departure(sensors=True))).fittings.antenna == (-0.4 * L7.L_pp, 0.0)
+    assert wiring.chosen(None) == (None, REPORTED)
+    assert wiring.chosen(f" hdt ,{TRANSPONDER.lower()},ttm") \
+        == ({"HDT": RATES["HDT"], TRANSPONDER: TRANSPONDER_RATE}, ("TTM",))
     with pytest.raises(RequestError, match="--only: no sentence 'ABC'"):
-        steer.rates_of("ABC")
+        wiring.chosen("ABC")
+
+
+def scene(departure: Departure) -> Any:
+    return afloat._scene(L7, departure, Around(), InWaves(), None, lambda _: None)
+
+
+def test_a_start_has_a_place_and_one_heading() -> None:
+    own = scene(Departure(start="10,-20,90", speed=0.5)).own.sailing
+    assert (own.x, own.y, own.psi, own.speed) == pytest.approx((10.0, -20.0, 0.5 * math.pi, 0.5))
+    assert scene(Departure(heading=30.0)).own.sailing.psi == pytest.approx(math.radians(30.0))
+    with pytest.raises(RequestError, match="--start and --heading both give the heading"):
+        scene(Departure(start="10,-20,90", heading=30.0))
+    with pytest.raises(RequestError, match="--start is '10,90'; write X,Y,DEG"):
+        scene(Departure(start="10,90"))
 
 
 def test_each_event_of_a_loop_is_told_once() -> None:
     lines: list[str] = []
-    report = steer.reporter(lines.append)
+    report = reporter(lines.append)
     loop: Any = SimpleNamespace(report=SimpleNamespace(events={}), events=[])
 
     def happens(*texts: str) -> None:

@@ -25,6 +25,7 @@ from seatrial.data import Trial
 from seatrial.models import STATES
 from seatrial.report.blocks import Line, Table
 from seatrial.study.grounds import Beyond, covered
+from seatrial.workflow import asked
 from seatrial.workflow.evidence import ahead as paths_ahead
 from seatrial.workflow.evidence import calibrate as calibrating
 from seatrial.workflow.evidence import carded, designed, judged
@@ -234,16 +235,17 @@ def test_draws_are_a_thousand_unless_told_and_20000_at_most(plain: Path, held: P
             Drawing.of(str(plain), level, draws, extrapolate=False)
 
 
-def test_a_path_ahead_is_drawn_by_two_hundred_draws(plain: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(paths_ahead, "Ahead", lambda own, opened: opened)
-    made: Any = paths_ahead.path_ahead(plain, SimpleNamespace(), 95.0, None, extrapolate=False)  # type: ignore[arg-type]
+def test_a_path_ahead_is_drawn_by_two_hundred_draws(plain: Path) -> None:
+    made: Any = paths_ahead.path_ahead(plain, asked.Bands(95.0))
     assert (made.draws, made.level, made.found) == (200, pytest.approx(0.95), None)
     assert made.refusal(run(u=9.0)).startswith("beyond the trials of the fit in ")
     assert made.refusal(trial(35)) == ""
-    assert paths_ahead.path_ahead(plain, SimpleNamespace(), None, None, extrapolate=False) is None  # type: ignore[arg-type]
-    for more in ({"draws": 300, "extrapolate": False}, {"draws": None, "extrapolate": True}):
+    assert paths_ahead.path_ahead(plain, asked.Bands()) is None
+    for more in (asked.Bands(count=300), asked.Bands(extrapolate=True)):
         with pytest.raises(RequestError, match="add --bands 95"):
-            paths_ahead.path_ahead(plain, SimpleNamespace(), None, **more)  # type: ignore[arg-type]
+            paths_ahead.path_ahead(plain, more)
+    with pytest.raises(RequestError, match="--bands: are those of a fitted ship"):
+        paths_ahead.path_ahead(None, asked.Bands(95.0))
 
 
 def test_two_parts_are_the_fewest_that_leave_trials_out(plain: Path, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from seatrial.environment import CALM
 from seatrial.realtime.range.scenario import Scenario
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
-from seatrial.workflow.ranges.reading import scenario_of
+from seatrial.workflow.afloat.scenarios import scenario_of
 
 DEG = math.pi / 180.0
 PLAIN: Mapping[str, Any] = MappingProxyType({"schema": "seatrial-scenario/1", "duration": 600.0,

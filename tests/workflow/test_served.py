@@ -14,9 +14,14 @@ from fitted_run import trial
 from seatrial.campaign.bands import Bands
 from seatrial.core.errors import RequestError
 from seatrial.manoeuvres import Index
+from seatrial.realtime.afloat import Voyage
+from seatrial.realtime.bridge import server
 from seatrial.realtime.bridge.view import OWN
+from seatrial.realtime.pages import LOCAL, anywhere
 from seatrial.ships.files import load
-from seatrial.workflow import Silent, judging, plans, realtime, reports
+from seatrial.workflow import Silent, judging, plans, reports
+from seatrial.workflow.afloat import sail
+from seatrial.workflow.asked import Departure, Page, Sailing
 from seatrial.workflow.evidence.bands import Banded
 from seatrial.workflow.live import twin as following
 
@@ -28,21 +33,25 @@ def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """What the server of a page was given."""
     seen: list[Any] = []
 
-    def serve(deck: Any, loop: Any, listening: Any, key: str) -> None:
-        seen.append((loop, key))
+    def serve(deck: Any, loop: Any, listening: Any, *given: Any) -> None:
+        seen.append((loop, *given))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(realtime, "server_of", lambda anywhere: (seen.append(anywhere), serve)[1])
+    monkeypatch.setattr(server, "serve", serve)
     return seen
+
+
+def bridge(run: Sailing, departure: Departure = Departure(), **more: Any) -> Voyage:
+    return sail("kvlcc2_l7", departure=departure, run=run, page=Page(page=True, port=0), **more)
 
 
 @pytest.mark.slow
 def test_a_bridge_begins_as_it_is_told(served: list[Any], tmp_path: Path) -> None:
     notes: list[str] = []
-    written = realtime.bridge("kvlcc2_l7", port=0, heading=30.0, speed=0.9, factor=2.0, place="35,139", out=tmp_path,
-                              other=["kvlcc2_l7@40,50,270,0.5"], note=notes.append)  # fmt: skip
-    anywhere, (loop, key) = served
-    assert (anywhere, key, written) == (False, "", [])
+    departure = Departure(heading=30.0, speed=0.9, place="35,139", other=("kvlcc2_l7@40,50,270,0.5",))
+    ran = bridge(Sailing(factor=2.0, out=tmp_path), departure, note=notes.append)
+    ((loop, hosts, key, links, duration),) = served
+    assert (hosts, key, links, duration, ran.written) == (LOCAL, "", [], math.inf, ())
     own, other = loop.vessels[OWN].plant, loop.vessels["1 kvlcc2_l7"].plant
     assert [own[name] for name in ("x", "y", "psi", "u", "v_m", "r")] \
         == pytest.approx([0.0, 0.0, math.radians(30.0), 0.9, 0.0, 0.0])
@@ -57,23 +66,24 @@ def test_a_bridge_begins_as_it_is_told(served: list[Any], tmp_path: Path) -> Non
 @pytest.mark.slow
 def test_a_bridge_for_other_machines_has_a_key(served: list[Any], tmp_path: Path) -> None:
     notes: list[str] = []
-    realtime.bridge("kvlcc2_l7", port=0, anywhere=True, out=tmp_path, note=notes.append)
-    anywhere, (_, key) = served
-    assert anywhere is True
+    bridge(Sailing(anywhere=True, out=tmp_path), note=notes.append)
+    ((_, hosts, key, *_),) = served
+    assert hosts == anywhere()
     assert len(key) >= 16
     assert notes[0].partition("#")[2].startswith(key)
 
 
 def test_a_bridge_that_cannot_be_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RequestError, match="--place and --ghost both set the position"):
-        realtime.bridge("kvlcc2_l7", place="35,139", ghost=tmp_path / "a.csv")
+    for name in ("place", "start"):
+        with pytest.raises(RequestError, match=f"--{name} and --ghost both set the position"):
+            sail("kvlcc2_l7", departure=Departure(**{name: "35,139"}), page=Page(page=True, ghost=tmp_path / "a.csv"))
     with pytest.raises(RequestError, match="--hold is 0"):
-        realtime.bridge("kvlcc2_l7", hold=0.0)
+        bridge(Sailing(hold=0.0))
     with pytest.raises(RequestError, match="no such folder"):
-        realtime.recordings_go(tmp_path / "none")
+        bridge(Sailing(out=tmp_path / "none"))
     (tmp_path / "file").write_text("")
     with pytest.raises(RequestError, match="a file; recordings go into a folder"):
-        realtime.recordings_go(tmp_path / "file")
+        bridge(Sailing(out=tmp_path / "file"))
 
 
 def test_a_fitted_ship_of_captive_tests_is_of_the_ship_that_it_began_from() -> None:

@@ -181,7 +181,7 @@ class Terminal(Sink):
             try:
                 threading.Event().wait()
             except KeyboardInterrupt:
-                from ..workflow.request import obeyed
+                from ..core.errors import obeyed
 
                 obeyed()
                 note("page ended")
@@ -205,7 +205,7 @@ class Terminal(Sink):
 
     @property
     def _address(self) -> str:
-        from ..workflow.realtime import address
+        from ..realtime.listening import address
 
         return address(self._listening) if self._listening else ""
 
@@ -265,7 +265,7 @@ def watching(port: int | None) -> Generator[Terminal, None, None]:
     if port is None:
         yield Terminal()
         return
-    from ..workflow.realtime import HERE, listen
+    from ..realtime.listening import HERE, listen
 
     with listen(HERE, port, False) as listening:
         try:

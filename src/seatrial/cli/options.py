@@ -75,7 +75,6 @@ LogFolder = Annotated[Path, Option("-o", "--out", help="Write the logs to this f
 DemoFolder = Annotated[Path, Option("-o", "--out", help="Write the report and the model to this folder.")]
 RunFolder = Annotated[Path, Option("-o", "--out", help="Write the run to this folder; resume it if it was killed.")]
 PredictionFolder = Annotated[Path, Option("-o", "--out", help="Write the predictions to this folder.")]
-RecordingFolder = Annotated[Path, Option("-o", "--out", help="Write recordings to this folder.")]
 BenchFolder = Annotated[Path | None, Option("-o", "--out", help="Write bench.json to this folder.")]
 CopyFile = Annotated[Path, Argument(help="Name the new ship file (.toml).")]
 ShipOut = Annotated[Path, Option("-o", "--out", help="Write the ship to this file (.toml).")]
@@ -106,7 +105,6 @@ Bands = Annotated[
 ]  # fmt: skip
 Draws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 1000).")]
 DesignDraws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 400).")]
-Foreseen = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 200).")]
 Examined = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 100).")]
 Extrapolate = Annotated[
     bool, Option("--extrapolate", help="Allow --bands beyond the ranges of the trials of the fit.")
@@ -225,51 +223,11 @@ Order = Annotated[int | None, Option(help="Limit the power of n; cross-validate 
 Control = Annotated[tuple[str, ...], Option(help="Fit this control, such as alpha_1; all with orders unless given.")]
 
 # Real time.
-Nmea = Annotated[str, Option(help="Listen at udp://127.0.0.1:PORT, tcp:// or serial:///dev/ttyUSB0.")]
-To = Annotated[tuple[str, ...], Option(help="Send to this udp address as well. Repeatable.")]
-Anywhere = Annotated[bool, Option("--anywhere", help="Allow addresses beyond this machine.")]
-Framed = Annotated[bool, Option("--framed", help="Send datagrams of IEC 61162-450.")]
-Sentences = Annotated[str | None, Option("--only", help="Send only these sentences, such as HDT,ROT,RMC; also VDO.")]
-Place = Annotated[str | None, Option(help="Start at LAT,LON [deg].")]
 Antenna = Annotated[str | None, Option(help="Place the antenna FORWARD,STARBOARD of midship [m].")]
-Rate = Annotated[float, Option(help="Set the tick rate [Hz].")]
-Factor = Annotated[float, Option(help="Set simulated over real time, 0.1 to 100; inf for the fastest.")]
-End = Annotated[float | None, Option(help="End after this simulated time [s].")]
-Hold = Annotated[float, Option(help="Release command after this silence [s].")]
-Commander = Annotated[tuple[str, ...], Option(help="Obey only this HOST or HOST:PORT. Repeatable.")]
-StartSpeed = Annotated[float | None, Option(help="Set the initial speed [m/s].")]
-StartHeading = Annotated[float, Option(help="Set the initial heading [deg].")]
-Other = Annotated[tuple[str, ...], Option(help="Add another ship SHIP@NORTH,EAST,DEG. Repeatable.")]
-Mmsi = Annotated[int | None, Option(help="Set the MMSI of the transponder (VDO): nine digits.")]
-WithSensors = Annotated[bool, Option("--sensors", help="Simulate the errors of the usual instruments.")]
-InstrumentSeed = Annotated[int, Option(help="Seed the instruments and the gusts.")]
-GustSeed = Annotated[int, Option(help="Seed the gusts.")]
-SentenceLog = Annotated[Path | None, Option(help="Write the sentences that are sent to this file (.nmea).")]
-Record = Annotated[Path | None, Option("-o", "--out", help="Record to this trial file (.csv).")]
-Beside = Annotated[str | None, Option(help="Run a program until the end; {address} in it is the ship's.")]
-Simulator = Annotated[bool, Option("--simulator", help="Mark the sentences as those of a simulator.")]
-Host = Annotated[str, Option(help="Serve at this address.")]
-Port = Annotated[int, Option(help="Serve at this port; 0 takes a free one.")]
-BridgeChart = Annotated[str | None, Option("--chart", help="Show this chart (.geojson) on the page.")]
-Ghost = Annotated[Path | None, Option(help="Replay a measured trial beside the ship.")]
 
 # Scenarios.
 ScenarioPath = Annotated[Path, Argument(metavar="SCENARIO", help="Name a scenario file.")]
-WithSignalK = Annotated[bool, Option("--signalk", help="Serve Signal K at the port of the page.")]
-WithRosbridge = Annotated[bool, Option("--rosbridge", help="Serve topics of ROS 2 at the port of the page.")]
-CanBus = Annotated[
-    str | None, Option("--can", metavar="BUS", help="Send NMEA 2000 on this bus, such as virtual:N or socketcan:can0.")
-]  # fmt: skip
 ScenarioFile = Annotated[Path | None, Option("--scenario", help="Run a scenario file around the ship.")]
-RangeNmea = Annotated[
-    str | None, Option("--nmea", help="Listen to an autopilot at udp://127.0.0.1:PORT, tcp:// or serial:///dev/.")
-]  # fmt: skip
-RangeFactor = Annotated[
-    float | None, Option("--factor", help="Set simulated over real time (default: 1 with --nmea, else fastest).")
-]  # fmt: skip
-LockStep = Annotated[bool, Option("--lock-step", help="Run in step with the answers of the autopilot.")]
-AnswerTo = Annotated[str, Option(metavar="KIND", help="Name the sentence that --lock-step has answered.")]
-Patience = Annotated[float, Option(metavar="S", help="End after so long without an answer [s].")]
 
 # The live twin.
 NmeaLog = Annotated[

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from click.exceptions import Exit
 
-from ..core.errors import RequestError
+from ..core.errors import RequestError, RunError
 from ..report.blocks import table
+from ..workflow.asked import Around, Bands, Departure, InWaves, Page, Sailing, Wire
 from . import options as o
 from .evidence import show_bands
 from .fits import show
@@ -19,10 +21,9 @@ from .render import show as draw
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
-    from ..workflow.ranges import Ranged
+    from ..realtime.afloat import Voyage
     from ..workflow.seaway import Motion
     from ..workflow.simulation import Simulated
-    from ..workflow.steer import Steered
 
 DEGREE = math.pi / 180.0
 
@@ -159,32 +160,30 @@ def harbour(
 
 
 def steer(
-    ship: o.ShipName, nmea: o.Nmea, to: o.To = (), anywhere: o.Anywhere = False, framed: o.Framed = False,
-    only: o.Sentences = None, place: o.Place = None, antenna: o.Antenna = None, rate: o.Rate = 10.0,
-    factor: o.Factor = 1.0, duration: o.End = None, hold: o.Hold = 10.0, commander: o.Commander = (),
-    speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None, current: o.Current = None,
-    gusts: o.Gusts = None, waves: o.Waves = None, depth: o.Depth = None, other: o.Other = (),
-    mmsi: o.Mmsi = None, sensors: o.WithSensors = False, seed: o.InstrumentSeed = 0, log: o.SentenceLog = None,
-    out: o.Record = None, beside: o.Beside = None, simulator: o.Simulator = False, sea: o.Sea = None,
-    rao: o.RaoFile = None, roll_damping: o.RollDamping = None, json: bool = False,
+    ship: o.ShipName, scenario: o.ScenarioFile = None, departure: Departure = Departure(), around: Around = Around(),
+    waves: InWaves = InWaves(), wire: Wire = Wire(), page: Page = Page(), bands: Bands = Bands(),
+    run: Sailing = Sailing(), json: bool = False,
 ) -> None:  # fmt: skip
     """Run a ship as an NMEA 0183 device in real time."""
-    from ..engine import SimulationError
-    from ..workflow.steer import steer as run
-
-    ran = run(ship, nmea, to=to, anywhere=anywhere, framed=framed, only=only, place=place, antenna=antenna,
-              rate=rate, factor=factor, duration=duration, hold=hold, commander=commander, speed=speed,
-              heading=heading, wind=wind, current=current, gusts=gusts, waves=waves, depth=depth, other=other,
-              mmsi=mmsi, sensors=sensors, seed=seed, log=log, out=out, beside=beside, simulator=simulator, note=note,
-              sea=sea, rao=rao, roll_damping=roll_damping,
-              printed=lambda text: hand_on(text, aside=json))  # fmt: skip
+    if wire.nmea is None:
+        raise RequestError("--nmea: say where to listen, such as udp://127.0.0.1:10110")
+    ran = _sailed(json, ship, scenario, departure, around, waves, wire, page, bands, run)
     _summarise(ran, json)
     if ran.failure is not None:
-        raise SimulationError(ran.failure)
+        raise RunError(ran.failure)
 
 
-def _summarise(ran: Steered, json: bool) -> None:
-    plant, report, on_wire = ran.plant, ran.loop.report, ran.on_wire
+def _sailed(json: bool, *given: Any, **groups: Any) -> Voyage:
+    """A run in real time; what a program beside it prints is handed on."""
+    from ..workflow.afloat import sail
+
+    return sail(*given, **groups, note=note, printed=lambda text: hand_on(text, aside=json))
+
+
+def _summarise(ran: Voyage, json: bool) -> None:
+    plant, report, on_wire = ran.plant, ran.stage.loop.report, ran.stage.on_wire
+    if on_wire is None:
+        return
     if json:
         emit({
             "ship": plant.ship.name, "address": str(on_wire.wire.address), "t": report.t, "state": ran.state,
@@ -203,62 +202,23 @@ def _summarise(ran: Steered, json: bool) -> None:
 
 
 def bridge(
-    ship: o.ShipName, host: o.Host = "127.0.0.1", port: o.Port = 8020, anywhere: o.Anywhere = False,
-    factor: o.Factor = 1.0, speed: o.StartSpeed = None, heading: o.StartHeading = 0.0, wind: o.Wind = None,
-    gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
-    seed: o.GustSeed = 1, ghost: o.Ghost = None, other: o.Other = (), place: o.Place = None,
-    chart: o.BridgeChart = None, out: o.RecordingFolder = Path(), hold: o.Hold = 5.0,
-    scenario: o.ScenarioFile = None, nmea: o.RangeNmea = None, to: o.To = (), framed: o.Framed = False,
-    only: o.Sentences = None, commander: o.Commander = (), mmsi: o.Mmsi = None, simulator: o.Simulator = False,
-    log: o.SentenceLog = None, signalk: o.WithSignalK = False, rosbridge: o.WithRosbridge = False, can: o.CanBus = None,
-    bands: o.Bands = None, draws: o.Foreseen = None, extrapolate: o.Extrapolate = False, json: bool = False,
+    ship: o.ShipName, scenario: o.ScenarioFile = None, departure: Departure = Departure(), around: Around = Around(),
+    waves: InWaves = InWaves(), wire: Wire = Wire(), page: Page = Page(), bands: Bands = Bands(),
+    run: Sailing = Sailing(), json: bool = False,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
-    if scenario is not None or nmea is not None or signalk or rosbridge or can is not None:
-        from ..workflow.ranges.rig import rig
-
-        if ghost is not None:
-            raise RequestError("--ghost: a measured trial is shown without --nmea and --scenario only")
-        rigged = rig(ship, nmea, scenario, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed,
-                     heading=heading, wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed,
-                     other=other, place=place, chart=chart, out=out, hold=hold, to=to, framed=framed,
-                     only=only, commander=commander, mmsi=mmsi, simulator=simulator, log=log, signalk=signalk,
-                     rosbridge=rosbridge, can=can, bands=bands, draws=draws, extrapolate=extrapolate,
-                     note=note)  # fmt: skip
-        _recorded(rigged.written, json)
-        if rigged.failure is not None:
-            note(f"error: {rigged.failure}")
-            raise Exit(1)
-        return
-    if to or framed or only or commander or mmsi or simulator or log:
-        raise RequestError("--to, --framed, --only, --commander, --mmsi, --simulator, --log need --nmea udp://...")
-    from ..workflow.realtime import bridge as run
-
-    recordings = run(ship, host=host, port=port, anywhere=anywhere, factor=factor, speed=speed, heading=heading,
-                     wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, seed=seed, ghost=ghost,
-                     other=other, place=place, chart=chart, out=out, hold=hold, bands=bands, draws=draws,
-                     extrapolate=extrapolate, note=note)  # fmt: skip
-    _recorded(recordings, json)
-
-
-def _recorded(files: Iterable[object], json: bool) -> None:
-    emit({"written": [*map(str, files)]}) if json else say_lines(*files)
+    ran = _sailed(json, ship, scenario, departure, around, waves, wire, replace(page, page=True), bands, run)
+    emit(ran.document()) if json else say_lines(*ran.written)
+    if ran.failure is not None:
+        raise RunError(ran.failure)
 
 
 def range_(
-    scenario: o.ScenarioPath, nmea: o.RangeNmea = None, to: o.To = (), anywhere: o.Anywhere = False,
-    framed: o.Framed = False, only: o.Sentences = None, factor: o.RangeFactor = None, lock_step: o.LockStep = False,
-    answer_to: o.AnswerTo = "ZDA", patience: o.Patience = 20.0, hold: o.Hold = 10.0, commander: o.Commander = (),
-    duration: o.End = None, log: o.SentenceLog = None, out: o.Record = None, beside: o.Beside = None,
-    simulator: o.Simulator = False, json: bool = False,
+    scenario: o.ScenarioPath, wire: Wire = Wire(), page: Page = Page(), bands: Bands = Bands(),
+    run: Sailing = Sailing(), json: bool = False,
 ) -> None:  # fmt: skip
-    """Run a scenario without a page and judge its criteria."""
-    from ..workflow.ranges import play
-
-    ran = play(scenario, nmea, to=to, anywhere=anywhere, framed=framed, only=only, factor=factor,
-               lock_step=lock_step, answer_to=answer_to, patience=patience, hold=hold, commander=commander,
-               duration=duration, log=log, out=out, beside=beside, simulator=simulator, note=note,
-               printed=lambda text: hand_on(text, aside=json))  # fmt: skip
+    """Run a scenario and judge its criteria."""
+    ran = _sailed(json, None, scenario, wire=wire, page=page, bands=bands, run=run, judge=True)
     document = ran.document()
     if json:
         emit(document)
@@ -270,7 +230,7 @@ def range_(
         raise Exit(1)
 
 
-def _show_range(ran: Ranged, document: dict[str, Any]) -> None:
+def _show_range(ran: Voyage, document: dict[str, Any]) -> None:
     indices = document["indices"]
     rows = [(name, figure(one["distance"], 5), figure(one["at"], 5), figure(one["time_in_hand"], 4))
             for name, one in indices["passing"].items()]  # fmt: skip
@@ -284,6 +244,7 @@ def _show_range(ran: Ranged, document: dict[str, Any]) -> None:
     end = f"arrived after {arrived:.1f} s" if arrived is not None else f"ended after {document['time']:.1f} s"
     say_lines(f"{ran.stage.scenario.title}: {end}, at most {indices['cross_track_max']:.1f} m off the route",
               *ran.written)  # fmt: skip
+
 def twin(
     model: o.ShipName, nmea: o.NmeaLog = None, mcap: o.McapLog = None, trial: o.TrialLog = None,
     mapping: o.Mapping = None, antenna: o.Antenna = None, out: o.TwinFolder = None, free: o.Drifting = (),
@@ -291,8 +252,8 @@ def twin(
     port: o.TwinPort = 8022, json: bool = False,
 ) -> None:  # fmt: skip
     """Run a twin on the log of a ship; name faults."""
+    from ..realtime.listening import HERE, address, listen
     from ..workflow.live.twin import twin as run
-    from ..workflow.realtime import HERE, address, listen
 
     listening = listen(HERE, port, anywhere=False) if page else None
     try:

@@ -8,6 +8,7 @@ they raise.
 
 from __future__ import annotations
 
+import signal
 import tomllib
 from typing import Literal
 
@@ -18,9 +19,15 @@ __all__ = [
     "ParameterError", "Reason", "RefusalError", "ReportError",
     "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
     "StudyError", "TaskError", "TomlError", "UsageError", "WeatherError", "WireError",
+    "obeyed",
 ]  # fmt: skip
 
 Reason = Literal["length", "form", "checksum", "kind", "field"]
+
+
+def obeyed() -> None:
+    """Stop the timer that repeats a Ctrl-C until it is handled (the command line sets it)."""
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 class SeatrialError(Exception):

@@ -1,12 +1,10 @@
-"""Steering by NMEA 0183 sentences, the ship's own steering control, and an autopilot for other ships.
+"""Steering by NMEA 0183 sentences, and the ship's own steering control.
 
 Orders are ROR, HTC, TRC, PRC and ETL; APB and XTE guide the track follower of the steering control.  One sender has
 command at a time: the first that gives an order.  Orders of other senders are refused until the first has been silent
 for `hold` seconds.  Any valid sentence of the commander ends the silence; after it the last orders stay in force.
 
 The steering control holds a heading or follows a track where it is given these instead of a rudder angle.
-
-The autopilot (`CourseKeeper`) steers a ship without a commander along the line of its initial course.
 """
 
 from __future__ import annotations
@@ -26,7 +24,6 @@ from ..manoeuvres.track import los_heading
 from ..ships import Ship
 from ..ships.felt import idle
 from .helm import limits, obeying, ranges
-from .loop import Loop
 from .wave_filter import WaveFilter
 from .wire import ANYBODY, Authority
 
@@ -408,30 +405,3 @@ class SteeringControl:
         if abs(wanted) < most and abs(error) < _NEAR:  # errors of a turn are not a steady disturbance
             self._integral += error * dt
         return min(max(wanted, -most), most)
-
-
-class CourseKeeper:
-    """Steering control of one ship of a loop, called after each tick; saved, restored and reset with the loop.
-
-    It follows the line through the initial position in the direction of the initial heading, so that neither a current
-    nor an asymmetric hull sets the ship off its course.
-    """
-
-    def __init__(self, loop: Loop, name: str) -> None:
-        """Hold the present course of the ship `name` from now on; the ship must have the order `delta`."""
-        self._name, self._vessel = name, loop.vessels[name]
-        plant = self._vessel.plant
-        self._x, self._y, self._course = plant["x"], plant["y"], plant["psi"]
-        control = self._control = SteeringControl.of(plant.ship, plant.ranges["delta"].high)
-        self.snapshot, self.restore, self.reset = control.snapshot, control.restore, control.let_go
-        loop.after(self.tick)
-        loop.keep(f"the autopilot of {name}", self)
-
-    def tick(self, loop: Loop) -> None:
-        """Order the rudder for the next tick."""
-        plant = self._vessel.plant
-        if self._vessel.failure is None:
-            north, east = plant["x"] - self._x, plant["y"] - self._y
-            across = east * math.cos(self._course) - north * math.sin(self._course)
-            self._control.steer(self._course, across=across)
-            loop.order(self._name, "delta", self._control.rudder(plant["psi"], plant["r"], 1.0 / loop.rate))

@@ -1,4 +1,4 @@
-"""A ship of a loop behind NMEA 0183: what its instruments send and how often, what it obeys; AIS reports of others."""
+"""A ship of a loop behind NMEA 0183: what its instruments send and how often, what it obeys."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from types import MappingProxyType
 from typing import Any, BinaryIO
 
 from ..core.parameters import unknown
-from ..data.nmea.ais import Transponder, position
 from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea.sentences import NmeaError
-from ..data.nmea.ship import SPOKEN, Fittings, Measured, clock, lines
+from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines
 from ..sensors import Reading
 from ..sensors.instruments import Anemometer, EchoSounder, Feedback, Gnss, Gyro, RateGyro, SpeedLog
 from ..sensors.stream import EXACT
@@ -352,33 +351,5 @@ class OnWire:
             yield data
 
 
-PERIOD = 10.0
-"""Reporting interval of a ship [simulated s]: that of ships up to 14 kn (ITU-R M.1371)."""
-
 FIRST = 200_000_001
 """MMSI of the first other ship; no country has the digits 200, so it is never the MMSI of a real ship."""
-
-
-class Targets:
-    """AIS position reports (VDM) of other ships of a loop, sent in turn on the wire of the own ship."""
-
-    def __init__(self, loop: Loop, names: Sequence[str], on_wire: OnWire) -> None:
-        """Report these ships from the next tick on."""
-        self._names, self._on_wire = tuple(names), on_wire
-        loop.after(self.tick)
-
-    def tick(self, loop: Loop) -> None:
-        """Send the reports that are due."""
-        fittings = self._on_wire.fittings
-        for k, name in enumerate(self._names):
-            due = math.floor((loop.t + k) / PERIOD) > math.floor((loop.t + k - 1.0 / loop.rate) / PERIOD)
-            vessel = loop.vessels[name]
-            if not due or vessel.failure is not None:
-                continue
-            plant = vessel.plant
-            x, y, psi, u, v = (plant[state] for state in ("x", "y", "psi", "u", "v_m"))
-            latitude, longitude = fittings.datum.place(x, y)
-            said = {"t": loop.t, "psi": psi, "r": plant["r"], "latitude": latitude, "longitude": longitude,
-                    "U": math.hypot(u, v), "chi": psi + math.atan2(v, u)}  # fmt: skip
-            by = Transponder(FIRST + k)
-            self._on_wire.say(loop, position(by, said, clock(fittings, said).second, "VDM"))

@@ -121,3 +121,77 @@ class Bands(Draws):
     """Bands of a fitted ship."""
 
     extrapolate: Annotated[bool, Option(help="Allow --bands beyond the ranges of the trials of the fit.")] = False
+
+
+@dataclass(frozen=True)
+class Departure:
+    """How the own ship begins."""
+
+    speed: Annotated[float | None, Option(help="Set the initial speed [m/s].")] = None
+    heading: Annotated[float, Option(help="Set the initial heading [deg].")] = 0.0
+    start: Annotated[str | None, Option(help="Set the start X,Y,DEG: north and east [m], heading.")] = None
+    place: Annotated[str | None, Option(help="Start at LAT,LON [deg].")] = None
+    mmsi: Annotated[int | None, Option(help="Set the MMSI of the transponder (VDO): nine digits.")] = None
+    sensors: Annotated[bool, Option(help="Simulate the errors of the usual instruments.")] = False
+    antenna: Annotated[str | None, Option(help="Place the antenna FORWARD,STARBOARD of midship [m].")] = None
+    other: Annotated[tuple[str, ...], Option(help="Add another ship SHIP@NORTH,EAST,DEG. Repeatable.")] = ()
+    seed: Annotated[int, Option(help="Seed the instruments and the gusts.")] = 1
+
+
+@dataclass(frozen=True)
+class Wire:
+    """Wire of NMEA 0183."""
+
+    nmea: Annotated[
+        str | None, Option(help="Listen at udp://127.0.0.1:PORT, tcp:// or serial:///dev/ttyUSB0.")
+    ] = None
+    to: Annotated[tuple[str, ...], Option(help="Send to this udp address as well. Repeatable.")] = ()
+    framed: Annotated[bool, Option(help="Send datagrams of IEC 61162-450.")] = False
+    only: Annotated[str | None, Option(help="Send only these sentences, such as HDT,ROT,RMC; also VDO.")] = None
+    commander: Annotated[
+        tuple[str, ...], Option(help="Obey only this HOST or HOST:PORT. Repeatable.")
+    ] = ()
+    simulator: Annotated[bool, Option(help="Mark the sentences as those of a simulator.")] = False
+    log: Annotated[Path | None, Option(help="Write the sentences that are sent to this file (.nmea).")] = None
+    lock_step: Annotated[bool, Option(help="Run in step with the answers of the autopilot.")] = False
+    answer_to: Annotated[
+        str, Option(metavar="KIND", help="Name the sentence that --lock-step has answered.")
+    ] = "ZDA"
+    patience: Annotated[float, Option(metavar="S", help="End after so long without an answer [s].")] = 20.0
+    beside: Annotated[
+        str | None, Option(help="Run a program until the end; {address} in it is the ship's.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class Page:
+    """Page and links."""
+
+    page: Annotated[bool, Option(help="Show the bridge page (bridge always does).")] = False
+    host: Annotated[str, Option(help="Serve at this address.")] = "127.0.0.1"
+    port: Annotated[int, Option(help="Serve at this port; 0 takes a free one.")] = 8020
+    ghost: Annotated[Path | None, Option(help="Replay a measured trial beside the ship.")] = None
+    signalk: Annotated[bool, Option(help="Serve Signal K at the port of the page.")] = False
+    rosbridge: Annotated[bool, Option(help="Serve topics of ROS 2 at the port of the page.")] = False
+    can: Annotated[
+        str | None, Option(metavar="BUS", help="Send NMEA 2000 on this bus, such as virtual:N or socketcan:can0.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class Sailing:
+    """Run in real time."""
+
+    factor: Annotated[
+        float | None, Option(help="Set simulated over real time: 0.1 to 100, or inf for the fastest.")
+    ] = None
+    rate: Annotated[float | None, Option(help="Set the tick rate [Hz] (default: 10, with a page 20).")] = None
+    duration: Annotated[float | None, Option(help="End after this simulated time [s].")] = None
+    hold: Annotated[
+        float | None, Option(help="Release command after this silence [s] (default: page 5, wire 10).")
+    ] = None
+    chart: Annotated[str | None, Option(help="Set the chart to sail on: a name, or a file (.geojson).")] = None
+    anywhere: Annotated[bool, Option(help="Allow addresses beyond this machine.")] = False
+    out: Annotated[
+        Path | None, Option("-o", "--out", help="Record to this .csv file; of the page to this folder.")
+    ] = None

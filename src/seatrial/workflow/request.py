@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import signal
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,11 +30,6 @@ class Stopped(KeyboardInterrupt):
 
 def silent(_: str) -> None:
     """Ignore a note."""
-
-
-def obeyed() -> None:
-    """Stop the timer that repeats a Ctrl-C until it is handled (the command line sets it)."""
-    signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def ship_of(ship: str | Path | Ship) -> Ship:
@@ -100,6 +94,18 @@ def numbers(option: str, text: str, form: str) -> list[float]:
     if len(found) != wanted:
         raise RequestError(f"{option} is '{text}'; write {form}")
     return found
+
+
+def pair(option: str, text: str, form: str) -> tuple[float, float]:
+    """Two finite numbers of an option.
+
+    Raises:
+        RequestError: a text of another form than `form`, which describes it.
+    """
+    first, second = numbers(option, text, form)
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise RequestError(f"{option} is '{text}'; write {form}")
+    return first, second
 
 
 def vector(option: str, text: str | None, most: float = math.inf) -> tuple[float, float]:

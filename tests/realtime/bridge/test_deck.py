@@ -25,7 +25,7 @@ from seatrial.realtime.plant import Compiled
 from seatrial.realtime.recording import rerun
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
-from seatrial.workflow.realtime import cannot
+from seatrial.workflow.afloat import cannot
 
 SHIP = load("kvlcc2_l7")
 N_P = 10.42

@@ -25,6 +25,7 @@ from seatrial.realtime.bridge.view import OWN
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant, plant_of
 from seatrial.ships.files import load
+from seatrial.workflow.asked import Bands
 from seatrial.workflow.evidence.ahead import path_ahead
 
 CHI = math.sqrt(-2.0 * math.log(0.05))
@@ -60,9 +61,9 @@ def looked(path: Path, rudder: float = 0.0, speed: float = 1.0, seconds: float =
 
 
 def ahead(path: Path, plant: Plant, draws: int | None = None, *, extrapolate: bool = False) -> Ahead:
-    made = path_ahead(path, plant, 95.0, draws, extrapolate=extrapolate)
-    assert made is not None
-    return made
+    known = path_ahead(path, Bands(95.0, draws, extrapolate))
+    assert known is not None
+    return Ahead(plant, known)
 
 
 @pytest.mark.slow

@@ -118,8 +118,8 @@ def _lines(rig: Rig) -> list[bytes]:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        (["--scenario", "none.toml"], "none.toml"), (["--nmea", "udp://127.0.0.1:0", "--ghost", "x.csv"], "--ghost"),
-        (["--only", "HDT"], "need --nmea"), (["--scenario", "S", "--speed", "1"], "--speed is given by the scenario"),
+        (["--scenario", "none.toml"], "none.toml"), (["--scenario", "S", "--ghost", "x.csv"], "--ghost"),
+        (["--only", "HDT"], "give --nmea"), (["--scenario", "S", "--speed", "1"], "--speed is given by the scenario"),
         (["--scenario", "S", "--to", "udp://127.0.0.1:1"], "give --nmea"), (["--nmea", "tcp://x:1"], "not an IPv4"),
     ],
 )  # fmt: skip

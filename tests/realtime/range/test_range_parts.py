@@ -201,7 +201,7 @@ def test_a_pilot_waits_for_its_instruments_steers_while_active_and_is_saved() ->
     stage.loop.run(3.0)
     assert plant["delta_cmd"] > 0.0
     assert pilot.across == pytest.approx(-40.0 + plant["y"], abs=0.5)
-    law = Sight(pilot._control.ahead, 8.0)
+    law = Sight(pilot.control.ahead, 8.0)
     for _ in range(6):  # the ship has hardly moved: six ticks of half a second with readings
         law.aim(-40.0, 0.5)
     assert pilot._sight.integral == pytest.approx(law.integral, rel=0.05, abs=0.02)

@@ -12,8 +12,9 @@ from scenes import DEG
 
 from seatrial.cli.app import main
 from seatrial.core.errors import RequestError
-from seatrial.workflow.ranges import play
-from seatrial.workflow.ranges.reading import read_scenario
+from seatrial.workflow.afloat import sail
+from seatrial.workflow.afloat.scenarios import read_scenario
+from seatrial.workflow.asked import Wire
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 WHOLE = """schema = "seatrial-scenario/1"
@@ -135,7 +136,7 @@ def test_the_command_plays_judges_and_records(tmp_path, capsys):
     assert said["written"] == [str(out)]
     assert said["steered_by"] == "pilot"
     assert "not met: passing_distance of ferry" in told.err
-    again = play(path)
+    again = sail(scenario=path, judge=True)
     assert again.stage.digest == said["state"]
     relaxed = written(tmp_path, WHOLE.replace("heading_error = 3.0", "heading_error = 60.0"))
     assert main(["range", str(relaxed)]) == 0
@@ -174,12 +175,13 @@ def test_an_autopilot_that_knows_only_nmea_keeps_clear(name):
     """The same each time, and its own track pilot, which does not look around, comes too near."""
     path, (_, length, lat) = EXAMPLES / "range" / f"{name}.toml", CASES[name]
     pilot = f"{EXAMPLES / 'keep_clear_nmea.py'} {{address}} --length {length:g} --track 35,139.7 {lat},139.7"
-    ran = [play(path, "udp://127.0.0.1:0", lock_step=True, beside=f"{sys.executable} {pilot}")
+    wire = Wire("udp://127.0.0.1:0", lock_step=True, beside=f"{sys.executable} {pilot}")
+    ran = [sail(scenario=path, wire=wire, judge=True)
            for _ in range(2 if name == "crossing_from_port" else 1)]  # fmt: skip
     assert all(one.met for one in ran)
     assert ran[0].stage.judge.arrived is not None
     assert ran[0].stage.digest == ran[-1].stage.digest
-    blind = play(path)
+    blind = sail(scenario=path, judge=True)
     assert not blind.met
     assert any(one.name == "passing_distance" and not one.met for one in blind.judged)
 
@@ -203,7 +205,8 @@ under_keel = 5.0
 @pytest.mark.slow
 def test_a_chart_is_felt_sounded_and_judged(tmp_path):
     """In 25 m of water with a draught of 20.8 m; the nearer bank turns the bow away."""
-    ran = play(written(tmp_path, CANAL.replace("speed = 4.0", 'speed = 4.0\npilot = "none"')))
+    canal = written(tmp_path, CANAL.replace("speed = 4.0", 'speed = 4.0\npilot = "none"'))
+    ran = sail(scenario=canal, judge=True)
     plant = ran.stage.loop.vessels["own"].plant
     assert plant.place is not None
     assert plant["per_depth"] == pytest.approx(1.0 / 25.0)
@@ -214,7 +217,7 @@ def test_a_chart_is_felt_sounded_and_judged(tmp_path):
     assert [alarm.cause.text for alarm in ran.stage.alarms.standing()] == ["UNDER KEEL"]
     assert ran.document()["indices"]["under_keel"] == pytest.approx(4.2, abs=0.01)
     strict = written(tmp_path, CANAL.replace("under_keel = 3.0", "under_keel = 4.5"))
-    assert not play(strict).met
+    assert not sail(scenario=strict, judge=True).met
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [

@@ -22,13 +22,13 @@ from seatrial.data.nmea.ship import Fittings, lines
 from seatrial.identify.filters.augmented import ANTENNA
 from seatrial.identify.nuisance import CURRENT
 from seatrial.realtime.bridge.view import OWN
+from seatrial.realtime.links.wiring import tell_places
 from seatrial.realtime.twin.follow import begun, made
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.settings import usual
 from seatrial.realtime.twin.sources import Ear
 from seatrial.ships.files import load
 from seatrial.workflow.live.twin import twin
-from seatrial.workflow.steer import tell_places
 
 SHIP = load("kvlcc2")
 CHANNELS = ("x", "y", "psi", "r", "u_w", "v_north", "v_east", "n_P", "delta")

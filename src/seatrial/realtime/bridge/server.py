@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import math
 import socket
 import threading
 import time
@@ -149,12 +150,20 @@ def application(
 
 def serve(
     deck: Deck, loop: Loop, listening: socket.socket, hosts: tuple[str, ...] = LOCAL, key: str = "",
-    links: Sequence[Callable[[FastAPI], None]] = (),
+    links: Sequence[Callable[[FastAPI], None]] = (), duration: float = math.inf,
 ) -> None:  # fmt: skip
-    """Run the loop and serve the page until interrupted; `hosts`, `key` and `links` as in `application`."""
+    """Run the loop and serve the page until interrupted, or the loop stops, at the latest after `duration` [s].
+
+    `hosts`, `key` and `links` as in `application`.
+    """
     app = application(deck, hosts, key, links)
     serving = server(app)
-    sailing = threading.Thread(target=loop.run, name="loop", daemon=True)
+
+    def sail() -> None:
+        loop.run(duration)
+        serving.should_exit = True
+
+    sailing = threading.Thread(target=sail, name="loop", daemon=True)
 
     async def both() -> None:
         events = asyncio.get_running_loop()

@@ -118,6 +118,7 @@ class OwnPilot:
         active: whether it steers.
         guide: its place on the route, by the instruments.
         across: distance to starboard of the route, by the instruments [m]; None before their first readings.
+        control: of its heading.
     """
 
     def __init__(self, loop: Loop, name: str, route: Sequence[Leg], active: bool) -> None:
@@ -127,8 +128,8 @@ class OwnPilot:
         aboard = watch.suite.instruments if watch is not None else ()
         self._antenna = next(((one.antenna_x, one.antenna_y) for one in aboard if isinstance(one, Gnss)), (0.0, 0.0))
         self.guide = Guide(route, _TURN * plant.ship.L_pp)
-        self._control = SteeringControl.of(plant.ship, plant.ranges["delta"].high)
-        self._sight = Sight(self._control.ahead, plant.ship.speed)
+        self.control = SteeringControl.of(plant.ship, plant.ranges["delta"].high)
+        self._sight = Sight(self.control.ahead, plant.ship.speed)
         self._latest: dict[str, float] = {}
         self.across: float | None = None
         loop.after(self.tick)
@@ -143,11 +144,11 @@ class OwnPilot:
             return
         across = self.across = self.guide.across(*self._midship(latest))
         if not self.active or self._vessel.failure is not None:
-            self._control.let_go()
+            self.control.let_go()
             self._sight.integral = 0.0
             return
-        self._control.steer(self.guide.leg.alpha, across=self._sight.aim(across, 1.0 / loop.rate))
-        loop.order(self._name, "delta", self._control.rudder(latest["psi"], latest["r"], 1.0 / loop.rate))
+        self.control.steer(self.guide.leg.alpha, across=self._sight.aim(across, 1.0 / loop.rate))
+        loop.order(self._name, "delta", self.control.rudder(latest["psi"], latest["r"], 1.0 / loop.rate))
 
     def _midship(self, said: Mapping[str, float]) -> tuple[float, float]:
         """Place of midship from that of the antenna and the heading."""
@@ -155,17 +156,17 @@ class OwnPilot:
         return said["x"] - ahead * c + aside * s, said["y"] - ahead * s - aside * c
 
     def snapshot(self) -> list[Any]:
-        sight, control = self._sight.integral, self._control.snapshot()
+        sight, control = self._sight.integral, self.control.snapshot()
         return [self.active, self.guide.snapshot(), control, self._latest, self.across, sight]
 
     def restore(self, saved: Sequence[Any]) -> None:
         self.active, self._latest = bool(saved[0]), dict(saved[3])
         self.across, self._sight.integral = saved[4], float(saved[5])
         self.guide.restore(saved[1])
-        self._control.restore(saved[2])
+        self.control.restore(saved[2])
 
     def reset(self) -> None:
         """Forget readings and route; who steers stays."""
         self.guide.reset()
-        self._control.let_go()
+        self.control.let_go()
         self._latest, self.across, self._sight.integral = {}, None, 0.0

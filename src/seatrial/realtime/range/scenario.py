@@ -11,6 +11,8 @@ from ...actuators import Actuator, Actuators
 from ...data.geodesy import Datum
 from ...environment import CALM, Environment
 from ...environment.chart import Chart
+from ...environment.sea import Sea
+from ...environment.sea.rao import Rao
 from ...manoeuvres.autopilot import K_PRIME, T_PRIME
 from ...manoeuvres.track import Leg, legs
 from ...models.nomoto import Nomoto, from_prime
@@ -54,12 +56,17 @@ class Own:
     Attributes:
         usual: whether its instruments have the usual errors; else they are exact.
         piloted: whether it has a track pilot of its own.
+        antenna: place of the antenna, forward and to starboard of midship [m]; None: midship, of usual instruments 0.4
+            lengths abaft it.
+        begun: initial (x, y, psi, u, v_m, r) over ground; None: those of `sailing`, ahead through the water.
     """
 
     ship: Ship
     sailing: Sailing
     usual: bool = False
     piloted: bool = True
+    antenna: tuple[float, float] | None = None
+    begun: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -154,6 +161,8 @@ class Scenario:
         gusts: spectrum of the gusts; None without.
         weather: by time; before the first it is calm.
         chart: depths, banks, quays and fenders, about where x and y are zero; None for open water.
+        sea, rao: an irregular sea and the operators of the own ship's motion in it, which its instruments see; both or
+            neither.  The mean drift is part of `weather`.
     """
 
     title: str
@@ -171,6 +180,8 @@ class Scenario:
     criteria: Criteria = Criteria()
     limits: Limits = Limits()
     chart: Chart | None = None
+    sea: Sea | None = None
+    rao: Rao | None = None
 
     @property
     def first(self) -> Environment:

@@ -40,10 +40,11 @@ class SailingTable(Strict):
 
 
 class OwnTable(SailingTable):
-    """The own ship; `pilot` is what steers it where nothing else does."""
+    """The own ship; `pilot` is what steers it where nothing else does, `antenna` forward and to starboard [m]."""
 
     ship: str
     instruments: Literal["exact", "usual"] = "exact"
+    antenna: tuple[Finite, Finite] | None = None
     pilot: Literal["track", "none"] = "track"
 
 
@@ -112,6 +113,9 @@ class ScenarioFile(Strict):
     start: datetime = datetime.fromisoformat("2026-01-01T12:00:00+00:00")
     gusts: str | None = None
     chart: str | None = None
+    sea: str | None = None
+    rao: str | None = None
+    roll_damping: Finite | None = None
     own: OwnTable
     traffic: dict[str, TrafficTable] = Field(default_factory=dict, max_length=99)
     weather: tuple[WeatherTable, ...] = ()

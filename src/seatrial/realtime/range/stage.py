@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -16,17 +17,21 @@ from ...core.errors import LoopError
 from ...data.nmea.ship import NULL_ISLAND, Fittings
 from ...environment import CHANNELS, Environment
 from ...environment.chart import Chart
+from ...environment.sea import encountered
 from ...models.common import Composed
+from ...sensors.seaway import Seen
 from ...sensors.suite import draught, usual
 from ...ships import Ship
 from ...simulate.place import Place, aground_or_inside, place_of
 from ..bridge.soundings import Soundings
 from ..bridge.view import OWN
+from ..fleet import Vessel
 from ..loop import LoneClock, Loop
 from ..on_wire import FIRST, OnWire, Speech, exact, fitted
 from ..plant import Plant, plant_of, rate_of
 from ..recording import Recording, dated
-from ..wire import ANYBODY, Authority
+from ..wave_filter import WaveFilter
+from ..wire import ANYBODY, Authority, WireError
 from ..wire import Line as Port
 from .alarms import Alarms
 from .command import Handover
@@ -37,6 +42,9 @@ from .pilots import OwnPilot, TrafficPilot
 from .reports import REPORTED, Reports
 from .scenario import Sailing, Scenario
 from .sky import Sky
+
+_SLOWEST = 0.4
+"""Lowest frequency of a wave filter [rad/s]: the floor of trackers of the encounter; slower is the rudder's own."""
 
 _TURN = 3.0
 """Distance before a waypoint at which the next leg counts, in ship lengths, as in `pilots`."""
@@ -128,25 +136,16 @@ class Stage:
             WireError: a sentence that the instruments cannot provide.
         """
         self.scenario = scenario
-        own = scenario.own
-        ticks = rate_of(own.ship, scenario.rate)
-        around, places = Still(scenario.first), Places(scenario.chart)
-        afloat = {OWN: (own.ship, own.sailing)} | {one.name: (one.ship, one.sailing) for one in scenario.others}
-        plants = {
-            name: plant_of(ship, ticks, around, _start(sailing), scenario.seed,
-                           place=places.of(name, ship, _start(sailing)))
-            for name, (ship, sailing) in afloat.items()
-        }  # fmt: skip
+        own, ticks = scenario.own, rate_of(scenario.own.ship, scenario.rate)
+        plants = _plants(scenario, ticks)
         self.fittings = self._fitted(plants[OWN], line)
-        suite = usual(own.ship) if own.usual else exact(plants[OWN].controls, self.fittings, ticks)
+        suite = usual(own.ship, own.antenna) if own.usual else exact(plants[OWN].controls, self.fittings, ticks)
         clock = None if page else LoneClock()
         self.loop = loop = Loop(plants, ticks, factor, sensors={OWN: suite}, clock=clock)
         route = own.sailing.legs
         self.sky = Sky(loop, scenario)
         self.soundings = Soundings(loop, scenario.chart) if scenario.chart is not None else None
-        for other in scenario.others:
-            _steerable(loop, other.name)
-            TrafficPilot(loop, other.name, other.sailing.legs)
+        self._manned()
         self.faults = Faults(loop, OWN, scenario.faults)
         self.pilot = None
         if own.piloted and (own.sailing.route or "delta" in plants[OWN].ranges):
@@ -158,6 +157,7 @@ class Stage:
         self.alarms = Alarms(loop, OWN, self.contacts, self.faults, scenario.limits, self._across, self._deaf,
                              self._keel)  # fmt: skip
         self.handover = Handover(loop, OWN, self.pilot, self.on_wire, page)
+        self._rock()
         if self.on_wire is not None and line is not None:
             self.reports = Reports(loop, self.on_wire, scenario.others, self.contacts, self.alarms, line.only)
             loop.after(self.on_wire.tick)
@@ -170,9 +170,14 @@ class Stage:
     def record(self, path: Path) -> Recording:
         """Record the own ship to a new trial file."""
         meta = dated(self.fittings.epoch, self.scenario.datum)
-        recording = Recording(self.loop.vessels[OWN].plant, path, kind="range", meta=meta)
+        recording = Recording(self.own.plant, path, kind="afloat", meta=meta)
         self.loop.witness(OWN, recording)
         return recording
+
+    @property
+    def own(self) -> Vessel:
+        """The own ship."""
+        return self.loop.vessels[OWN]
 
     @property
     def digest(self) -> str:
@@ -187,6 +192,32 @@ class Stage:
         other = next(one for one in self.scenario.others if one.name == name)
         return other.sailing.mmsi or FIRST + self.scenario.others.index(other)
 
+    def _manned(self) -> None:
+        """A pilot for each other ship; one without a rudder drifts, unless a route is asked of it."""
+        for other in self.scenario.others:
+            plant = self.loop.vessels[other.name].plant
+            if self.scenario.chart is not None and plant.place is None:
+                self.loop.tell(other.name, "chart", "its family knows no banks and quays; it feels the depth at most")
+            if other.sailing.route:
+                _steerable(self.loop, other.name)
+            if "delta" in plant.ranges:
+                TrafficPilot(self.loop, other.name, other.sailing.legs)
+            else:
+                self.loop.tell(other.name, "drifts", f"{plant.ship.name} has no rudder to steer; it drifts freely")
+
+    def _rock(self) -> None:
+        """Let the instruments of the own ship see its motion in waves, and who steers by them filter it out."""
+        sea, rao, vessel = self.scenario.sea, self.scenario.rao, self.own
+        if sea is None or rao is None:
+            return
+        plant = vessel.plant
+        vessel.seen = Seen(plant, sea, rao).at(plant.t)
+        chi = sea.gamma_W + math.pi - plant["psi"]
+        met = encountered(np.array([sea.spectrum.omega_P]), math.hypot(plant["u"], plant["v_m"]), chi)
+        for one in (self.on_wire and self.on_wire.conning.control, self.pilot and self.pilot.control):
+            if one is not None:
+                one.filter = WaveFilter(max(abs(float(met[0])), _SLOWEST))
+
     def _end(self, loop: Loop) -> None:
         if self.judge.arrived is not None or loop.vessels[OWN].failure is not None:
             loop.stop()
@@ -197,13 +228,15 @@ class Stage:
             scenario.datum or NULL_ISLAND, scenario.epoch, stern=-0.5 * ship.L_pp, transducer=draught(ship),
             variation=scenario.variation, mmsi=scenario.own.sailing.mmsi, simulator=line is not None and line.simulator,
         )  # fmt: skip
-        if scenario.own.usual:
-            fittings = replace(fittings, antenna=(-0.4 * ship.L_pp, 0.0))
-        return fitted(ship, fittings)
+        abaft = (-0.4 * ship.L_pp, 0.0) if scenario.own.usual else fittings.antenna
+        return fitted(ship, replace(fittings, antenna=scenario.own.antenna or abaft))
 
     def _connected(self, line: Line | None) -> OnWire | None:
         if line is None:
             return None
+        if self.scenario.others and "VDM" in line.only and find_spec("pyais") is None:
+            raise WireError("other ships are reported by AIS, which needs the extra 'nmea': pip install "
+                            "'seatrial[nmea]'; or leave VDM out of --only")  # fmt: skip
         speech = Speech(self.fittings, line.rates, line.framed)
         return OnWire(self.loop, OWN, line.wire, speech, log=line.log, hold=line.hold, authority=line.authority,
                       ticking=False)  # fmt: skip
@@ -214,7 +247,7 @@ class Stage:
 
     def _keel(self) -> float:
         """Water under the keel of the own ship by the chart [m]; infinite without one."""
-        return math.inf if self.soundings is None else self.soundings.under(self.loop.vessels[OWN].plant)
+        return math.inf if self.soundings is None else self.soundings.under(self.own.plant)
 
     def _deaf(self) -> bool:
         return self.on_wire is not None and self.on_wire.conning.stale
@@ -226,6 +259,18 @@ class Stage:
     def told(self) -> list[Any]:
         """Events so far: time, ship, kind and text."""
         return [[round(e.t, 2), e.ship, e.kind, e.text] for e in self.loop.events]
+
+
+def _plants(scenario: Scenario, ticks: float) -> dict[str, Plant]:
+    """The ships by name, the own one first, in the weather of the start."""
+    around, places, own = Still(scenario.first), Places(scenario.chart), scenario.own
+    begin = {OWN: (own.ship, own.begun or _start(own.sailing))}
+    begin |= {one.name: (one.ship, _start(one.sailing)) for one in scenario.others}
+    return {
+        name: plant_of(ship, ticks, around, start, scenario.seed, name != OWN or own.begun is None,
+                       places.of(name, ship, start))
+        for name, (ship, start) in begin.items()
+    }  # fmt: skip
 
 
 def _start(sailing: Sailing) -> tuple[float, ...]:

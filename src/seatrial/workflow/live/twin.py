@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ...core.errors import obeyed
 from ...data import Trial
 from ...data.formats import nmea as sentences
 from ...data.sidecar import UNPLACED
@@ -30,8 +31,7 @@ from ...ships import Ship
 from ...ships.writing import save
 from ...simulate.steering import steered
 from .. import Outcome, RequestError, figure
-from ..realtime import pair
-from ..request import Note, make_folder, obeyed, ship_of, silent
+from ..request import Note, make_folder, pair, ship_of, silent
 
 STATE, MODEL, CARD = "twin.json", "model.toml", "card.html"
 """Files in the folder of a twin."""

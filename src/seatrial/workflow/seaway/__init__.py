@@ -6,12 +6,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...data import Array, Trial
-from ...environment.sea import Sea, encountered
+from ...environment.sea import Sea
 from ...environment.sea.hydrodynamics import Hydrodynamics
 from ...environment.sea.rao import MODES, Rao
 from ...models.unified import Unified
@@ -20,14 +20,7 @@ from ...ships.felt import feels
 from .. import RequestError
 from ..request import Around, Note
 
-if TYPE_CHECKING:
-    from ...realtime.conning import SteeringControl
-    from ...realtime.fleet import Vessel
-
 _MOST_ROLL = math.radians(30.0)
-_SLOWEST = 0.4
-"""Lowest frequency of a wave filter [rad/s]: the floor of trackers of the encounter; slower is the rudder's own."""
-
 
 @dataclass(frozen=True)
 class Motion:
@@ -92,19 +85,6 @@ class Seaway:
         return {mode: Motion(math.sqrt(variances[MODES.index(mode)]), float(np.std(column)),
                              float(np.abs(column - column.mean()).max()), "m" if mode == "heave" else "rad")
                 for mode, column in found.items()}  # fmt: skip
-
-    def rock(self, vessel: Vessel, control: SteeringControl) -> None:
-        """Let the instruments of a running ship see its motion in waves, and its autopilot filter it out."""
-        from ...realtime.wave_filter import WaveFilter
-        from ...sensors.seaway import Seen
-
-        if self.sea is None or self.rao is None:
-            return
-        plant = vessel.plant
-        vessel.seen = Seen(plant, self.sea, self.rao).at(plant.t)
-        chi = self.sea.gamma_W + math.pi - plant["psi"]
-        met = encountered(np.array([self.sea.spectrum.omega_P]), math.hypot(plant["u"], plant["v_m"]), chi)
-        control.filter = WaveFilter(max(abs(float(met[0])), _SLOWEST))
 
 
 def bound_for(

@@ -35,7 +35,8 @@ from ...realtime.range.schema import (
 from ...ships import Ship
 from ...study.schema import checked
 from .. import RequestError
-from ..request import DEGREE, ship_of, speed_of, surroundings
+from ..request import DEGREE, ship_of, silent, speed_of, surroundings
+from ..seaway import Seaway, bound_for
 
 # So far from its origin a plane is no map of the sea any more [m].
 _FARTHEST = 1e6
@@ -84,18 +85,20 @@ def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
         raise RequestError(f"traffic.{OWN}: is the own ship; choose another name")
     _check_times(table)
     start = table.start if table.start.tzinfo is not None else table.start.replace(tzinfo=UTC)
+    seaway = bound_for(own, _beside(path, table.sea), _beside(path, table.rao), table.roll_damping, table.seed, {},
+                       silent)  # fmt: skip
     return Scenario(
         table.title or path.stem, table.duration,
         Own(own, _sailing("own", table.own, own, datum), table.own.instruments == "usual",
-            table.own.pilot == "track"),
+            table.own.pilot == "track", table.own.antenna),
         tuple(_other(path, name, one, datum) for name, one in table.traffic.items()),
         table.rate, table.seed, datum, start.timestamp(),
         None if table.variation is None else table.variation * DEGREE, table.gusts,
-        _weather(own, table.weather), tuple(_fault(k, one, own) for k, one in enumerate(table.faults, 1)),
+        _weather(own, table.weather, seaway), tuple(_fault(k, one, own) for k, one in enumerate(table.faults, 1)),
         _criteria(table.criteria, chart),
         Limits(table.alarms.cpa, table.alarms.tcpa, table.alarms.cross_track, table.alarms.rudder * DEGREE,
                _charted("alarms", table.alarms.under_keel, chart)),
-        chart,
+        chart, seaway.sea, seaway.rao,
     )  # fmt: skip
 
 
@@ -205,13 +208,22 @@ def _other(path: Path, name: str, table: TrafficTable, datum: Datum | None) -> O
     return Other(name, ship, _sailing(key, table, ship, datum), table.ais, table.radar)
 
 
-def _weather(own: Ship, tables: Sequence[WeatherTable]) -> tuple[Weather, ...]:
-    found: list[Weather] = []
-    now, end = CALM, 0.0
+def _beside(path: Path, name: str | None) -> str | None:
+    """A file of the name beside the scenario, or the name itself."""
+    there = None if name is None else path.parent / name
+    return str(there) if there is not None and there.is_file() else name
+
+
+def _weather(own: Ship, tables: Sequence[WeatherTable], seaway: Seaway) -> tuple[Weather, ...]:
+    """The weather by time, in which a sea gives the waves of the mean drift from the start on."""
+    now, end = cast("Uniform", surroundings(own, **seaway.around).weather).now(), 0.0
+    found = [Weather(0.0, 0.0, now)] if now != CALM else list[Weather]()
     for k, one in enumerate(tables, 1):
         key = f"weather {k}"
         if one.at < end:
             raise RequestError(f"{key}: begins at {one.at:g} s, before the one before it is reached at {end:g} s")
+        if one.waves is not None and seaway.sea is not None:
+            raise RequestError(f"{key}.waves: the sea gives the mean drift already; leave one of waves and sea out")
         given = {name: value for name, value in one.model_dump(include=set(_CHANNELS)).items() if value is not None}
         try:
             uniform = cast("Uniform", surroundings(own, **given).weather)
