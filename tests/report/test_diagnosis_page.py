@@ -54,7 +54,7 @@ def test_the_first_lines_name_the_cause_and_the_remedy():
     assert "The model does not explain the data." in words
     assert "No parameter counts as identified, and sigma is up to 18 times" in words
     assert "4.0 times the sensor noise (of x) and correlated (0.90" in words
-    assert "The likeliest cause: an offset of delta of 1.5 ± 0.006 deg, which would remove 80 % of the" in words
+    assert "The likeliest cause: an offset of delta of 1.5 ± 0.006 deg would remove 80% of the" in words
     assert "offset.delta" in words
     assert "missing" not in words
 

@@ -173,7 +173,8 @@ def test_what_speaks_against_a_fit_is_one_short_line_each() -> None:
              "x: residuals are 3 times the sensor noise (0.5)"]  # fmt: skip
     found = {
         "schema": "seatrial-fit/1", "verdicts": [], "forecasts": [], "status": "converged", "seconds": 1.0,
-        "standardised": {"fitted": 2.0, "untuned": 1.0}, "diagnosis": {"explained": False, "lines": lines},
+        "standardised": {"fitted": 2.0, "untuned": 1.0},
+        "diagnosis": {"explained": False, "lines": lines, "cause": lines[1].removeprefix("suspect: ")},
         "parameters": {"hull.N_r": {"start": 1.0, "value": 2.0, "sigma": 0.1, "shrinkage": 1.0, "at_bound": False}},
     }  # fmt: skip
     worse = {**found, "worse_than_untuned": {"fitted": 2.0, "untuned": 1.0}}

@@ -142,7 +142,7 @@ def test_what_speaks_against_a_run_names_the_trials_and_the_measure() -> None:
     base = {"diagnosis": {"explained": True, "lines": []}}
     worse = {**base, "worse_than_untuned": {"fitted": 2.0, "untuned": 1.0, "what": "loss"}}
     assert leads(worse, OUT, False) == ("worse than untuned: loss 2 against 1 before the fit, on the training trials",)
-    one = {"diagnosis": {"explained": False, "lines": ["only this; that"]}}
+    one = {"diagnosis": {"explained": False, "lines": ["x"], "cause": "only this; that"}}
     assert leads(one, OUT, True) == ("not explained: only this; see run/report.html",)
     three = {**base, "not_explained": ["a", "b", "c"]}
     assert leads(three, OUT, True)[0].startswith("not explained: the data of 3 fits (a, b, c); ")

@@ -10,13 +10,15 @@ import numpy as np
 
 from ..data import Array
 from ..identify import Fit
-from ..identify.diagnosis.findings import REMOVES, Channel, Diagnosis, Residuals
+from ..identify.diagnosis.findings import LACKING, Channel, Diagnosis, Residuals
 from ..models import unit
 from . import figures
 from .blocks import Body, Verdict, bullets, figure, heading, number, soft, table
 from .drawing import Frame, label, whole
 
 _LAGS = 20
+# Causes that the first lines of a page name beside the likeliest.
+_NAMED = 2
 # Points of one panel: more are a blot on the screen and bytes in the file.
 _POINTS = 700
 _LISTED = 8
@@ -35,45 +37,21 @@ def verdict(fit: Fit) -> Body:
         return ()
     if not found.lacking:
         return _sound(fit, found)
-    first = found.causes[0] if found.causes else None
     wide = max(found.widened.values(), default=1.0)
     trust = "No parameter counts as identified"
     trust += f", and sigma is up to {number(wide, 2)} times that of white noise" if wide > 1.1 else ""
-    why = _grounds(found)
-    if first is not None:
-        likely = first.sized.replace("+-", "±").replace("-", "−")
-        share = f"{number(100.0 * first.share, 2)} %"
-        why += (f" The likeliest cause: {likely}, which would remove {share} of the objective." if first.share > REMOVES
-                else f" The first error of an instrument that would help, {likely}, removes {share} of the objective "
-                     "only: most is the model's.")  # fmt: skip
-    why += _own(found)
-    after = "" if first is None else "Change it in the mapping file of the log, and import again." if first.whole else (
-        f"Check the instrument; or estimate its error along, with shooting:Trajectory: \"{first.name}\" in "
-        "[nuisance.common], or suspects = \"auto\" in [nuisance]."
-    )  # fmt: skip
-    if first is None or first.share <= REMOVES:
-        after += " " * bool(after) + (
-            "Look for a term of the model, or an input, that is missing: the residuals below show in which trials and "
-            "at which angles they arise."
-        )  # fmt: skip
-    return (Verdict("The model does not explain the data.", grounds=(
+    first, others = found.cause, [one.line for one in found.others[:_NAMED]]
+    why = [_grounds(found), f"The likeliest cause: {first.text}." if first else "", *map(_sentence, others)]
+    return (Verdict(_sentence(LACKING), grounds=(
         ("Trust", f"{trust}. Its predictions are as good as the errors on trials that the fit has not seen, no "
                   "better."),
-        ("Why", why), ("Next", after),
+        ("Why", " ".join(filter(None, why)).replace("+-", "±")),
+        ("Next", " ".join(map(_sentence, found.remedies))),
     )),)  # fmt: skip
 
 
-def _own(found: Diagnosis) -> str:
-    """Trials that contradict the others, the error that one of them has, and the number of the ship, in sentences."""
-    odd, terms = found.apart, [one for one in found.terms if one.matters]
-    said: list[str] = []
-    if odd:
-        named = ", ".join(one.trial for one in odd)
-        said.append(odd[0].text if odd[0].alone else f"trials contradict each other: {named}")
-    said += [f"{kind}: {one.text}" for kind, one in (
-        *(("by trial", one) for one in found.differing[:1]), *(("or the ship", one) for one in terms[:1]),
-    )]  # fmt: skip
-    return "".join(f" {line[0].upper()}{line[1:]}." for line in said).replace("+-", "±")
+def _sentence(line: str) -> str:
+    return f"{line[0].upper()}{line[1:]}."
 
 
 def _sound(fit: Fit, found: Diagnosis) -> Body:

@@ -190,8 +190,7 @@ def leads(document: Document, out: Path, kept_back: bool) -> tuple[str, ...]:
     tested: Mapping[str, Any] = found.get("diagnosis") or {"explained": True}
     said: list[str] = []
     if not tested["explained"]:
-        grounds = tested["lines"][1] if len(tested["lines"]) > 1 else tested["lines"][0]
-        short = grounds.removeprefix("suspect: ").partition(";")[0]
+        short = str(tested.get("cause", tested["lines"][0])).partition(";")[0]
         said.append(f"not explained: {short}; see {out}/report.html")
     if lacking := found.get("not_explained"):
         named = f"{', '.join(lacking[:3])}{', ...' * (len(lacking) > 3)}"

@@ -32,6 +32,36 @@ _TURNED = 0.5
 _PULLED = 2.0
 
 
+LACKING = "the model does not explain the data"
+"""The finding on a fit whose residuals contradict the model."""
+_MISSING = (
+    "look for a term of the model, or an input, that is missing: the residuals show in which trials and at which "
+    "angles they arise"
+)
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What would explain the data.
+
+    Attributes:
+        label: "suspect" of an instrument, "or the ship" of a number that is held; empty of trials that contradict.
+        text: the finding in one line.
+        share: of the objective that it would remove.
+        alone: the one trial that contradicts all others.
+    """
+
+    label: str
+    text: str
+    share: float
+    alone: bool = False
+
+    @property
+    def line(self) -> str:
+        """Label and finding."""
+        return f"{self.label}: {self.text}" if self.label else self.text
+
+
 def _shown(name: str, noise: float) -> str:
     """A noise in plain digits and the unit of reports."""
     symbol = unit(name)
@@ -323,6 +353,7 @@ class Diagnosis:
         """The same for fit.json, SI units."""
         return {
             "explained": not self.lacking, "lines": self.lines,
+            "cause": self._leading, "remedies": self.remedies,
             "channels": {name: {"noise": c.noise, "size": c.size, "correlation": c.alike, "samples": c.count}
                          for name, c in self.channels.items()},
             "suspects": [{"name": s.name, "size": s.size, "sigma": s.sigma, "drop": s.drop, "share": s.share,
@@ -339,6 +370,42 @@ class Diagnosis:
         }  # fmt: skip
 
     @property
+    def cause(self) -> Cause | None:
+        """What explains a good part of what the noise does not; every report of the fit names this one first."""
+        return next(iter(self._named[0]), None)
+
+    @property
+    def others(self) -> tuple[Cause, ...]:
+        """What else would explain some of it, the most likely first."""
+        good, weak = self._named
+        return (*good[1:], *weak)
+
+    @property
+    def grounds(self) -> tuple[str, ...]:
+        """What contradicts the model, one line each."""
+        found = [line for name, one in self.channels.items() for line in one.grounds(name)]
+        if biased := self._biased:
+            found.insert(0, f"noise of the measured states pulls this fit: long predictions would move {biased} by "
+                            f"{self.pulled[biased]:+.1f} sigma; fit with shooting:Trajectory")  # fmt: skip
+        return tuple(found)
+
+    @property
+    def _leading(self) -> str | None:
+        """The cause; what contradicts the model where nothing explains a good part of it."""
+        first = (self.cause,) if self.cause else ()
+        named = (*(one.text for one in first), *self.grounds, *(one.text for one in self.others))
+        return next(iter(named), None) if self.lacking else None
+
+    @property
+    def remedies(self) -> tuple[str, ...]:
+        """What to do next, the first thing first; empty where the model explains the data."""
+        if not self.lacking:
+            return ()
+        first = next(iter(self.causes), None)
+        return (*((first.remedy,) if first else ()),
+                *((_MISSING,) if first is None or self.cause is None else ()))  # fmt: skip
+
+    @property
     def lines(self) -> tuple[str, ...]:
         """The finding and its grounds, one line each."""
         out = [f"{name}: outliers left out: {', '.join(f'{count} of {channel}' for channel, count in n.items())}"
@@ -346,20 +413,12 @@ class Diagnosis:
         out += [f"estimated: {one.words} of {one.value}" for one in self.errors]
         if not self.lacking:
             return ("the residuals look like sensor noise", *self._taken(), *out)
-        grounds = [line for name, one in self.channels.items() for line in one.grounds(name)]
-        if biased := self._biased:
-            grounds.insert(0, f"noise of the measured states pulls this fit: long predictions would move {biased} by "
-                              f"{self.pulled[biased]:+.1f} sigma; fit with shooting:Trajectory")  # fmt: skip
-        strong, weak = self._suspects()
-        odd = self.apart
-        apart = [odd[0].text] if odd and (len(odd) == 1 or odd[0].alone) else [
-            f"trials contradict each other, the first of them most: {', '.join(one.trial for one in odd)}",
-        ] if odd else []  # fmt: skip
-        alone = apart if odd and odd[0].alone else []
+        good, weak = self._named
+        early = [one for one in good if one.alone or one.label]
         return (
-            "the model does not explain the data: sigma and verdicts hold only if the model were right",
-            *alone, *strong, *(f"remedy of the first: {one.remedy}" for one in self.causes[:1]),
-            *([] if alone else apart), *grounds, *weak, *out,
+            f"{LACKING}: sigma and verdicts hold only if the model were right",
+            *(one.line for one in early), *(f"remedy of the first: {one.remedy}" for one in self.causes[:1]),
+            *(one.line for one in good if one not in early), *self.grounds, *(one.line for one in weak), *out,
         )  # fmt: skip
 
     def _taken(self) -> tuple[str, ...]:
@@ -371,15 +430,28 @@ class Diagnosis:
         return (f"sigma takes the fixed numbers as right: {path} larger by {self.shares.get(path, 0.1):.0%} would move "
                 f"{free} by {moved:+.1f} sigma",)  # fmt: skip
 
-    def _suspects(self) -> tuple[list[str], list[str]]:
-        """Lines on the likeliest suspects: those that explain a good part of what the noise does not, and the rest."""
+    @property
+    def _named(self) -> tuple[list[Cause], list[Cause]]:
+        """What explains a good part of what the noise does not, and what explains less; the likeliest first."""
         own = {one.name: one for one in self.differing}
-        listed = [(one.share / (2.0 if one.numbers > 1 else 1.0), f"suspect: {one.text}") for one in self.differing]
-        listed += [(one.share, f"suspect: {one.text}") for one in self.causes if one.name not in own]
+        listed = [(one.share / (2.0 if one.numbers > 1 else 1.0), Cause("suspect", one.text, one.share))
+                  for one in self.differing]  # fmt: skip
+        listed += [(one.share, Cause("suspect", one.text, one.share)) for one in self.causes if one.name not in own]
         # A model has more numbers than its instruments have errors; so one of them has to explain more.
-        held = [(one.share / 1.5, f"or the ship: {one.text}") for one in self.terms[:2] if one.matters]
-        listed = sorted([*sorted(listed, reverse=True)[:_LISTED], *held], reverse=True)
+        held = [(one.share / 1.5, Cause("or the ship", one.text, one.share)) for one in self.terms[:2] if one.matters]
+        listed = sorted([*sorted(listed, key=_likely, reverse=True)[:_LISTED], *held], key=_likely, reverse=True)
         square = sum(c.count * c.size**2 for c in self.channels.values())
         excess = 1.0 - sum(c.count for c in self.channels.values()) / max(square, 1e-300)
-        good = [line for share, line in listed if share > max(_ACCOUNTS * excess, 0.0)]
-        return good, [line for _, line in listed if line not in good]
+        good = [one for share, one in listed if share > max(_ACCOUNTS * excess, 0.0)]
+        weak, odd = [one for _, one in listed if one not in good], self.apart
+        if odd and odd[0].alone:
+            return [Cause("", odd[0].text, 1.0, alone=True), *good], weak
+        said = odd[0].text if len(odd) == 1 else (
+            f"trials contradict each other, the first of them most: {', '.join(one.trial for one in odd)}"
+        )  # fmt: skip
+        return [*good, *([Cause("", said, 1.0)] if odd else [])], weak
+
+
+def _likely(one: tuple[float, Cause]) -> tuple[float, str]:
+    """Its share, and of equal ones its line."""
+    return one[0], one[1].line
