@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .belief import coverage as coverage
     from .belief.bands import calibration as calibration
     from .belief.bands import prediction as _bands
+    from .belief.freer import with_units as with_units
     from .belief.reading import posterior as posterior
     from .campaign.tracks import Tracks as Tracks
     from .core import parameters as parameters
@@ -40,8 +41,10 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .core.parameters import Free as Free
     from .data import Array as Array
     from .data import DataError as DataError
+    from .data import kinds as kinds
     from .data import unwrapped as unwrapped
     from .data.captive import Captive as Captive
+    from .data.captive import read_captive as read_captive
     from .data.check import Finding as Finding
     from .data.formats import formats as formats
     from .data.formats import reader as reader
@@ -53,7 +56,6 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .engine import Scalars as Scalars
     from .engine import SimulationError as SimulationError
     from .engine import System as System
-    from .engine.rollout import sensitivity as sensitivity
     from .environment import Uniform as Uniform
     from .environment.geojson import load_chart as load_chart
     from .environment.weather import Gust as Gust
@@ -116,6 +118,8 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .identify.filters import ahead as ahead
     from .identify.filters import stacking as stacking
     from .identify.filters.filtering import Kalman as Kalman
+    from .identify.filters.forecast import forecasts as forecasts
+    from .identify.filters.horizon import Horizon as Horizon
     from .identify.filters.measurement import Antenna as Antenna
     from .identify.filters.measurement import Heading as Heading
     from .identify.filters.measurement import Rate as Rate
@@ -124,7 +128,9 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .identify.networks.widths import Widths as Widths
     from .identify.population.evolution import Evolution as Evolution
     from .identify.posterior.verdicts import overruled as overruled
+    from .identify.regression import zigzag_kt as zigzag_kt
     from .identify.regression.arx_fit import ArxRegression as ArxRegression
+    from .identify.regression.arx_fit import fit_arx as fit_arx
     from .identify.regression.captive import CaptiveFit as CaptiveFit
     from .identify.regression.captive import fit_captive as fit_captive
     from .identify.regression.regression import Regression as Regression
