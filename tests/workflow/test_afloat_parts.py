@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import math
+import statistics
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,8 @@ from seatrial.realtime.listening import listen
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
 from seatrial.workflow.afloat import cannot, datum_of, drills, other_of, sail, situation_of
-from seatrial.workflow.asked import Departure, Sailing
+from seatrial.workflow.afloat.scenarios import scenario_of
+from seatrial.workflow.asked import Departure, InWaves, Sailing
 from seatrial.workflow.request import pair
 
 
@@ -107,3 +110,48 @@ def test_a_craft_of_two_thrusters_has_the_buttons_of_its_engines_only() -> None:
                for text in why)  # fmt: skip
     assert "Zigzag 10/10" in why
     assert "Stopping" not in why
+
+
+YAW = "omega [rad/s],chi [deg],yaw [deg/m],yaw_phase [deg]\n" + "".join(
+    f"{omega},{chi},1.0,0.0\n" for omega in (0.3, 0.6, 1.2, 2.4, 3.6) for chi in range(0, 181, 45)
+)
+
+
+def yawing(folder: Path) -> Path:
+    """Operators of a ship that yaws by 1 deg in a wave of 1 m amplitude, whatever its length."""
+    path = folder / "ship.csv"
+    path.write_text(YAW, encoding="utf-8")
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("judge", [False, True])
+def test_the_instruments_of_every_run_see_the_sea(judge: bool, tmp_path: Path) -> None:
+    """H_S = 2 m is a standard deviation of half a metre, so of half a degree of yaw."""
+    waves = InWaves("2,8,90", yawing(tmp_path))
+    if judge:
+        path = tmp_path / "scene.toml"
+        path.write_text('schema = "seatrial-scenario/1"\nduration = 200.0\nsea = "2,8,90"\nrao = "ship.csv"\n'
+                        '[own]\nship = "mariner"\npilot = "none"\n', encoding="utf-8")  # fmt: skip
+        ran = sail(scenario=path, judge=True, run=Sailing(duration=1.0))
+    else:
+        ran = sail("mariner", waves=waves, run=Sailing(duration=1.0))
+    loop, seen = ran.stage.loop, list[float]()
+    for _ in range(2000):
+        loop.step()
+        seen += [math.remainder(one.values["psi"] - ran.plant["psi"], math.tau)
+                 for one in loop.readings("own") if one.kind == "gyro"]  # fmt: skip
+    assert math.degrees(statistics.pstdev(seen)) == pytest.approx(0.5, rel=0.3)
+
+
+def test_waves_of_a_scenario_are_those_of_its_sea_or_given(tmp_path: Path) -> None:
+    path = yawing(tmp_path)
+    said = {"schema": "seatrial-scenario/1", "duration": 60.0, "sea": "2,8,90", "rao": path.name,
+            "own": {"ship": "kvlcc2", "antenna": [10.0, -2.0]}, "weather": [{"at": 5.0, "wind": "10,0"}]}  # fmt: skip
+    made = scenario_of(copy.deepcopy(said), tmp_path / "scene.toml")
+    assert made.own.antenna == (10.0, -2.0)
+    assert made.sea is not None
+    assert [one.around.wave_y > 0.5 for one in made.weather] == [True, True]
+    said["weather"] = [{"waves": "1,8,0"}]
+    with pytest.raises(RequestError, match=r"weather 1\.waves: the sea gives the mean drift already"):
+        scenario_of(said, tmp_path / "scene.toml")

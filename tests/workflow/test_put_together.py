@@ -21,10 +21,11 @@ from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.data.trialfile import read_trial
 from seatrial.models import STATES
+from seatrial.realtime import listening
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.validate.fit_first import Beginning
-from seatrial.workflow import Silent, harbour, realtime, seaway
+from seatrial.workflow import Silent, harbour, seaway
 from seatrial.workflow.evidence import calibrate as calibrating
 from seatrial.workflow.evidence import designed, fans, judged
 from seatrial.workflow.evidence.fans import Banding, write_fan
@@ -299,19 +300,19 @@ def test_motions_upon_a_run_are_along_and_across_its_heading(monkeypatch: pytest
 
 
 def test_the_address_of_a_page_is_that_of_its_socket_with_the_key_in_the_fragment() -> None:
-    with realtime.listen("localhost", 0, False) as one:
+    with listening.listen("localhost", 0, False) as one:
         port = one.getsockname()[1]
-        assert realtime.address(one) == f"http://127.0.0.1:{port}/"
-        assert realtime.address(one, "abc") == f"http://127.0.0.1:{port}/#abc"
-    with realtime.listen("0.0.0.0", 0, True) as one:
-        shown = realtime.address(one)
+        assert listening.address(one) == f"http://127.0.0.1:{port}/"
+        assert listening.address(one, "abc") == f"http://127.0.0.1:{port}/#abc"
+    with listening.listen("0.0.0.0", 0, True) as one:
+        shown = listening.address(one)
         assert "0.0.0.0" not in shown
         assert shown.endswith(f":{one.getsockname()[1]}/")
         host = shown.removeprefix("http://").partition(":")[0]
         assert socket.inet_aton(host)
     for port in (-1, 65536):
         with pytest.raises(RequestError, match=f"--port is {port}"):
-            realtime.listen("127.0.0.1", port, False)
+            listening.listen("127.0.0.1", port, False)
 
 
 def row(title: str, run: Any, **more: Any) -> Any:

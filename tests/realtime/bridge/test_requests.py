@@ -7,7 +7,6 @@ import json
 import math
 import os
 import re
-import socket
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,6 +18,7 @@ import pytest
 from seatrial.data import Trial
 from seatrial.data.trialfile import read_trial
 from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.realtime.bridge import server
 from seatrial.realtime.bridge.deck import Deck, Outfit
 from seatrial.realtime.bridge.ghost import Ghost
 from seatrial.realtime.bridge.view import OWN
@@ -27,7 +27,8 @@ from seatrial.realtime.plant import Plant
 from seatrial.ships.files import load
 from seatrial.simulate.approach import time_step
 from seatrial.workflow import RequestError
-from seatrial.workflow import realtime as workflow
+from seatrial.workflow.afloat import sail
+from seatrial.workflow.asked import Departure, Page, Sailing
 
 HARD = math.radians(10.0)
 
@@ -130,23 +131,27 @@ def len_of(path: Path) -> int:
 def test_a_recording_has_the_start_instant_and_the_datum_of_the_bridge_or_of_its_ghost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def serve(deck: Deck, loop: Loop, listening: socket.socket, key: str) -> None:
+    def serve(deck: Deck, loop: Loop, *_: Any) -> None:
         deck.command.come("A", 0.0)
         assert ask(deck, "record") == ""
         ticks(loop, 1.0)
 
-    monkeypatch.setattr(workflow, "server_of", lambda everywhere: serve)
+    def bridge(ghost: Path | None = None, place: str | None = None) -> tuple[Path, ...]:
+        page = Page(page=True, port=0, ghost=ghost)
+        return sail("kvlcc2_l7", departure=Departure(place=place), page=page, run=Sailing(out=tmp_path)).written
+
+    monkeypatch.setattr(server, "serve", serve)
     began = datetime.now(UTC)
-    (path,) = workflow.bridge("kvlcc2_l7", port=0, place="35,139.5", out=tmp_path)
+    (path,) = bridge(place="35,139.5")
     meta = read_trial(path).meta
     assert -1.0 < (datetime.fromisoformat(meta["start"]) - began).total_seconds() < 60.0
     assert meta["datum"] == {"latitude": 35.0, "longitude": 139.5}
-    (beside,) = workflow.bridge("kvlcc2_l7", port=0, ghost=path, out=tmp_path)
+    (beside,) = bridge(path)
     assert read_trial(beside).meta["datum"] == meta["datum"]
-    (without,) = workflow.bridge("kvlcc2_l7", port=0, out=tmp_path)
+    (without,) = bridge()
     assert "datum" not in read_trial(without).meta
     with pytest.raises(RequestError, match="--place and --ghost"):
-        workflow.bridge("kvlcc2_l7", port=0, place="35,139.5", ghost=path, out=tmp_path)
+        bridge(path, "35,139.5")
 
 
 @pytest.mark.parametrize("name", ["../../sec/X", "/abs/X", "..", "a\\b\n\x1b[31m", ".hidden", "\x00"])
