@@ -14,6 +14,7 @@ from ..identify import Fit, Problem, StudyError
 from ..identify.posterior.misfit import white
 from ..identify.record import scales
 from ..identify.trajectory.batch import Many
+from ..simulate.lanes import slopes
 from .parts import LeftOut
 from .power import LEAST, Power, directions
 from .sampling.density import density_of
@@ -112,12 +113,10 @@ def _answer(many: Many, values: Array) -> tuple[Array, Array, Array, Array]:
         found, eta = many.settled(values, None)
         state0[:, list(many.begun)] += eta.reshape(len(state0), -1)
         answer = -found.blocks[0].back()[0, :, :, :-1]
-    run, slopes = many.kernel.run(
-        state0, cut.series, many.shared, lanewise=np.repeat(values, len(state0), axis=0), dt=cut.dt, steps=cut.steps,
-        every=cut.every, method=many.method, threads=many.threads,
-    )  # fmt: skip
-    begun = slopes[:, :, states, n : n + cut.width].copy()
-    own = slopes[:, :, states, :n] + np.einsum("wrcs,wsn->wrcn", begun[..., list(many.begun)], answer)
+    lanes = many.lanes(state0, cut.series, np.repeat(values, len(state0), axis=0))
+    run, columns = slopes(lanes, many.grid, many.threads)
+    begun = columns[:, :, states, n : n + cut.width].copy()
+    own = columns[:, :, states, :n] + np.einsum("wrcs,wsn->wrcn", begun[..., list(many.begun)], answer)
     begun[..., list(many.begun)] = 0.0
     scale = cut.scale[:, :, states]
     errors = (run[:, :, states] - cut.measured[:, :, states]) * scale

@@ -19,6 +19,7 @@ from ...identify.nuisance import held
 from ...identify.posterior.verdicts import posterior
 from ...identify.trajectory.batch import Data, Many
 from ...identify.trajectory.gauss_newton import Normal
+from ...simulate.lanes import slopes
 
 # Scaled curvature below which a direction has neither data, prior nor bounds.
 _FLAT = 1e-11
@@ -70,16 +71,14 @@ class Density:
         def one(k: int) -> tuple[float, Array]:
             state0 = cut.state0 if self.data is None else self.data.state0[k]
             measured = cut.measured if self.data is None else self.data.measured[k]
-            run, slopes = many.kernel.run(
-                state0, packed, many.shared, lanewise=np.repeat(values[k : k + 1], lanes, axis=0), dt=cut.dt,
-                steps=cut.steps, every=cut.every, method=many.method, threads=1,
-            )  # fmt: skip
+            runs = many.lanes(state0, packed, np.repeat(values[k : k + 1], lanes, axis=0))
+            run, columns = slopes(runs, many.grid, threads=1)
             scale = cut.scale[:, :, states]
             with np.errstate(all="ignore"):
                 e = np.where(scale > 0, (run[:, :, states] - measured[:, :, states]) * scale, 0.0)
                 back = np.zeros(run.shape)
                 back[:, :, states] = e * scale
-                slope = back.ravel() @ slopes.reshape(-1, slopes.shape[-1])
+                slope = back.ravel() @ columns.reshape(-1, columns.shape[-1])
                 return float((e * e).sum()), slope[: values.shape[1]]
 
         with ThreadPoolExecutor(many.threads) as pool:

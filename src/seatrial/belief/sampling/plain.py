@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...data import Array
-from ...simulate.lanes import Kernel, Lanes, run
-from ...simulate.loop import open_loop
+from ...simulate.lanes import run
 from .density import Density
 
 # Inputs of the windows of so many numbers are repeated for values that run together, 80 MB.
@@ -22,13 +21,11 @@ class Plain:
 
     Attributes:
         posterior: what is evaluated.
-        kernel: of predictions, without derivatives.
         packed: inputs of the windows, repeated for `chunk` values.
         chunk: values that run together.
     """
 
     posterior: Density
-    kernel: Kernel
     packed: Any
     chunk: int
 
@@ -36,9 +33,8 @@ class Plain:
     def of(posterior: Density, count: int) -> Plain:
         """The density of `count` values at once."""
         many = posterior.many
-        made = Kernel(open_loop(many.problem.ship), many.kernel.free)
         chunk = min(max(_STORED // many.windows.series.size, 1), count)
-        return Plain(posterior, made, made.pack(np.tile(many.windows.series, (chunk, 1, 1))), chunk)
+        return Plain(posterior, many.kernel.pack(np.tile(many.windows.series, (chunk, 1, 1))), chunk)
 
     def __call__(self, values: Array) -> Array:
         """Log density, but for a constant, shape (values,); -inf where the model blows up."""
@@ -56,8 +52,8 @@ class Plain:
         state0 = np.tile(cut.state0, (self.chunk, 1)) if data is None else data.state0[index].reshape(
             self.chunk * lanes, -1)  # fmt: skip
         own = np.repeat(values[index], lanes, axis=0)
-        runs = Lanes(self.kernel, many.shared, state0, self.packed, lanewise=own)
-        rows = run(runs, cut.grid(many.method), None, many.threads).values[:, :, : cut.scale.shape[2]]
+        runs = many.lanes(state0, self.packed, own)
+        rows = run(runs, many.grid, None, many.threads).values[:, :, : cut.scale.shape[2]]
         used = min(self.chunk, len(values) - first)
         rows = rows.reshape(self.chunk, *cut.scale.shape)[:used]
         found = np.empty(used)

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array, Trial
-from ...engine.rollout import Sensitivity, Simulator, default_threads, sensitivity, simulator
+from ...engine.rollout import default_threads
 from ...engine.simd import LANES
 from ...simulate.approach import substeps
+from ...simulate.lanes import Kernel, Lanes, Steps, run, slopes
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
 from ..nuisance import Nuisances, begun_as, held
@@ -91,8 +92,7 @@ class Many:
     compared: tuple[int, ...]
     begun: tuple[int, ...]
     near: Array
-    forward: Simulator
-    kernel: Sensitivity
+    kernel: Kernel
     chunk: int
     packed: Any
     shared: Array
@@ -120,11 +120,10 @@ class Many:
         vector, own = problem.vector, Nuisances.of(problem.nuisance, problem.ship.model.motion)
         near = np.array(list(problem.nuisance.initial.values())) ** -2.0
         cut.scale[:, 0, own.initial[near > 0]] = 0.0  # the prior of an initial state represents its measurement
-        system, chunk = open_loop(problem.ship), _chunk(cut.state0.shape[0])
-        kernel = sensitivity(system, vector.paths, vector.paths)
+        kernel, chunk = Kernel(open_loop(problem.ship), vector.paths, vector.paths), _chunk(cut.state0.shape[0])
         return Many(
             problem, cut, tuple(np.flatnonzero((cut.scale > 0).any(axis=(0, 1))).tolist()),
-            tuple(own.initial.tolist()), near, simulator(system, vector.paths), kernel, chunk,
+            tuple(own.initial.tolist()), near, kernel, chunk,
             kernel.pack(np.tile(cut.series, (chunk, 1, 1))), open_loop_parameters(problem.ship),
             vector.low, vector.high, method, threads or default_threads(),
         )  # fmt: skip
@@ -142,11 +141,17 @@ class Many:
         state0 = cut.state0.copy()
         if self.begun:
             state0[:, list(self.begun)] += self.settled(values[None], None)[1].reshape(len(state0), -1)
-        run = self.forward.run(
-            state0, cut.series, self.shared, lanewise=np.repeat(values[None], cut.state0.shape[0], axis=0),
-            dt=cut.dt, steps=cut.steps, every=cut.every, method=self.method, threads=self.threads,
-        )  # fmt: skip
-        return run.values[:, :, : cut.width]
+        lanes = self.lanes(state0, cut.series, np.repeat(values[None], len(state0), axis=0))
+        return run(lanes, self.grid, threads=self.threads).values[:, :, : cut.width]
+
+    def lanes(self, state0: Array, series: Any, lanewise: Array) -> Lanes:
+        """Runs of some windows, each with its own values of the free parameters."""
+        return Lanes(self.kernel, self.shared, state0, series, lanewise=lanewise)
+
+    @property
+    def grid(self) -> Steps:
+        """Steps of every window, a compared row each time."""
+        return self.windows.grid(self.method)
 
     def normals(self, values: Array, data: Data | None = None) -> Normal:
         """Objective and normal equations at `values`, shape (problems, free); of the best starts, these eliminated."""
@@ -225,24 +230,19 @@ class Many:
         with ThreadPoolExecutor(self.threads) as pool:
             return np.concatenate(list(pool.map(one, range(0, len(values), self.chunk))))
 
-    @property
-    def _how(self) -> dict[str, Any]:
-        cut = self.windows
-        return {"dt": cut.dt, "steps": cut.steps, "every": cut.every, "method": self.method, "threads": 1}
-
-    def _errors(self, index: NDArray[np.intp], data: Data | None, run: Array) -> Array:
+    def _errors(self, index: NDArray[np.intp], data: Data | None, found: Array) -> Array:
         """Errors of the compared states, not weighted, shape (problems, windows, rows, compared)."""
         lanes, states = self.windows.state0.shape[0], list(self.compared)
         measured = self.windows.measured[None] if data is None else data.measured[index]
-        predicted = run[: index.size * lanes].reshape(index.size, lanes, run.shape[1], -1)
+        predicted = found[: index.size * lanes].reshape(index.size, lanes, found.shape[1], -1)
         return np.subtract(predicted[..., states], measured[..., states])
 
     def _squares(self, index: NDArray[np.intp], data: Data | None, state0: Array, lanewise: Array) -> Array:
         """Sum of the squared weighted residuals of each problem."""
-        run = self.forward.run(state0, self.packed, self.shared, lanewise=lanewise, **self._how).values
+        states = run(self.lanes(state0, self.packed, lanewise), self.grid, threads=1).values
         scale = self.windows.scale[:, :, list(self.compared)]
         with np.errstate(all="ignore"):
-            e = np.where(scale > 0, self._errors(index, data, run) * scale, 0.0)
+            e = np.where(scale > 0, self._errors(index, data, states) * scale, 0.0)
             return (e * e).reshape(index.size, -1).sum(axis=1)
 
     def _products(self, index: NDArray[np.intp], data: Data | None, state0: Array, lanewise: Array) -> Array:
@@ -252,14 +252,14 @@ class Many:
         residuals.
         """
         lanes, n = self.windows.state0.shape[0], lanewise.shape[1]
-        run, slopes = self.kernel.run(state0, self.packed, self.shared, lanewise=lanewise, **self._how)
+        predicted, found = slopes(self.lanes(state0, self.packed, lanewise), self.grid, threads=1)
         used, states = index.size * lanes, list(self.compared)
         scale = self.windows.scale[:, :, states]
         columns = np.empty((index.size, *scale.shape, n + len(self.begun) + 1))
         with np.errstate(all="ignore"):
-            columns[..., :n] = slopes[:used, :, states, :n].reshape(columns[..., :n].shape)
-            columns[..., n:-1] = slopes[:used, :, states, n:][..., list(self.begun)].reshape(columns[..., n:-1].shape)
-            columns[..., -1] = self._errors(index, data, run)
+            columns[..., :n] = found[:used, :, states, :n].reshape(columns[..., :n].shape)
+            columns[..., n:-1] = found[:used, :, states, n:][..., list(self.begun)].reshape(columns[..., n:-1].shape)
+            columns[..., -1] = self._errors(index, data, predicted)
             np.multiply(columns, scale[..., None], out=columns)
             columns[:, scale == 0.0] = 0.0
             flat = columns.reshape(index.size, lanes if self.begun else 1, -1, columns.shape[-1])
