@@ -32,7 +32,7 @@ from seatrial.workflow.evidence import carded, designed, judged
 from seatrial.workflow.evidence.bands import _arrays
 from seatrial.workflow.evidence.calibrate import calibrate, of_one_day
 from seatrial.workflow.evidence.drawn import Drawing, _unsure
-from seatrial.workflow.evidence.fans import Banding, held_table
+from seatrial.workflow.evidence.fans import Banding
 
 DEG = math.pi / 180.0
 
@@ -106,18 +106,6 @@ def test_a_prediction_beyond_the_trials_of_the_fit_is_refused(held: Path, trials
     asked.refuse(hard, one.rows(slice(0, int(one.t.searchsorted(40.0)))))
     with pytest.raises(RequestError, match="leaves the trials"):
         asked.refuse(hard, one)
-
-
-def test_a_table_of_coverage_has_degrees_and_percent() -> None:
-    row = SimpleNamespace(kind="turning", horizon=12.5, trials=3, windows=17,
-                          inside={"position": 0.9, "heading": 0.955, "speeds": 1.0},
-                          width={"x": 1.0, "y": 2.0, "psi": DEG, "u": 0.5, "v_m": 0.25, "r": 2.0 * DEG})  # fmt: skip
-    found: Any = SimpleNamespace(level=0.95, rows=(row,))
-    made, _ = held_table(found)
-    assert isinstance(made, Table)
-    assert made.rows == (("turning", "12.5", "3", "17", "90 %", "96 %", "100 %", "1", "2", "1", "0.5", "0.25", "2"),)
-    assert made.head[0] == "bands of 95 %"
-    assert made.words == ()
 
 
 def drawing(**more: Any) -> Drawing:

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from ..report.blocks import table
 from . import options as o
-from .render import emit, figure, note, say, say_lines, show
+from .render import emit, figure, note, say_lines, show
 
 if TYPE_CHECKING:
     from ..choosing.purposes import Advice, Purpose
     from ..choosing.survey import Assessment
     from ..identify.design.excitation import Plan
-    from ..validate.imo import Criterion
     from ..workflow.evidence.designed import Foreseen
 
 _CELL = {"planned": "–"}
@@ -74,18 +73,11 @@ def imo(
     extrapolate: o.Extrapolate = False, json: bool = False,
 ) -> None:  # fmt: skip
     """Judge a ship by the criteria of IMO MSC.137(76)."""
-    from ..report.judging.imo import banded, edges, numbers
+    from ..report.judging.imo import brief, numbers
     from ..workflow.judging import imo as run
 
     found = run(ship, out, note, bands=bands, draws=draws, extrapolate=extrapolate)
-    if json:
-        emit(numbers(found))
-        return
-    head = ("criterion", "side", "value", *(("from", "to") if banded(found) else ()), "limit", "unit", "verdict", "why")
-    rows = (_criterion(row, edges(row) if banded(found) else ()) for row in found.rows)
-    show(table(head, rows, words=(1, len(head) - 3, len(head) - 2, len(head) - 1)))
-    say_lines(*(f"{name}: {value}" for name, value in found.conditions.items()),
-              *(f"caveat: {line}" for line in found.caveats), found.verdict)  # fmt: skip
+    emit(numbers(found)) if json else show(brief(found))
 
 
 def requirements(
@@ -93,20 +85,11 @@ def requirements(
     examined: o.Examined = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Judge a ship by the requirements of Sawada 2024 section 6."""
-    from ..report.judging.requirements import numbers, verdict
+    from ..report.judging.requirements import brief, numbers
     from ..workflow.judging import requirements as run
 
     found = run(ship, scope, out, note, bands=bands, draws=examined)
-    if json:
-        emit(numbers(found))
-        return
-    show(table(("item", "requirement", "verdict", "why"),
-               ((item.number, item.text, j.verdict, j.reason) for item, j in found.rows), words=(1, 2, 3)))  # fmt: skip
-    say(f"{found.ship}, {found.scope}: {verdict(found)}\n")
-
-
-def _criterion(row: Criterion, band: Sequence[str]) -> tuple[str, ...]:
-    return (row.name, row.side or "–", figure(row.value), *band, figure(row.limit), row.unit, row.verdict, row.reason)
+    emit(numbers(found)) if json else show(brief(found))
 
 
 def _show(families: Sequence[Assessment]) -> None:

@@ -13,18 +13,17 @@ from ..core.parameters import unknown, values
 from ..data import Trial
 from ..engine import SimulationError
 from ..models import Sampled
-from ..report.blocks import Body, line, table
 from ..ships import Ship
 from ..ships.files import library, load
 from ..validate import Comparison
-from . import RequestError, Sink, figure
+from . import RequestError, Sink
 from .request import positive, vector
 
 if TYPE_CHECKING:
     from ..choosing.purposes import Purpose
     from ..simulate.carried import Carrier
     from ..validate.fit_first import Beginning
-    from ..validate.fitness import Fitness, Found
+    from ..validate.fitness import Fitness
 
 # Greatest current that is accepted [m/s], as in `request.surroundings`.
 _MOST_CURRENT = 15.0
@@ -361,16 +360,3 @@ def fitness(
 
     return judge(ship, trials, purpose.accuracy, purpose=purpose.key, title=purpose.title,
                  trained_on=trained_on, smooth_start=smooth_start)  # fmt: skip
-
-
-def fitness_table(found: Fitness) -> Body:
-    """The table and the verdict for a terminal."""
-    head = ("error", "accepted", "found", "from", "to", "unit", "trials", "errors", "verdict", "why")
-    return table(head, map(_judged, found.found), words=(5, 8, 9)) + line(f"for {found.purpose}: {found.verdict}")
-
-
-def _judged(one: Found) -> tuple[str, ...]:
-    counts = (str(len(one.errors)), str(sum(map(len, one.errors.values()))))
-    sizes = (figure(value, 3) if not math.isinf(value) else "∞" for value in (one.value, one.low, one.high))
-    limit = one.limit
-    return (f"{limit.key}: {limit.about}", figure(limit.size, 3), *sizes, limit.unit, *counts, one.verdict, one.reason)

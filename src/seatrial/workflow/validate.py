@@ -16,8 +16,10 @@ from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import steps_text
 from ..data.trialfile import read_trials, write_trials
 from ..engine import SimulationError
-from ..report.blocks import Body, joined, line
+from ..report.blocks import joined, line
 from ..report.evidence import assumptions
+from ..report.judging.fans import held_table, words
+from ..report.judging.fitness import brief
 from ..report.report import Report, worse_words
 from ..ships import Ship, ShipError
 from ..ships.felt import feels
@@ -32,7 +34,6 @@ from .comparing import (
     carrier_of,
     compared,
     fitness,
-    fitness_table,
     judged,
     provenance,
     purpose_of,
@@ -199,8 +200,9 @@ def validate(
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
     document = {**report.numbers(), **begun, **spread_numbers(spread)}
     leads = worse_words(report)
-    shown = (joined(map(line, leads)) + table_of(report) + line(f"errors divided by: {scaled}")
-             + (fitness_table(fit) if fit else ()) + _held_table(held))  # fmt: skip
+    shown = joined(map(line, leads)) + table_of(report) + line(f"errors divided by: {scaled}")
+    shown += brief(fit) if fit else ()
+    shown += held_table(held.rows) + line(words(held.rows, held.level)) if held else ()
     return Outcome(report, document, shown, failed, leads)
 
 
@@ -298,15 +300,6 @@ def _held(banding: Banding, asked: Judged, restart: float | None, sink: Sink) ->
             continue
         made.append((fan, trial))
     return judged_bands(made, banding, restart) if made else None
-
-
-def _held_table(held: BandsHeld | None) -> Body:
-    """The table of coverage; nothing where no bands were asked for."""
-    if held is None:
-        return ()
-    from .evidence.fans import held_table
-
-    return held_table(held)
 
 
 def _read(model: str, paths: Sequence[Path], sink: Sink, out: Path | None = None) -> tuple[Ship, Sequence[Trial]]:

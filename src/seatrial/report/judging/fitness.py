@@ -7,7 +7,7 @@ from typing import Any
 
 from ...validate.fitness import FIT, NOT_FIT, SIZE, Fitness, Found
 from .. import figures
-from ..blocks import bullets, figure, gallery, lead, number, soft, table
+from ..blocks import Body, bullets, figure, gallery, lead, number, soft, table
 from ..page import Section
 
 _MARK = {FIT: "✓ fit", NOT_FIT: "✗ not fit"}
@@ -16,8 +16,7 @@ _HEAD = ("error", "accepted", "found", "95 % interval", "unit", "trials", "error
 
 def section(found: Fitness) -> Section:
     """The verdict, the table of limits with intervals, a drawing of both, and where the limits come from."""
-    body = lead(f"For {found.title}: {found.verdict}.")
-    body += table(_HEAD, map(_row, found.found), words=(4, 7, 8)) + gallery(figure(_drawn(found), _CAPTION))
+    body = brief(found) + gallery(figure(_drawn(found), _CAPTION))
     remark = (
         f"Found: {SIZE:g} times the root mean square error, so nine of ten errors are smaller where they are normal. "
         "Interval: studentised bootstrap over trials. A limit is kept if the interval is below it, exceeded if the "
@@ -31,6 +30,11 @@ def section(found: Fitness) -> Section:
     if found.left_out:
         sources.append(f"left out, used in the fit: {', '.join(found.left_out)}")
     return Section("Fit for purpose", body + soft(remark) + bullets(sources))
+
+
+def brief(found: Fitness) -> Body:
+    """The verdict and the limits."""
+    return lead(f"For {found.title}: {found.verdict}.") + table(_HEAD, map(_row, found.found), words=(4, 7, 8))
 
 
 def numbers(found: Fitness) -> dict[str, Any]:

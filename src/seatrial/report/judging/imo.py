@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 
 from ...validate.imo import FAIL, PASS, UNDECIDED, Criterion, ImoTable
 from .. import figures
-from ..blocks import bullets, entries, figure, heading, lead, note, number, table
+from ..blocks import Body, bullets, entries, figure, heading, lead, note, number, table
 from ..page import Page, Section
 
 _NAME = "criterion (MSC.137(76) section 5.3)"
@@ -18,21 +18,31 @@ _MARKS = ((PASS, figures.BLUE, "o"), (UNDECIDED, figures.OCHRE, "D"), (FAIL, fig
 
 def page(found: ImoTable) -> Page:
     """The criteria with values, limits and verdicts, what they leave out, and the conditions."""
-    reasons = list(_reasons(found.rows))
-    if banded(found):
-        criteria = table(_BANDED, (_banded(row) for row in found.rows), words=(1, 6, 8))
-        criteria += figure(_drawn(found), "Values, their bands and the limit, which is 1")
-    else:
-        criteria = table(_HEAD, (_row(row) for row in found.rows), words=(1, 4, 5))
+    drawn = figure(_drawn(found), "Values, their bands and the limit, which is 1") if banded(found) else ()
     return Page(
         f"{found.ship}: IMO manoeuvring standards",
         (
-            Section("", lead(found.verdict) + note("What this does not show", found.caveats)),
-            Section("Criteria", criteria + (heading("Reasons") + bullets(reasons) if reasons else ())),
+            Section("", _head(found)),
+            Section("Criteria", _criteria(found) + drawn + _reasons(found.rows)),
             Section("Conditions", entries(found.conditions)),
         ),
         numbers(found),
     )
+
+
+def brief(found: ImoTable) -> Body:
+    """The same without drawings, for a terminal."""
+    return _head(found) + _criteria(found) + _reasons(found.rows) + entries(found.conditions)
+
+
+def _head(found: ImoTable) -> Body:
+    return lead(found.verdict) + note("What this does not show", found.caveats)
+
+
+def _criteria(found: ImoTable) -> Body:
+    if banded(found):
+        return table(_BANDED, map(_banded, found.rows), words=(1, 6, 8))
+    return table(_HEAD, map(_row, found.rows), words=(1, 4, 5))
 
 
 def numbers(found: ImoTable) -> dict[str, object]:
@@ -62,7 +72,7 @@ def banded(found: ImoTable) -> bool:
     return any(row.band is not None for row in found.rows)
 
 
-def edges(row: Criterion) -> tuple[str, str]:
+def _edges(row: Criterion) -> tuple[str, str]:
     """Lower and upper edge of the band in words; dashes where there is none."""
     found = () if row.band is None else (row.band.low, row.band.high)
     return tuple("–" if math.isnan(edge) else number(edge) for edge in found) or ("–", "–")  # type: ignore[return-value]
@@ -76,7 +86,7 @@ def _row(row: Criterion) -> tuple[str, ...]:
 def _banded(row: Criterion) -> tuple[str, ...]:
     name, side, value, limit, unit, verdict = _row(row)
     met = "–" if row.band is None else f"{math.floor(100.0 * row.band.met):d} %"
-    return (name, side, value, *edges(row), limit, unit, met, verdict)
+    return (name, side, value, *_edges(row), limit, unit, met, verdict)
 
 
 def _drawn(found: ImoTable) -> str:
@@ -103,8 +113,8 @@ def _ends(row: Criterion) -> tuple[float, float]:
     return (value, value) if band is None or math.isnan(band.low) else (band.low, band.high)
 
 
-def _reasons(rows: tuple[Criterion, ...]) -> Iterator[str]:
+def _reasons(rows: Sequence[Criterion]) -> Body:
     """Each reason once, after the criteria that it belongs to."""
-    for reason in dict.fromkeys(row.reason for row in rows if row.reason):
-        names = (row.title for row in rows if row.reason == reason)
-        yield f"{', '.join(names)}: {reason}"
+    reasons = dict.fromkeys(row.reason for row in rows if row.reason)
+    said = [f"{', '.join(row.title for row in rows if row.reason == reason)}: {reason}" for reason in reasons]
+    return heading("Reasons") + bullets(said) if said else ()

@@ -32,18 +32,22 @@ def verdict(found: Table) -> str:
 
 def page(found: Table) -> Page:
     """The table first, then each item with its values and figures, then the conditions."""
-    rows = ((item.number, item.text, _MARK[j.verdict], j.reason) for item, j in found.rows)
-    source = (f"{_SOURCES[found.scope]}. Each item is judged by what the ship does in simulation; "
-              "agreement with a real ship is another matter (seatrial validate).")  # fmt: skip
-    head = lead(verdict(found)) + soft(source)
-    head += table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3), wide=True)
     conditions = {
         **found.conditions, "thresholds": "src/seatrial/validate/requirements/thresholds.py", "version": __version__,
         "command": f"seatrial requirements {found.ship} --scope {found.scope}",
     }  # fmt: skip
     items = (_item(item, judgement) for item, judgement in found.rows)
     title = f"{found.ship}: requirements, {found.scope}"
-    return Page(title, (Section("", head), *items, Section("Conditions", entries(conditions))), numbers(found))
+    return Page(title, (Section("", brief(found)), *items, Section("Conditions", entries(conditions))), numbers(found))
+
+
+def brief(found: Table) -> Body:
+    """The verdict and the table of items."""
+    rows = ((item.number, item.text, _MARK[j.verdict], j.reason) for item, j in found.rows)
+    source = (f"{_SOURCES[found.scope]}. Each item is judged by what the ship does in simulation; "
+              "agreement with a real ship is another matter (seatrial validate).")  # fmt: skip
+    head = lead(f"{found.ship}, {found.scope}: {verdict(found)}") + soft(source)
+    return head + table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3), wide=True)
 
 
 def numbers(found: Table) -> dict[str, object]:

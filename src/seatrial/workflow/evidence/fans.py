@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...belief.bands.calibration import Calibration, begin_of, load
-from ...belief.bands.held import GROUPS, SHARES, held, windows
+from ...belief.bands.held import SHARES, held, windows
 from ...belief.bands.past import Filter, carried
 from ...belief.bands.prediction import Fan, fan
 from ...belief.posterior import Posterior
@@ -19,13 +19,12 @@ from ...belief.reading import posterior
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...models import STATES
-from ...report.blocks import Body, line, table
 from ...report.judging.bands import reach
-from ...report.judging.fans import BandsHeld, words
+from ...report.judging.fans import BandsHeld
 from ...simulate.replay import replay
 from ...study.grounds import beyond
 from ...validate.fit_first import Beginning
-from .. import RequestError, figure
+from .. import RequestError
 from ..request import DEGREE, Note, make_folder
 
 FOLDER = "bands"
@@ -176,17 +175,3 @@ def judged(made: Sequence[tuple[Fan, Trial]], asked: Banding, restart: float | N
     rows = held([windows(one, trial, horizons) for one, trial in made], horizons)
     recordings = len(set(asked.found.left.groups))
     return BandsHeld(asked.level, rows, tuple(made), recordings) if rows else None
-
-
-def held_table(found: BandsHeld) -> Body:
-    """Coverage and widths for a terminal."""
-    rows = tuple(
-        (one.kind, figure(one.horizon, 3), str(one.trials), str(one.windows),
-         *(f"{100 * share:.0f} %" for share in one.inside.values()),
-         *(figure(DEGREES.get(name, 1.0) * width, 2) for name, width in one.width.items()))
-        for one in found.rows
-    )  # fmt: skip
-    units = ("x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
-    held_as = (f"{name} held" for name in GROUPS)
-    head = (f"bands of {100 * found.level:g} %", "ahead [s]", "trials", "windows", *held_as, *units)
-    return table(head, rows) + line(words(found.rows, found.level))
