@@ -70,7 +70,7 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .exchange import save_python as save_python
     from .face.campaigns import Draw as Draw
     from .face.campaigns import Runs as Runs
-    from .face.campaigns import campaign as campaign
+    from .face.campaigns import campaign as _campaign
     from .face.fitting import Fit as Fit
     from .face.fitting import Problem as Problem
     from .face.fitting import Study as Study
@@ -100,7 +100,7 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .face.orders import Williamson as Williamson
     from .face.orders import Zigzag as Zigzag
     from .face.running import Run as Run
-    from .face.running import simulate as simulate
+    from .face.running import simulate as _simulate
     from .face.ships import Ship as Ship
     from .face.ships import load as load
     from .face.trials import Trial as Trial
@@ -193,14 +193,16 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .workflow import demo as demo
     from .workflow.judging import captive as captive
 
-    # under another name than where it is made
+    # under another name than where it is made, or than that of a room
     bands = _bands
+    campaign = _campaign
     captive_page = _captive_page
     held_series = _held_series
     replay_inputs = _replay_inputs
     rivals_page = _rivals_page
     run_lanes = _run_lanes
     run_policy = _run_policy
+    simulate = _simulate
     tuning_page = _tuning_page
     unseen_states = _unseen_states
     usual_sensors = _usual_sensors
