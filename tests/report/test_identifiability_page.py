@@ -72,7 +72,7 @@ def test_a_lacking_model_is_said_first(parts):
     fit, known, *_ = parts
     left = Misfit((Remainder("x", 3.0, 0.8, -20.0, 900),))
     body = sections(fit, known, left=left)[-1].html
-    assert body.startswith('<div class="note">The model lacks something')
+    assert body.partition("</h2>")[2].startswith('<div class="note">The model lacks something')
     assert "3 times the sensor noise" in body
 
 
@@ -88,4 +88,4 @@ def test_no_profile_is_identified_where_the_model_does_not_explain_the_data(part
              for status, one in (("identified", Diagnosis()), ("conditional", Diagnosis(suspicions=(offset,))))}
     for status, body in found.items():
         assert set(re.findall(r"<td[^>]*>(identified|conditional)</td>", body)) == {status}
-        assert body.startswith(f"<p>{len(PATHS)} {status}.")
+        assert body.partition("</h2>")[2].startswith(f"<p>{len(PATHS)} {status}.")
