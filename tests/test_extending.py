@@ -147,10 +147,11 @@ def test_an_estimator(put: Put) -> None:
 
 
 def test_a_study() -> None:
-    from seatrial.study.schema import StudyFile, checked
+    from seatrial.core.records import filled, of_schema
+    from seatrial.study.schema import StudyFile
 
     table = tomllib.loads(BLOCKS["studies/esso_osaka_mmg.toml"][0])
-    study = checked(Path("studies/esso_osaka_mmg.toml"), StudyFile, table)
+    study = filled(StudyFile, of_schema(table, "seatrial-study/1", "s"), "studies/esso_osaka_mmg.toml")
     assert study.data.validation == ["turning/turn_14-Oct-2020_14_29_49*"]
     assert read_estimator(Path("s"), table["estimator"]).window == 100.0
 

@@ -1,6 +1,6 @@
 """What trials that are left out in turn say of a posterior: little of a right model, much of a wrong one."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -9,7 +9,9 @@ from seatrial.belief.parts import left_out
 from seatrial.belief.posterior import Posterior
 from seatrial.belief.power import Power, directions
 from seatrial.belief.weighing import power
+from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Free, near
+from seatrial.core.records import from_json
 from seatrial.data import Trial
 from seatrial.identify import Loss, StudyError
 from seatrial.identify.trajectory.shooting import Trajectory
@@ -114,7 +116,7 @@ def test_two_trials_are_too_few():
 
 def test_what_is_kept_is_what_was_found():
     found = Power(2.5, 4, {"one": 2.0, "two": 3.0}, 1.0)
-    assert Power.read(found.numbers()) == found
+    assert from_json(Power, asdict(found), "a") == found
     for key, wrong in (("factor", 0.5), ("factor", float("inf")), ("trials", 1), ("left", -1.0)):
-        with pytest.raises(ValueError, match="factor"):
-            Power.read({**found.numbers(), key: wrong})
+        with pytest.raises(RequestError, match=rf"a: {key} is "):
+            from_json(Power, {**asdict(found), key: wrong}, "a")

@@ -52,7 +52,7 @@ def test_mapping_reads_any_table(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("sign = -1", "sgn = -1", "channels.delta: no key 'sgn'; near: sign"),
+        ("sign = -1", "sgn = -1", "channels.delta.sgn: no key 'sgn'; near: sign"),
         ("frame =", "frames =", "no key 'frames'; near: frame"),
         ('"earth"', '"air"', "frame.velocity"),
         ("sign = -1", "sign = 2", "it must be 1 or -1"),
@@ -225,7 +225,7 @@ def test_a_format_is_one_module_of_the_folder(tmp_path, monkeypatch):
     [("L_pp = 7.0", "L_pp = true", "L_pp is True"), ("L_pp = 7.0", "skip = 1.5", "skip is 1.5"),
      ("L_pp = 7.0", "skip = -1", "skip"), ("L_pp = 7.0", "channels.v_m = 3\n", "channels.v_m"),
      ('frame = { velocity = "earth" }', "frame = 3", "frame is 3"),
-     ('unit = "s" }', 'unit = "s", sign = -1 }', "time: "),
+     ('unit = "s" }', 'unit = "s", sign = -1 }', "time.sign: no key"),
      ('schema = "seatrial-mapping/1"\n', "", "schema"), ("L_pp = 7.0", 'delimiter = ""', "delimiter")],
 )  # fmt: skip
 def test_a_wrong_type_or_key_of_a_mapping_is_named(tmp_path, old, new, place):

@@ -87,7 +87,7 @@ def test_a_wrong_log_is_refused_in_one_line_and_nothing_is_written(
     (HEADING + '[channels.delta]\ncolumn = "HDG"\nunit = "deg"\n',
      "column 'HDG' is used twice, by channels.psi.column and channels.delta.column"),
     (HEADING.replace("HDG", "Time"), "column 'Time' is used twice, by time.column and channels.psi.column"),
-    (HEADING + 'latters = { P = -1 }\n', "channels.psi: no key 'latters'; near: letters"),
+    (HEADING + 'latters = { P = -1 }\n', "channels.psi.latters: no key 'latters'; near: letters"),
     (HEADING + 'interpolate = "cubic"\n', "channels.psi.interpolate is 'cubic'"),
     (HEADING + "limit = 0\n", "channels.psi.limit is 0"),
     (HEADING + 'file = "a.csv"\n', "channels.psi.file is 'a.csv'; files.pattern must say"),
@@ -112,9 +112,9 @@ def test_a_wrong_log_is_refused_in_one_line_and_nothing_is_written(
     (HEADING + '[[trial]]\nname = "a/b"\nfrom = 0\nto = 1\n', "trial.0..name is 'a/b'"),
     (HEADING + '[[trial]]\nname = "a"\nfrom = 2\nto = 1\n', "trial.0. .'a'.: from 2 to 1; 'to' must be later"),
     (HEADING + '[[trial]]\nname = "a"\nfrom = 0\nto = 1\nset_points = { heading = 10 }\n', "set_points: heading is 10"),
-    (HEADING + '[[trial]]\nname = "a"\nfrom = 0\n', "trial.0..to is missing"),
+    (HEADING + '[[trial]]\nname = "a"\nfrom = 0\n', "trial.0.to is missing"),
     (HEADING + '[[trial]]\nname = "a"\nfrom = true\nto = 1\n',
-     "trial.0..from is True; it must be a finite number or a text"),
+     "trial.0.from is True; it must be a finite number or a text"),
 ])  # fmt: skip
 def test_a_mapping_that_cannot_mean_what_it_says(tmp_path: Path, mapping: str, message: str) -> None:
     (tmp_path / "m.toml").write_text(SCHEMA + TIME + mapping)

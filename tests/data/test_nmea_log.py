@@ -267,7 +267,7 @@ def test_logs_that_cannot_be_used(tmp_path, text, message):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [("antenna", "antena", "no key 'antena'; near: antenna"), ("nmea/1", "nmea/2", "schema"),
-     ("forward = 2.5", "fwd = 2.5", "antenna: no key 'fwd'"), ("59.43", "95.0", r"datum at latitude 95"),
+     ("forward = 2.5", "fwd = 2.5", "antenna.fwd: no key 'fwd'"), ("59.43", "95.0", r"datum at latitude 95"),
      ("L_pp", "[L_pp", "not readable as TOML")],
 )  # fmt: skip
 def test_bad_mapping(tmp_path, old, new, message):

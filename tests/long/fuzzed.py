@@ -15,9 +15,12 @@ import numpy as np
 from calibrated_run import calibrated
 from fitted_run import PATHS, covariance, saved, trial
 from network_trials import untrained
+from seatrial.belief.drawn import SCHEMA as DRAWS_SCHEMA
+from seatrial.belief.drawn import Draws
 from seatrial.belief.spread import Members, save_members
 from seatrial.cli.app import main
 from seatrial.core.parameters import read
+from seatrial.core.records import to_archive
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.exchange.robot_log import save_robot_log
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -262,8 +265,8 @@ def _of_a_fit(name: str) -> Callable[[Path], Path]:
         middle = np.array([float(read(ship.model, path)) for path in PATHS])
         draws = rng.multivariate_normal(middle, covariance(0.01), 60)
         if name == "posterior.npz":
-            arrays = {"paths": np.array(PATHS), "draws": draws[:, None], "density": np.zeros((60, 1)), "best": middle}
-            np.savez(model.with_name(name), laplace=covariance(0.01), fit=np.array("digest-of-this-fit"), **arrays)
+            held = Draws("digest-of-this-fit", PATHS, draws[:, None], np.zeros((60, 1)), middle, covariance(0.01), {})
+            model.with_name(name).write_bytes(to_archive(held, DRAWS_SCHEMA))
         if name == "model.bands.json":
             calibrated(model)
         if name == "spread.npz":

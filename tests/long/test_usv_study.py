@@ -150,7 +150,7 @@ def test_sway_hangs_on_where_the_antenna_stands(study, raw):
     said = read_smoother()
     found = []
     for x in (-0.4, 0.4):
-        trial = smoothed(said.model_copy(update={"antenna": (x, 0.0)}), study.problem.ship, raw["circle"])
+        trial = smoothed(replace(said, antenna=(x, 0.0)), study.problem.ship, raw["circle"])
         fitted = rivals(study)["6 parameters"].fitted(study, trial)
         found.append(fitted)
     Y_v = [_value(f.ship, "damping.Y_v") for f in found]

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from example_report import fit
 from shown import items, tables, tiles, words
+from summaries import summary_of
 
 from seatrial.belief.bands.held import Held
 from seatrial.identify import Verdict
@@ -41,8 +42,8 @@ def use(verdict: str, title: str = "berthing", value: float = 0.5) -> Fitness:
 
 def card(**changes: Any) -> Card:
     own = replace(fit(), ship=SimpleNamespace(name="boat", L_pp=7.0))
-    summary = {"study": "S", "grounds": {"trials": TRIALS, "covered": COVERED, "kinds": ["zigzag", "turning"]},
-               "provenance": {"trained_on": ["a", "b", "c"]}, "diagnosis": {"explained": True}}  # fmt: skip
+    summary = summary_of(grounds={"trials": TRIALS, "covered": COVERED, "kinds": ["zigzag", "turning"]},
+                   provenance={"trained_on": ["a", "b", "c"]}, diagnosis={"explained": True})  # fmt: skip
     rows = (Row("zigzag", 10.0, 40, 2, ERRORS, HELD), Row("zigzag", 20.0, 30, 2, ERRORS, HELD),
             Row("all kinds", 10.0, 900, 3, {**ERRORS, "position": 6.0}, HELD),
             Row("all kinds", 20.0, 700, 3, {**ERRORS, "position": 15.0}, {**HELD, "speeds": 0.91}))  # fmt: skip
@@ -55,8 +56,8 @@ def card(**changes: Any) -> Card:
 
 def ranging(**covered: Any) -> tuple[str, ...]:
     one = card()
-    grounds = {**one.summary["grounds"], "covered": {**COVERED, **covered}}
-    return forbidden(replace(one, summary={**one.summary, "grounds": grounds}))
+    grounds = replace(one.grounds, covered={**one.grounds.covered, **covered})
+    return forbidden(replace(one, summary=replace(one.summary, grounds=grounds)))
 
 
 def test_the_head_counts_trials_of_the_fit_by_kind_and_shows_the_last_horizon_of_all_kinds() -> None:
@@ -66,14 +67,14 @@ def test_the_head_counts_trials_of_the_fit_by_kind_and_shows_the_last_horizon_of
     assert tiles(html) == [("15 m", "position error after 20 s"), ("3.0°", "heading error"),
                            ("93 %", "of positions within bands of 95 %")]  # fmt: skip
     assert "explain" not in html
-    bad = card(missing=("gone: x",), summary={**card().summary, "diagnosis": {"explained": False}})
+    bad = card(missing=("gone: x",), summary=replace(card().summary, diagnosis={"explained": False}))
     told = items(page(bad).sections[0].html)
     assert told == ["The model does not explain the trials of its fit: its sigmas are too narrow, and its bands.",
                     "gone: x"]  # fmt: skip
     wide = replace(bad, widened=True)
     assert items(page(wide).sections[0].html)[0].endswith("its sigmas are too narrow.")
     assert page(bad).document["explained"] is False
-    assert page(card(summary={"study": "S"})).document["explained"] is None
+    assert page(card(summary=summary_of())).document["explained"] is None
 
 
 def test_a_calibration_replaces_the_share_of_the_draws_at_the_head() -> None:
@@ -110,7 +111,7 @@ def test_ranges_stand_in_two_halves_in_the_units_of_people() -> None:
     assert "Kinds of manoeuvre: zigzag, turning." in body
     assert "seatrial simulate --bands refuses it" in body
     assert "refuses" not in page(card(widened=True)).sections[1].html
-    assert card().covered["depth"] == (math.inf, math.inf)
+    assert card().grounds.covered["depth"] == (math.inf, math.inf)
 
 
 def test_errors_are_rows_in_degrees_with_shares_of_the_bands() -> None:
@@ -142,7 +143,7 @@ def test_trials_given_to_the_card_follow_those_of_the_run() -> None:
     assert rows[1] == ["a", "zigzag", "fit", "100", "997", "d1"]
     assert [row[0] for row in rows[1:]] == ["a", "b", "c", "d", "new"]
     assert rows[-1] == ["new", "turning", "given to the card", "31", "–", "–"]
-    old = page(card(unseen=(), summary={"study": "S", "provenance": {"trained_on": ["a", "b"]}}))
+    old = page(card(unseen=(), summary=summary_of(provenance={"trained_on": ["a", "b"]})))
     assert items(next(s for s in old.sections if s.title == "Trials").html) == ["a", "b"]
 
 
@@ -176,7 +177,7 @@ def test_it_must_not_be_used_where_its_trials_did_not_go(covered: Any, line: str
 
 
 def test_without_ranges_it_says_so() -> None:
-    bare = card(summary={"study": "S", "grounds": {"trials": TRIALS}})
+    bare = card(summary=summary_of(grounds={"trials": TRIALS}))
     assert "where its trials did not go: the ranges were not kept" in forbidden(bare)
     assert DEPTH not in forbidden(bare)
 
@@ -222,5 +223,5 @@ def test_numbers_that_are_not_identified_are_no_physics() -> None:
     sure = tuple(replace(v, status=s) for v, s in zip(card().fit.verdicts, ("identified", "conditional"), strict=True))
     known = replace(card().fit, verdicts=(*sure, pair))
     assert not any("physics" in line for line in forbidden(card(fit=known)))
-    bad = card(fit=known, summary={**card().summary, "diagnosis": {"explained": False}})
+    bad = card(fit=known, summary=replace(card().summary, diagnosis={"explained": False}))
     assert forbidden(bad)[-1] == "to read its numbers as physics: the residuals contradict the model"

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from summaries import summary_of
 
 from seatrial.data import Trial
 from seatrial.environment import Uniform
@@ -142,7 +143,7 @@ def test_a_hybrid_without_residual_is_called_so(series: Series) -> None:
 
 
 def one_member() -> Member:
-    return Member(None, SHIP, np.zeros((0, 4)), math.nan, {})
+    return Member(None, SHIP, np.zeros((0, 4)), math.nan, None)
 
 
 def test_epochs_are_whole_numbers() -> None:
@@ -164,7 +165,7 @@ def test_losses_close_to_each_other_are_told_in_digits() -> None:
 @pytest.mark.slow
 def test_what_each_fit_took_wraps(series: Series, tmp_path: Path) -> None:
     found = judged(series, tmp_path)
-    long = replace(one_member(), summary={"status": "no better for 20 epochs; " * 20})
+    long = replace(one_member(), summary=summary_of(status="no better for 20 epochs; " * 20))
     found = replace(found, standings=(replace(found.standings[0], members=(long,)),))
     html = page(series, found, {}, provenance={}).html
     assert '<h2>Cost of each fit</h2><div class="wrap">' in html

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from example_report import fit
 from shown import html, items, series, tables, words
+from summaries import summary_of
 
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
@@ -495,20 +496,19 @@ def test_every_seed_is_drawn_north_over_east_and_broken_at_restarts() -> None:
 
 
 def test_what_each_fit_took_is_in_minutes() -> None:
-    member = SimpleNamespace(seed=3, weights=120, history=np.zeros((7, 4)), summary={"evaluations": 42,
-        "status": "done"},
+    member = SimpleNamespace(seed=3, weights=120, history=np.zeros((7, 4)), summary=summary_of(evaluations=42),
                              seconds=92.6, objective=0.12345)  # fmt: skip
-    plain = SimpleNamespace(seed=None, weights=0, history=np.zeros((0, 4)), summary={"status": "x"}, seconds=30.0,
-        objective=1.0)
+    plain = SimpleNamespace(seed=None, weights=0, history=np.zeros((0, 4)), seconds=30.0, objective=1.0,
+                            summary=summary_of(status="x", evaluations=5))  # fmt: skip
     found: Any = SimpleNamespace(standings=(SimpleNamespace(name="net", members=(member,)), SimpleNamespace(
-        name="physics", members=(plain, SimpleNamespace(summary={})))))  # fmt: skip
+        name="physics", members=(plain, SimpleNamespace(summary=None)))))  # fmt: skip
     for one in found.standings:
         for m in one.members:
             m.weights = getattr(m, "weights", 0)
         one.weights = one.members[0].weights
     (rows,) = tables(judged._cost(found))
     assert rows[1:] == [["net", "3", "120", "7", "42", "1.5", "0.123", "done"],
-                        ["physics", "–", "–", "0", "–", "0.50", "1.00", "x"]]  # fmt: skip
+                        ["physics", "–", "–", "0", "5", "0.50", "1.00", "x"]]  # fmt: skip
 
 
 @pytest.mark.slow

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
-from pydantic import BaseModel
 
+from seatrial.core.records import filled
 from seatrial.identify import StudyError
 from seatrial.study import schema
-from seatrial.study.schema import checked
 
 
-def made(kind: type[BaseModel], **given: Any) -> Any:
-    return checked(Path("a.toml"), kind, given)
+def made(kind: type[Any], **given: Any) -> Any:
+    return filled(kind, given, "a.toml", StudyError)
 
 
 def test_a_study_of_a_ship_and_a_list_has_the_usual_settings() -> None:
-    found = made(schema.StudyFile, schema="seatrial-study/1", ship="kvlcc2", data={})
+    found = made(schema.StudyFile, ship="kvlcc2", data={})
     assert found.estimator == {"type": "shooting:Trajectory"}
     assert (found.data.root, found.data.extrapolate, found.data.train, found.data.scale_to) == (".", False, [], None)
     assert (found.loss.correlation, found.loss.scale, found.loss.weights) == (None, "noise", {})
@@ -44,7 +42,7 @@ def test_virtual_trials_last_ten_minutes_with_a_row_a_second_in_calm_water() -> 
 
 
 def test_a_table_of_fits_has_one_seed_and_claims_of_better_or_equal() -> None:
-    found = made(schema.SeriesFile, schema="seatrial-series/1", data={"test": {"a": "b"}}, fits={"F": {}},
+    found = made(schema.SeriesFile, data={"test": {"a": "b"}}, fits={"F": {}},
                  claims=[{"says": "x", "better": "F", "worse": "F", "rows": ["a"]}])  # fmt: skip
     assert found.seeds == [0]
     assert found.claims[0].factor == 1.0
@@ -53,7 +51,7 @@ def test_a_table_of_fits_has_one_seed_and_claims_of_better_or_equal() -> None:
     assert (fit.seeds, fit.validation, fit.loss) == (None, None, None)
 
 
-PLACES: list[tuple[type[BaseModel], dict[str, Any], str, Any, Any]] = [
+PLACES: list[tuple[type[Any], dict[str, Any], str, Any, Any]] = [
     (schema.SmootherTable, {"position": 1.0, "heading": 1.0}, "position", 1e-9, 0.0),
     (schema.SmootherTable, {"position": 1.0, "heading": 1.0}, "heading", 1e-9, 0.0),
     (schema.SmootherTable, {"position": 1.0, "heading": 1.0}, "delay", 0.0, -1e-9),
@@ -78,15 +76,15 @@ PLACES: list[tuple[type[BaseModel], dict[str, Any], str, Any, Any]] = [
     (schema.TrialsTable, {}, "test", {"a": "b"}, {}),
     (schema.Claim, {"says": "x", "better": "a", "worse": "b"}, "rows", ["a"], []),
     (schema.Claim, {"says": "x", "better": "a", "worse": "b", "rows": ["a"]}, "factor", 1e-9, 0.0),
-    (schema.SeriesFile, {"schema": "s", "data": {"test": {"a": "b"}}, "fits": {"F": {}}}, "seeds", [3], []),
-    (schema.SeriesFile, {"schema": "s", "data": {"test": {"a": "b"}}}, "fits", {"F": {}}, {}),
+    (schema.SeriesFile, {"data": {"test": {"a": "b"}}, "fits": {"F": {}}}, "seeds", [3], []),
+    (schema.SeriesFile, {"data": {"test": {"a": "b"}}}, "fits", {"F": {}}, {}),
 ]
 
 
 @pytest.mark.parametrize(("kind", "others", "key", "least", "less"), PLACES,
                          ids=[f"{kind.__name__}-{key}" for kind, _, key, _, _ in PLACES])  # fmt: skip
 def test_the_least_that_a_key_takes_is_taken_and_less_is_refused_at_its_key(
-    kind: type[BaseModel], others: dict[str, Any], key: str, least: Any, less: Any
+    kind: type[Any], others: dict[str, Any], key: str, least: Any, less: Any
 ) -> None:
     made(kind, **{**others, key: least})
     with pytest.raises(StudyError, match=rf"^a\.toml: {key}"):
@@ -95,18 +93,12 @@ def test_the_least_that_a_key_takes_is_taken_and_less_is_refused_at_its_key(
 
 def test_what_is_missing_or_of_another_type_is_told_at_its_place() -> None:
     for given, told in (
-        ({"ship": "a", "data": {}}, r"a\.toml: schema is missing"),
-        ({"schema": "s", "ship": 3, "data": {}}, r"a\.toml: ship is 3: Input should be a valid string"),
-        ({"schema": "s", "ship": "a", "data": []}, r"a\.toml: data is \[\]: Input should be a table"),
-        ({"schema": "s", "ship": "a", "data": {"train": ["a", 3]}}, r"a\.toml: data\.train\.1 is 3"),
-        ({"schema": "s", "ship": "a", "data": {"tain": []}}, r"a\.toml: data\.tain: no key 'tain'"),
-        ({"schema": "s", "ship": "a", "data": {"set": [{}, {"rot": "."}]}}, r"a\.toml: data\.set\.1\.rot: no key"),
+        ({"data": {}}, r"a\.toml: ship is missing"),
+        ({"ship": 3, "data": {}}, r"a\.toml: ship is 3; it must be a text"),
+        ({"ship": "a", "data": []}, r"a\.toml: data is \[\]; it must be a table"),
+        ({"ship": "a", "data": {"train": ["a", 3]}}, r"a\.toml: data\.train\.1 is 3"),
+        ({"ship": "a", "data": {"tain": []}}, r"a\.toml: data\.tain: no key 'tain'"),
+        ({"ship": "a", "data": {"set": [{}, {"rot": "."}]}}, r"a\.toml: data\.set\.1\.rot: no key"),
     ):  # fmt: skip
         with pytest.raises(StudyError, match=told):
             made(schema.StudyFile, **given)
-
-
-def test_what_a_message_repeats_ends_after_eighty_letters() -> None:
-    assert schema._short("a" * 80) == "a" * 80
-    assert schema._short("a" * 81) == "a" * 80 + "..."
-    assert schema._short("a\nb") == "a\\nb"

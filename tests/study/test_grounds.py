@@ -61,7 +61,7 @@ def test_a_posterior_comes_back_with_its_ranges(tmp_path: Path) -> None:
     assert [one.path for one in held.free] == list(PATHS)
     assert held.covered["delta"][1] == pytest.approx(20 * DEGREE)
     assert math.isinf(held.covered["depth"][0])
-    assert held.grounds["kinds"] == ["turning"]
+    assert held.grounds.kinds == ("turning",)
     drawn = held.draws(4000, 1)
     assert np.std(drawn, axis=0) == pytest.approx(np.sqrt(np.diag(covariance(0.01))), rel=0.05)
     assert np.array_equal(drawn, held.draws(4000, 1))

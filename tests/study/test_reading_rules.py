@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.records import filled
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import StudyError
@@ -100,8 +101,12 @@ def logs(tmp_path: Path) -> Path:
     return tmp_path / "s.toml"
 
 
+def made(table: dict[str, Any]) -> DataTable:
+    return filled(DataTable, table, "s.toml", StudyError)
+
+
 def read(path: Path, **table: Any) -> list[list[str]]:
-    found = read_data(path, DataTable.model_validate({"root": "logs", **table}), L7)
+    found = read_data(path, made({"root": "logs", **table}), L7)
     return [[trial.name for trial in part] for part in found]
 
 
@@ -119,10 +124,10 @@ def test_a_pattern_yields_to_test_then_to_validation(logs: Path) -> None:
 
 def test_a_list_beside_several_sets_is_refused(logs: Path) -> None:
     two = [{"root": "logs", "train": ["a"], "test": ["b"]}, {"root": "logs", "train": ["c"], "validation": ["d"]}]
-    found = read_data(logs, DataTable.model_validate({"set": two, "extrapolate": True}), L7)
+    found = read_data(logs, made({"set": two, "extrapolate": True}), L7)
     assert [[trial.name for trial in part] for part in found] == [["a", "c"], ["d"], ["b"]]
     with pytest.raises(StudyError, match=r"data\.train stands beside \[\[data\.set\]\]"):
-        read_data(logs, DataTable.model_validate({"set": two, "train": ["a"]}), L7)
+        read_data(logs, made({"set": two, "train": ["a"]}), L7)
 
 
 @pytest.mark.slow
@@ -155,7 +160,7 @@ def test_a_trial_of_another_scale_is_taken_as_one_of_the_ship() -> None:
 
 def test_raw_readings_are_of_what_is_kept_back_where_a_set_is_smoothed(monkeypatch: pytest.MonkeyPatch) -> None:
     smoother = {"position": 1.0, "heading": 0.1}
-    table = DataTable.model_validate({"set": [{"train": ["a"], "smoother": smoother}, {"train": ["b"]}]})
+    table = made({"set": [{"train": ["a"], "smoother": smoother}, {"train": ["b"]}]})
     asked: list[Any] = []
 
     def one(path: Path, where: str, some: Any, ship: Any) -> tuple[tuple[Trial, ...], ...]:

@@ -9,7 +9,7 @@ from seatrial.core.parameters import Free, near, read
 from seatrial.data import Trial
 from seatrial.identify import Fit, Problem, StudyError, Verdict
 from seatrial.ships.files import load
-from seatrial.study.store import claim, load_fit_summary, save_fit
+from seatrial.study.store import claim, read_summary, save_fit
 
 
 def test_a_fit_comes_back(tmp_path: Path) -> None:
@@ -28,8 +28,8 @@ def test_a_fit_comes_back(tmp_path: Path) -> None:
     assert again.notes["provenance"]["trained_on"] == ["a"]
     assert "published" in ship.notes
     assert "published" not in again.notes  # of another ship
-    assert load_fit_summary(tmp_path)["parameters"]["hull.Y_v"]["value"] == value[0]
-    assert load_fit_summary(tmp_path)["nuisances"] == {"a": {"current_x": 0.1, "bias_u": -0.02}}
+    assert read_summary(tmp_path).parameters["hull.Y_v"].value == value[0]
+    assert read_summary(tmp_path).nuisances == {"a": {"current_x": 0.1, "bias_u": -0.02}}
     assert (tmp_path / "history.csv").read_text().splitlines()[1].startswith("0,2,,")
 
 

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,15 +22,16 @@ from seatrial.models import STATES
 from seatrial.study import grounds, study
 from seatrial.study.grounds import Beyond, beyond, covered, kind_of
 from seatrial.study.store import (
+    Parameter,
+    check_covariance,
     claim,
-    fitted_nuisances,
     fitted_scale,
     kept,
-    load_fit_summary,
-    studied,
+    read_summary,
+    summary_beside,
     write_summary,
 )
-from seatrial.study.stored import _check_numbers, load_fit, read_history
+from seatrial.study.stored import load_fit, read_history
 
 T = np.arange(10.0)
 
@@ -42,7 +42,7 @@ def run(tmp_path: Path) -> Path:
 
 
 def rewritten(run: Path, **more: object) -> str:
-    write_summary(run.parent, {**load_fit_summary(run.parent), **more})
+    write_summary(run.parent, {**json.loads((run.parent / "fit.json").read_text()), **more})
     return str(run)
 
 
@@ -51,10 +51,10 @@ def test_scales_of_a_fit_are_of_all_states_and_above_zero(run: Path) -> None:
     assert fitted_scale(run) == {}
     scale = {name: 0.5 + k for k, name in enumerate(STATES)}
     assert fitted_scale(rewritten(run, scale=scale)) == scale
-    for wrong in ({"x": 1.0}, {**scale, "more": 1.0}, [1.0]):
+    for wrong in ({"x": 1.0}, {**scale, "more": 1.0}):
         assert fitted_scale(rewritten(run, scale=wrong)) == {}
     for value in (0.0, -1.0, 1e31, 1e-31, "1", True, None):
-        with pytest.raises(StudyError, match=r"scale\.u is .*; it must be a positive number"):
+        with pytest.raises(StudyError, match=r"scale\.u is .*; it must be a (positive )?number"):
             fitted_scale(rewritten(run, scale={**scale, "u": value}))
     assert fitted_scale(rewritten(run, scale={**scale, "u": 1e-30}))["u"] == 1e-30
     assert fitted_scale(rewritten(run, scale={**scale, "u": 1e30}))["u"] == 1e30
@@ -63,19 +63,24 @@ def test_scales_of_a_fit_are_of_all_states_and_above_zero(run: Path) -> None:
 
 @pytest.mark.slow
 def test_nuisances_of_a_fit_are_finite(run: Path) -> None:
-    assert fitted_nuisances(rewritten(run, nuisances={"a": {"bias_u": -0.5, "current_x": 0}, "b": 3})) \
-        == {"a": {"bias_u": -0.5, "current_x": 0.0}}
-    assert fitted_nuisances(rewritten(run, nuisances=[1])) == {}
+    found = summary_beside(rewritten(run, nuisances={"a": {"bias_u": -0.5, "current_x": 0}}))
+    assert found is not None
+    assert found.nuisances == {"a": {"bias_u": -0.5, "current_x": 0.0}}
+    for wrong in ([1], {"b": 3}):
+        with pytest.raises(StudyError, match=r"nuisances.* is .*; it must be a table"):
+            summary_beside(rewritten(run, nuisances=wrong))
     for value in (None, "x", True, 1e31):
-        with pytest.raises(StudyError, match=r"nuisances\.a\.bias_u is .*; it must be a finite number"):
-            fitted_nuisances(rewritten(run, nuisances={"a": {"bias_u": value}}))
+        with pytest.raises(StudyError, match=r"nuisances\.a\.bias_u is .*; it must be a number from -1e\+30 to 1e\+30"):
+            summary_beside(rewritten(run, nuisances={"a": {"bias_u": value}}))
 
 
 def test_trials_of_a_study_are_those_of_the_fit_and_those_kept_back(run: Path) -> None:
-    assert studied(run) == ("turning_20_+1", "turning_35_+1")
-    assert studied(rewritten(run, grounds=[])) == ()
-    assert studied(rewritten(run, grounds={"trials": [{"name": "a"}, 3]})) == ("a",)
-    assert studied(run.with_name("none.toml")) == ()
+    found = read_summary(run.parent).grounds
+    assert [(one.name, one.role) for one in found.trials] == [("turning_20_+1", "fit"), ("turning_35_+1", "kept back")]
+    assert list(found.digests("fit")) == ["turning_20_+1"]
+    with pytest.raises(StudyError, match=r"grounds\.trials\.1 is 3; it must be a table"):
+        summary_beside(rewritten(run, grounds={"trials": [vars(found.trials[0]), 3]}))
+    assert summary_beside(run.with_name("none.toml")) is None
 
 
 def test_a_folder_that_was_only_just_claimed_is_released_where_the_study_is_refused(tmp_path: Path) -> None:
@@ -109,28 +114,31 @@ def test_a_history_has_four_columns(tmp_path: Path) -> None:
             read_history(path)
 
 
-def numbers(covariance: Any, value: float = 1.0, sigma: float = 0.1) -> Any:
-    C = np.array(covariance, dtype=float)
-    free = tuple(SimpleNamespace(path=f"p{k}") for k in range(len(C)))
-    return SimpleNamespace(free=free, values=np.full(len(C), value), sigma=np.full(len(C), sigma), covariance=C)
-
-
 def test_a_covariance_is_one_of_some_density() -> None:
     """Symmetric, no variance below zero, no correlation beyond one; rounding is let pass, and what is not known."""
     for good in ([[1.0, 0.999], [0.999, 1.0]], [[1e-12, 1e-7], [1e-7, 1.0]], [[0.0, 0.0], [0.0, 1.0]],
                  [[1.0, 1.0 + 1e-7], [1.0 + 1e-7, 1.0]], [[np.nan, np.nan], [np.nan, 1.0]],
                  [[4.0, 1.0], [1.0 + 1e-6, 4.0]]):  # fmt: skip
-        _check_numbers(Path("f"), numbers(good))
+        check_covariance(np.array(good), 2, Path("f"))
     for bad, told in (([[1.0, 0.5], [0.4, 1.0]], "must be symmetric"), ([[-1.0, 0.0], [0.0, 1.0]], "negative variance"),
                       ([[1.0, 1.1], [1.1, 1.0]], "negative variance"),
                       ([[1e-12, 1.1e-6], [1.1e-6, 1.0]], "negative variance")):  # fmt: skip
         with pytest.raises(StudyError, match=told):
-            _check_numbers(Path("f"), numbers(bad))
-    for more, told in (({"value": math.inf}, r"p0\.value is inf"), ({"sigma": 0.0}, r"p0\.sigma is 0"),
-                       ({"sigma": -1.0}, r"p0\.sigma is -1")):  # fmt: skip
-        with pytest.raises(StudyError, match=told):
-            _check_numbers(Path("f"), numbers([[1.0]], **more))
-    _check_numbers(Path("f"), numbers([[1.0]], sigma=math.nan))
+            check_covariance(np.array(bad), 2, Path("f"))
+
+
+@pytest.mark.slow
+def test_an_estimate_is_a_number_and_its_sigma_above_zero_or_unknown(run: Path) -> None:
+    found = read_summary(run.parent)
+    path, one = next(iter(found.parameters.items()))
+
+    def checked(changed: Parameter) -> None:
+        replace(found, parameters={**found.parameters, path: changed}).check(Path("f"))
+
+    for value, sigma, told in ((math.inf, 0.1, "value is inf"), (1.0, 0.0, "sigma is 0"), (1.0, -1.0, "sigma is -1")):
+        with pytest.raises(StudyError, match=rf"f: parameters\.hull\.Y_v\.{told}"):
+            checked(replace(one, value=value, sigma=sigma))
+    checked(replace(one, sigma=math.nan))
 
 
 def test_draws_have_the_covariance_of_the_fit_correlations_included() -> None:
@@ -141,7 +149,7 @@ def test_draws_have_the_covariance_of_the_fit_correlations_included() -> None:
     correlation = np.array([[1.0, -0.8, 0.3], [-0.8, 1.0, 0.0], [0.3, 0.0, 1.0]])
     C = correlation * np.outer(sizes, sizes)
     mean = np.array([-0.3, -0.05, 0.6])
-    own = Posterior(ship, tuple(Free(path, m) for path, m in zip(PATHS, mean.tolist(), strict=True)), mean, C, "d", {})
+    own = Posterior(ship, tuple(Free(path, m) for path, m in zip(PATHS, mean.tolist(), strict=True)), mean, C, "d")
     drawn = own.draws(20_000, 3)
     assert np.corrcoef(drawn.T) == pytest.approx(correlation, abs=0.03)
     assert drawn.std(axis=0) == pytest.approx(sizes, rel=0.03)
@@ -160,14 +168,14 @@ def test_draws_have_the_covariance_of_the_fit_correlations_included() -> None:
 def test_a_posterior_is_of_the_fit_beside_the_model(
     run: Path, change: Callable[[dict[str, Any]], dict[str, Any]], told: str
 ) -> None:
-    write_summary(run.parent, change(load_fit_summary(run.parent)))
+    write_summary(run.parent, change(json.loads((run.parent / "fit.json").read_text())))
     (run.parent / "fit.npz").unlink(missing_ok=True)
     with pytest.raises(StudyError, match=told):
         posterior(run)
 
 
 def test_a_fit_is_read_with_what_json_has_no_number_for(run: Path) -> None:
-    document = load_fit_summary(run.parent)
+    document = json.loads((run.parent / "fit.json").read_text())
     own = document["parameters"][PATHS[0]]
     own |= {"low": None, "high": None, "prior": None, "prior_sigma": None, "shrinkage": None}
     write_summary(run.parent, document)
@@ -232,11 +240,11 @@ def test_what_is_not_logged_is_still_air_flat_sea_and_deep_water() -> None:
     assert some["U_T"][0] == pytest.approx(0.0, abs=0.1)
     assert some["U_T"][1] == 5.0
     kept_back = grounds.grounds([moved()], [replace(moved(), name="b")], [replace(moved(), name="c")], ("delta",))
-    assert [(one["name"], one["role"]) for one in kept_back["trials"]] \
+    assert [(one.name, one.role) for one in kept_back.trials] \
         == [("a", "fit"), ("b", "validation"), ("c", "kept back")]
-    assert kept_back["trials"][0]["rows"] == 10
-    assert kept_back["trials"][0]["duration"] == pytest.approx(9.0, abs=1.0)
-    assert kept_back["kinds"] == [kind_of(moved())]
+    assert kept_back.trials[0].rows == 10
+    assert kept_back.trials[0].duration == pytest.approx(9.0, abs=1.0)
+    assert kept_back.kinds == (kind_of(moved()),)
 
 
 def test_a_kind_is_as_the_data_show_it_else_as_the_sidecar_says() -> None:

@@ -17,7 +17,7 @@ from seatrial.data import Trial
 from seatrial.identify import Fit, Loss, Problem, StudyError, Verdict
 from seatrial.identify.diagnosis.findings import Channel, Contradiction, Diagnosis, Residuals, Suspicion
 from seatrial.ships.files import load
-from seatrial.study.store import load_fit_summary, save_fit, write_summary
+from seatrial.study.store import read_summary, save_fit, write_summary
 from seatrial.study.stored import load_fit
 
 FREE = (Free("hull.Y_v", -0.3), Free("hull.N_v", -0.1, -0.2, -0.05, -0.1, 0.02))
@@ -80,7 +80,7 @@ def _with(value: object, *keys: str) -> Callable[[dict[str, Any]], object]:
     [
         (_without("covariance"), "fit.json: covariance is missing"),
         (_with([[1.0]], "covariance"), "covariance must be 2 rows of 2 numbers"),
-        (_with("wide", "parameters", "hull.Y_v", "sigma"), "parameters.hull.Y_v.sigma is wide; it must be a number"),
+        (_with("wide", "parameters", "hull.Y_v", "sigma"), "parameters.hull.Y_v.sigma is 'wide'; it must be a number"),
         (_with(True, "objective"), "objective is True"),
         (_with(None, "parameters", "hull.Y_v", "value"), "hull.Y_v.value is nan; it must be a finite number"),
         (_with(-0.01, "parameters", "hull.Y_v", "sigma"), "hull.Y_v.sigma is -0.01; it must be above zero"),
@@ -88,10 +88,10 @@ def _with(value: object, *keys: str) -> Callable[[dict[str, Any]], object]:
         (_with([[1.0, 0.1], [0.2, 1.0]], "covariance"), "covariance must be symmetric"),
         (_with([[-1.0, 0.0], [0.0, 1.0]], "covariance"), "covariance has a negative variance"),
         (_with([[1.0, 2.0], [2.0, 1.0]], "covariance"), "covariance has a negative variance"),
-        (_with([1], "parameters"), "parameters must be tables"),
+        (_with([1], "parameters"), r"parameters is \[1\]; it must be a table"),
         (_with(-1.0, "parameters", "hull.N_v", "start"), "hull.N_v: the bounds .* exclude the start"),
-        (_with([{"subject": "a"}], "verdicts"), "each of verdicts needs subject"),
-        (_with({"a": {"current_x": "x"}}, "nuisances"), "nuisances.a.current_x is x"),
+        (_with([{"subject": "a"}], "verdicts"), "verdicts.0.status is missing"),
+        (_with({"a": {"current_x": "x"}}, "nuisances"), "nuisances.a.current_x is 'x'; it must be a number"),
         (_with("other", "digest"), "fit.npz: of fit d, fit.json is of other"),
     ],
 )
@@ -112,7 +112,7 @@ def test_a_number_that_is_changed_after_the_fit_is_noticed_wherever_the_fit_is_r
     document["covariance"][0][0] /= 2.0
     path.write_text(json.dumps(document))
     readers: tuple[Callable[[], object], ...] = (
-        lambda: load_fit(folder), lambda: load_fit_summary(folder), lambda: posterior(folder / "model.toml"))
+        lambda: load_fit(folder), lambda: read_summary(folder), lambda: posterior(folder / "model.toml"))
     for read in readers:
         with pytest.raises(StudyError, match=r"fit\.json: was changed after the fit"):
             read()
@@ -144,9 +144,9 @@ def test_a_damaged_or_foreign_array_file_is_named(folder: Path) -> None:
     (folder / "fit.npz").write_bytes(b"PK\x03\x04 nothing")
     with pytest.raises(StudyError, match=r"fit\.npz: cannot be read"):
         load_fit(folder)
-    said = np.array(json.dumps({"digest": "d", "loss": {"sigma": {"u": "x"}}, "trials": {}, "diagnosis": None}))
-    np.savez(folder / "fit.npz", said=said, ends=np.zeros((0, 0)))
-    with pytest.raises(StudyError, match=r"loss\.sigma\.u is x, not"):
+    said = {"schema": "seatrial-arrays/1", "digest": "d", "loss": {"sigma": {"u": "x"}}, "diagnosis": None}
+    np.savez(folder / "fit.npz", said=np.array(json.dumps(said)), numbers=np.zeros(0), ends=np.zeros((0, 0)))
+    with pytest.raises(StudyError, match=r"loss\.sigma\.u is 'x'; it must be a number; delete it"):
         load_fit(folder)
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.core.records import filled
 from seatrial.identify import StudyError
 from seatrial.study import virtual
-from seatrial.study.schema import StudyFile
+from seatrial.study.schema import VirtualTable
 
 STUDY = (Path(__file__).parents[2] / "studies" / "milliampere_full.toml").read_text(encoding="utf-8")
 
@@ -19,7 +20,7 @@ def source(*changes):
     for before, after in changes:
         assert before in text
         text = text.replace(before, after)
-    return virtual.read(StudyFile.model_validate(tomllib.loads(text)).virtual)
+    return virtual.read(filled(VirtualTable, tomllib.loads(text)["virtual"], "s.toml", StudyError))
 
 
 def first(read):

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatrial.core.records import filled
 from seatrial.identify import StudyError
 from seatrial.sensors import Sensors
 from seatrial.study import virtual
-from seatrial.study.schema import StudyFile
+from seatrial.study.schema import VirtualTable
 from seatrial.study.study import read_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "suyama2023.toml"
@@ -20,7 +21,7 @@ SHORT = STUDY.read_text(encoding="utf-8").replace("duration = 600.0", "duration 
 def document(text=SHORT):
     import tomllib
 
-    return virtual.read(StudyFile.model_validate(tomllib.loads(text)).virtual)
+    return virtual.read(filled(VirtualTable, tomllib.loads(text)["virtual"], "s.toml", StudyError))
 
 
 @pytest.fixture(scope="module")

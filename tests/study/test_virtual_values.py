@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.records import filled
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.environment.weather import Gust
@@ -27,7 +28,7 @@ TURN = {"type": "turning:Turning", "rudder": 20.0}
 
 def made(trials: dict[str, Any] | None = None, **more: Any) -> VirtualTrials:
     table = {"ship": "kvlcc2_l7", "seed": 3, "trials": {"a": TURN} if trials is None else trials, **more}
-    return virtual.read(VirtualTable.model_validate(table))
+    return virtual.read(filled(VirtualTable, table, "s.toml", StudyError))
 
 
 def refused(told: str, trials: dict[str, Any] | None = None, **more: Any) -> None:
@@ -199,11 +200,11 @@ def test_a_smoother_has_the_noises_and_the_disturbances_of_its_table() -> None:
     assert found.current is True
     (free,) = found.parameters
     assert (free.path, free.sigma, free.start) == ("hull.N_r", 0.004, free.prior)
-    still = reading.kalman(said.model_copy(update={"current": 0.0}), L7)
+    still = reading.kalman(replace(said, current=0.0), L7)
     assert still.process == {"u": 0.1}
     assert still.current is False
     with pytest.raises(StudyError, match=r"no parameter|hull\.N_x"):
-        reading.kalman(said.model_copy(update={"parameters": {"hull.N_x": 1.0}}), L7)
+        reading.kalman(replace(said, parameters={"hull.N_x": 1.0}), L7)
 
 
 def test_a_smoothed_trial_keeps_its_own_current_and_takes_none_from_the_filter(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,6 +20,7 @@ from seatrial.ships import ShipError
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import simulate
+from seatrial.study.schema import SmootherTable
 from seatrial.validate import foresight, rivals
 from seatrial.validate.requirements import Finding, Item, Judgement, Table, draws, scopes
 
@@ -262,15 +263,8 @@ def test_forecasts_are_made_by_three_rivals_and_stop_where_a_trial_ends(monkeypa
     ship = load("kvlcc2_l7")
     asked: list[tuple[float, float, float]] = []
 
-    class Table:
-        def __init__(self) -> None:
-            self.parameters = {"hull.Y_v": 0.1}
-            self.process = {"u": 0.1, "r": 0.2, "bias": 3.0}
-            self.current = 0.5
-
-        def model_copy(self, *, update: Any) -> Any:
-            return SimpleNamespace(**({"parameters": self.parameters, "process": self.process} | update))
-
+    smoother = SmootherTable(position=1.0, heading=0.1, parameters={"hull.Y_v": 0.1}, current=0.5,
+                             process={"u": 0.1, "r": 0.2, "bias": 3.0})  # fmt: skip
     ran: list[Any] = []
 
     def kalman(smoother: Any, who: Any) -> Any:
@@ -284,8 +278,8 @@ def test_forecasts_are_made_by_three_rivals_and_stop_where_a_trial_ends(monkeypa
     monkeypatch.setattr(foresight, "forecasts", forecasts)
     monkeypatch.setattr(foresight, "own_samples", lambda trial: trial)
     flat = {name: np.ones(101) for name in ("n_P", "delta")}
-    logs = [(Table(), Trial("long", np.arange(101.0) * 0.5, dict(flat))),
-            (Table(), Trial("short", np.arange(101.0) * 0.49, dict(flat)))]  # fmt: skip
+    logs = [(smoother, Trial("long", np.arange(101.0) * 0.5, dict(flat))),
+            (smoother, Trial("short", np.arange(101.0) * 0.49, dict(flat)))]  # fmt: skip
     monkeypatch.setattr(foresight, "readings", lambda study: logs)
     fitted = ship.having({"hull.Y_v": -0.5})
     study: Any = SimpleNamespace(problem=SimpleNamespace(ship=ship))

@@ -76,7 +76,7 @@ def test_trials_that_have_vanished_leave_a_card_without_errors(run: Path, tmp_pa
     found = card(str(run)).result
     assert found.rows == ()
     assert "cannot be read" in found.missing[0]
-    assert found.covered["delta"][1] > 0.6  # what the fit covers is still known
+    assert found.grounds.covered["delta"][1] > 0.6  # what the fit covers is still known
     document = card(str(run)).document
     assert any("no unseen trial" in line for line in document["must_not"])  # type: ignore[union-attr]
 
@@ -121,7 +121,7 @@ def test_a_fit_of_before_ranges_were_kept_has_a_card_but_no_bands(run: Path) -> 
     del document["grounds"], document["study_file"]
     write_summary(file.parent, document)
     found = card(str(run)).result
-    assert found.covered == {}
+    assert found.grounds.covered == {}
     assert found.missing
     with pytest.raises(RequestError, match="did not keep the ranges"):
         simulate_with_bands(str(run), "turning", 95.0)
@@ -197,7 +197,7 @@ def left_out(run: Path, factor: float = 9.0, **more: object) -> Path:
     """The same run with what few left-out trials would have said of it."""
     file = calibrated(run, count=4)
     said = {"factor": factor, "trials": 4, "left": 1.0, "errors": {"one": 81.0, "two": 1.0}, **more}
-    file.write_text(json.dumps({**json.loads(file.read_text()), "left_out": said}))
+    file.write_text(json.dumps({**json.loads(file.read_text()), "power": said}))
     return run
 
 
@@ -241,7 +241,7 @@ def test_no_left_out_trial_tells_of_other_surroundings(run: Path) -> None:
 
 @pytest.mark.parametrize("wrong", [{"factor": 0.0}, {"factor": "nine"}, {"trials": 1}, {"errors": 3}])
 def test_what_left_out_trials_say_is_not_edited(run: Path, wrong: dict[str, object]) -> None:
-    with pytest.raises(StudyError, match=r"model\.bands\.json: cannot be read .* seatrial calibrate MODEL makes it"):
+    with pytest.raises(StudyError, match=r"model\.bands\.json: power\.\w+ is .* seatrial calibrate MODEL makes them"):
         simulate_with_bands(str(left_out(run, **wrong)), "turning", 95.0)  # type: ignore[arg-type]
 
 

@@ -24,7 +24,7 @@ from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
 from seatrial.models import STATES
 from seatrial.report.blocks import Line, Table
-from seatrial.study.grounds import Beyond, covered
+from seatrial.study.grounds import Beyond, Grounds, covered
 from seatrial.workflow import asked
 from seatrial.workflow.evidence import ahead as paths_ahead
 from seatrial.workflow.evidence import calibrate as calibrating
@@ -111,7 +111,7 @@ def test_a_prediction_beyond_the_trials_of_the_fit_is_refused(held: Path, trials
 def drawing(**more: Any) -> Drawing:
     ship, spans = truth(), {"u": (0.0, 1.2), "delta": (-0.6, 0.6), "U_T": (0.0, 0.0)}
     free = tuple(Free(path, 1.0, prior=1.0, sigma=0.3) for path in PATHS)
-    own = Posterior(ship, free, np.ones(3), covariance(0.01), "digest", {"kinds": ["turning"], "covered": spans})
+    own = Posterior(ship, free, np.ones(3), covariance(0.01), "digest", Grounds((), ("turning",), spans))
     return replace(Drawing(own, None, 0.95, 200, False, True), **more)
 
 
@@ -149,7 +149,7 @@ def test_a_run_beyond_the_trials_has_no_bands_unless_accepted_or_told_by_left_ou
 
 
 def test_a_fit_that_kept_no_ranges_has_bands_only_where_accepted() -> None:
-    old = replace(drawing().held, grounds={})
+    old = replace(drawing().held, grounds=Grounds())
     assert drawing(held=old).ungrounded.startswith("the fit of kvlcc2_l7 did not keep the ranges of its trials")
     assert drawing(held=old).refusal(run()) == drawing(held=old).ungrounded
     assert drawing(held=old, extrapolate=True).ungrounded == ""
@@ -248,11 +248,11 @@ def test_two_parts_are_the_fewest_that_leave_trials_out(plain: Path, tmp_path: P
 def test_a_calibration_is_of_the_study_and_the_trials_of_the_fit(
     tmp_path: Path, trials: tuple[Trial, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from seatrial.study.store import load_fit_summary
+    from seatrial.study.store import read_summary
 
     (tmp_path / "s.toml").write_text("text")
     model = saved(tmp_path / "run", trials, file=str(tmp_path / "s.toml"), text="text")
-    summary = load_fit_summary(model.parent)
+    summary = read_summary(model.parent)
     read_again = SimpleNamespace(problem=SimpleNamespace(trials=trials))
     monkeypatch.setattr(calibrating, "read_study", lambda _: read_again)
     assert calibrating._study(summary, str(model)) is read_again

@@ -56,11 +56,12 @@ def run(tmp_path_factory) -> tuple[Path, Path]:
 
 def test_the_run_folder_has_draws_summary_and_section(run):
     _, out = run
-    paths, draws = read_draws(out / "posterior.npz")
-    told = json.loads((out / "fit.json").read_text())
+    found, told = read_draws(out), json.loads((out / "fit.json").read_text())
+    assert found is not None
+    draws = found.flat
     assert draws.shape == (400, 2)
-    assert list(paths) == list(told["parameters"])
-    assert told["posterior"]["parameters"]["hull.Y_v"]["mean"] == pytest.approx(draws[:, 0].mean())
+    assert list(found.paths) == list(told["parameters"])
+    assert found.said["parameters"]["hull.Y_v"]["mean"] == pytest.approx(draws[:, 0].mean())
     assert "Posterior, sampled" in (out / "report.html").read_text()
     assert not list(out.glob("checkpoint*"))
 
@@ -119,9 +120,10 @@ def test_a_campaign_runs_draws_as_they_are(run):
     made = campaign_of(document, out / "campaign.toml")
     assert made.correlated is not None
     assert made.dims == 1
-    _, draws = read_draws(out / "posterior.npz")
+    found = read_draws(out)
+    assert found is not None
     values = made.correlated.of(np.random.default_rng(0).random((50, 1)))
-    assert all((np.abs(draws - one).sum(axis=1) < 1e-12).any() for one in values)
+    assert all((np.abs(found.flat - one).sum(axis=1) < 1e-12).any() for one in values)
     document = {"schema": "seatrial-campaign/1", "ships": ["kvlcc2_l7"], "runs": 50, "posterior":
                 {"fit": str(out / "absent.npz")}, "manoeuvre": {"kind": "turning", "rudder": 35.0}}  # fmt: skip
     with pytest.raises(RequestError, match=r"absent\.npz: no such file; name the folder of a run"):
@@ -131,7 +133,7 @@ def test_a_campaign_runs_draws_as_they_are(run):
 def test_a_file_that_holds_no_draws_is_refused(tmp_path):
     (tmp_path / "posterior.npz").write_text("no archive")
     with pytest.raises(StudyError, match="cannot be read"):
-        read_draws(tmp_path / "posterior.npz")
+        read_draws(tmp_path)
 
 
 def test_trials_left_out_in_turn_are_kept_beside_the_fit(run, tmp_path):
@@ -150,7 +152,7 @@ def test_trials_left_out_in_turn_are_kept_beside_the_fit(run, tmp_path):
     assert plain.power is None
     found = calibrate(str(model)).result
     assert summary.read_bytes() == before
-    told = json.loads((tmp_path / "run" / "model.bands.json").read_text())["left_out"]
+    told = json.loads((tmp_path / "run" / "model.bands.json").read_text())["power"]
     assert told["trials"] == 3
     assert set(told["errors"]) == {"a", "b", "c"}
     assert told["factor"] >= 1.0
@@ -162,6 +164,7 @@ def test_trials_left_out_in_turn_are_kept_beside_the_fit(run, tmp_path):
     few, wide = (Drawing.of(str(model), level, None, extrapolate=False) for level in (75.0, 95.0))
     assert few.found is not None
     assert wide.found is None
-    (tmp_path / "run" / "model.bands.json").write_text('{"fit": "another"}')
+    bands = tmp_path / "run" / "model.bands.json"
+    bands.write_text(json.dumps({**json.loads(bands.read_text()), "fit": "another"}))
     with pytest.raises(StudyError, match=r"model\.bands\.json: is of fit another, the model beside it of fit"):
         posterior(model)

@@ -1,40 +1,59 @@
-"""Samples of a posterior on disk: posterior.npz, posterior.nc where ArviZ is there, and their summary in fit.json."""
+"""Samples of a posterior on disk: posterior.npz, and posterior.nc where ArviZ is there."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..core.files import packed, write_whole
-from ..core.unpacking import unpacked
+from ..core.files import write_whole
+from ..core.records import read_archive, to_archive
 from ..data import Array
 from ..identify import StudyError
-from ..study.store import load_fit_summary, write_summary
 from .sampling.sampled import Sampled
 
-DRAWS, NETCDF, KEY = "posterior.npz", "posterior.nc", "posterior"
+DRAWS, NETCDF = "posterior.npz", "posterior.nc"
+SCHEMA, _REMEDY = "seatrial-posterior/1", "seatrial identify STUDY --sample N makes it"
 
 
-def save_draws(found: Sampled, folder: str | Path) -> Path:
-    """Write the draws to the folder of their fit, and their summary into its fit.json; returns the path of the draws.
+@dataclass(frozen=True)
+class Draws:
+    """posterior.npz: draws of the posterior of a fit.
 
-    Raises:
-        StudyError: no fit in the folder.
+    Attributes:
+        fit: digest of the fit.
+        paths: of the parameters.
+        draws: shape (draws, chains, paths).
+        density, best, laplace: as of `Sampled`.
+        said: what they say, `Sampled.numbers`.
     """
+
+    fit: str
+    paths: tuple[str, ...]
+    draws: Array
+    density: Array
+    best: Array
+    laplace: Array
+    said: Mapping[str, Any]
+
+    @property
+    def flat(self) -> Array:
+        """All draws of all chains, shape (draws, paths)."""
+        return self.draws.reshape(-1, len(self.paths))
+
+
+def save_draws(found: Sampled, fit: str, folder: str | Path) -> Path:
+    """Write the draws to the folder of the fit of that digest; returns their path."""
     where = Path(folder)
-    document = load_fit_summary(where)
-    arrays: dict[str, Any] = {
-        "paths": np.array(found.paths), "draws": found.draws, "density": found.density, "best": found.best,
-        "laplace": found.laplace, "fit": np.array(str(document.get("digest", ""))),
-    }  # fmt: skip
-    path = write_whole(where / DRAWS, packed(**arrays))
+    made = Draws(fit, found.paths, found.draws, found.density, found.best, found.laplace, found.numbers())
+    path = write_whole(where / DRAWS, to_archive(made, SCHEMA))
     (where / NETCDF).unlink(missing_ok=True)
     if (data := inference_data(found)) is not None:
         data.to_netcdf(str(where / NETCDF))
-    write_summary(where, {**document, KEY: found.numbers()})
     return path
 
 
@@ -53,23 +72,18 @@ def inference_data(found: Sampled) -> Any:
     )  # fmt: skip
 
 
-def read_draws(path: str | Path) -> tuple[tuple[str, ...], Array]:
-    """Paths, and all draws of all chains, shape (draws, paths).
+def read_draws(folder: str | Path) -> Draws | None:
+    """The draws in the folder of a fit; None where there are none.
 
     Raises:
-        StudyError: no such file, or not as `save_draws` wrote it.
+        StudyError: not as `save_draws` wrote them.
     """
-    try:
-        found = unpacked(Path(path).read_bytes())
-        paths = tuple(str(one) for one in found["paths"])
-        draws = np.asarray(found["draws"], dtype=np.float64).reshape(-1, len(paths))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise StudyError(f"{path}: cannot be read: {error}; seatrial identify STUDY --sample N makes it") from None
-    if not (len(draws) and np.isfinite(draws).all()):
-        raise StudyError(f"{path}: holds no finite draws; seatrial identify STUDY --sample N makes them")
-    return paths, draws
-
-
-def drawn_of(path: str | Path) -> str:
-    """Digest of the fit whose posterior the draws are of, of a file that `read_draws` has read."""
-    return str(unpacked(Path(path).read_bytes()).get("fit", ""))
+    path = Path(folder) / DRAWS
+    if not path.is_file():
+        return None
+    found = read_archive(path, Draws, SCHEMA, StudyError, _REMEDY)
+    if found.draws.ndim != 3 or found.draws.shape[2] != len(found.paths):
+        raise StudyError(f"{path}: draws of shape {found.draws.shape} of {len(found.paths)} parameters; {_REMEDY}")
+    if not (found.draws.size and np.isfinite(found.draws).all()):
+        raise StudyError(f"{path}: holds no finite draws; {_REMEDY}")
+    return found

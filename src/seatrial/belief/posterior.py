@@ -7,16 +7,14 @@ else: a draw is one of that density given that it lies within the bounds of the 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from ..core.parameters import Free, specs
 from ..data import Array
 from ..ships import Ship
+from ..study.grounds import Grounds, Ranges
 from .power import Power, directions
 
 # Draws outside the bounds are thrown away, so many times over; chains make them where fewer than this share are within.
@@ -39,7 +37,7 @@ class Posterior:
         mean: estimates, shape (free,).
         covariance: shape (free, free).
         digest: of the fit; empty of one that is not kept, such as a fit that leaves trials out.
-        grounds: trials of the fit and the ranges they cover (`study.grounds`); empty where they were not kept.
+        grounds: trials of the fit, their kinds and the ranges that they cover.
         power: how much less the likelihood is worth by trials left out in turn; None where none were.
         samples: draws of its sampled posterior (`identify --sample`), shape (draws, free); None where it was not.
     """
@@ -49,7 +47,7 @@ class Posterior:
     mean: Array
     covariance: Array
     digest: str = ""
-    grounds: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    grounds: Grounds = field(default_factory=Grounds)
     power: Power | None = None
     samples: Array | None = None
 
@@ -59,10 +57,9 @@ class Posterior:
         return tuple(one.path for one in self.free)
 
     @property
-    def covered(self) -> dict[str, tuple[float, float]]:
-        """Range of each channel in the trials of the fit, SI units; null is infinite (deep water)."""
-        found = self.grounds.get("covered", {})
-        return {name: (_open(low), _open(high)) for name, (low, high) in found.items()}
+    def covered(self) -> Ranges:
+        """Range of each channel in the trials of the fit, SI units."""
+        return self.grounds.covered
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -160,7 +157,3 @@ def _angle(a: Array, b: Array, low: Array, high: Array, rng: np.random.Generator
     k = np.argmax(total > wanted, axis=1)[:, None]
     rest = wanted - np.take_along_axis(total - free, k, axis=1)
     return np.where(total[:, -1] > 0.0, (np.take_along_axis(last, k, axis=1) + rest)[:, 0], 0.0)
-
-
-def _open(value: float | None) -> float:
-    return math.inf if value is None else float(value)

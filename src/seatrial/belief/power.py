@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from ..core.parameters import Free
+from ..core.records import Limits
 from ..data import Array
 from ..identify.vector import Vector
 
@@ -36,10 +37,10 @@ class Power:
         left: the same over all trials where the likelihood counts by 1/T; above 1 where the priors are too narrow.
     """
 
-    factor: float
-    trials: int
+    factor: Annotated[float, Limits(least=1.0)]
+    trials: Annotated[int, Limits(least=LEAST)]
     errors: Mapping[str, float]
-    left: float
+    left: Annotated[float, Limits(least=0.0)]
 
     def deviations(self, fixed: Array, count: int, rng: np.random.Generator) -> Array:
         """Standard deviation in each of `directions` of so many draws, each with a factor of its own, (count, free)."""
@@ -60,18 +61,6 @@ class Power:
         """For JSON."""
         return {"factor": self.factor, "trials": self.trials, "left": self.left, "errors": dict(self.errors),
                 "words": list(self.words)}  # fmt: skip
-
-    @staticmethod
-    def read(table: Mapping[str, Any]) -> Power:
-        """From what `numbers` gave.
-
-        Raises:
-            KeyError, TypeError, ValueError: it is not as that.
-        """
-        factor, left, trials = float(table["factor"]), float(table["left"]), int(table["trials"])
-        if not (1.0 <= factor < np.inf and 0.0 <= left < np.inf and trials >= LEAST):
-            raise ValueError(f"factor {factor:g}, left {left:g}, trials {trials}")
-        return Power(factor, trials, {str(name): float(one) for name, one in table["errors"].items()}, left)
 
     @property
     def words(self) -> tuple[str, ...]:

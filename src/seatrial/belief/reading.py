@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -14,20 +13,13 @@ from ..identify import Fit, StudyError
 from ..ships.files import load
 from ..study.store import MODEL, SUMMARY, read_summary
 from ..study.stored import load_fit
-from .drawn import DRAWS, drawn_of, read_draws
+from .bands.calibration import HOW as CALIBRATION
+from .bands.calibration import beside, read_calibration
+from .drawn import DRAWS, read_draws
 from .posterior import Posterior
 from .power import Power
 
 HOW = "seatrial identify STUDY.toml -o RUN writes RUN/model.toml with its posterior beside"
-CALIBRATE = "seatrial calibrate MODEL makes it from fits that leave trials out"
-SUFFIX, MEASURED = ".bands.json", "measured"
-
-
-def beside(model: str | Path, begin: str = MEASURED) -> Path:
-    """Where the calibration of a model is kept for predictions that begin so (`bands.calibration`)."""
-    path = Path(model)
-    return path.with_suffix(SUFFIX) if begin == MEASURED else path.with_name(
-        f"{path.stem}.{begin.replace(' ', '-')}{SUFFIX}")
 
 
 def posterior(model: str | Path, *, weighed: bool = True) -> Posterior:
@@ -58,7 +50,7 @@ def posterior(model: str | Path, *, weighed: bool = True) -> Posterior:
     if not fit.free or not np.all(np.isfinite(fit.covariance)) or not np.any(fit.covariance):
         raise StudyError(f"{file}: its fit has no covariance ({SUMMARY}); {HOW} with an estimator that gives one, "
                          "such as shooting:Trajectory")  # fmt: skip
-    return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.get("grounds") or {},
+    return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.grounds,
                      _power(beside(file), fit.digest) if weighed else None, _samples(file.parent, fit))  # fmt: skip
 
 
@@ -70,15 +62,10 @@ def _power(path: Path, digest: str) -> Power | None:
     """
     if not path.is_file():
         return None
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        table, fit = document.get("left_out"), str(document["fit"])
-        found = None if table is None else Power.read(table)
-    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise StudyError(f"{path}: cannot be read ({error}); {CALIBRATE}") from None
-    if fit != digest:
-        raise StudyError(f"{path}: is of fit {fit}, the model beside it of fit {digest}; {CALIBRATE}")
-    return found
+    found = read_calibration(path)
+    if found.fit != digest:
+        raise StudyError(f"{path}: is of fit {found.fit}, the model beside it of fit {digest}; {CALIBRATION}")
+    return found.power
 
 
 def _samples(where: Path, fit: Fit) -> Array | None:
@@ -87,14 +74,13 @@ def _samples(where: Path, fit: Fit) -> Array | None:
     Raises:
         StudyError: they cannot be read, or are of other parameters.
     """
-    file = where / DRAWS
-    if not file.is_file():
+    found, file = read_draws(where), where / DRAWS
+    if found is None:
         return None
-    paths, draws = read_draws(file)
-    if drawn_of(file) != fit.digest:
-        raise StudyError(f"{file}: is of fit {drawn_of(file) or 'none'}, the {SUMMARY} beside it of fit {fit.digest}; "
+    if found.fit != fit.digest:
+        raise StudyError(f"{file}: is of fit {found.fit or 'none'}, the {SUMMARY} beside it of fit {fit.digest}; "
                          "keep the files of one run together, or delete the draws")  # fmt: skip
-    if set(paths) != set(fit.vector.paths):
-        raise StudyError(f"{file}: holds {len(paths)} parameters, the fit beside it {len(fit.free)} others; keep the "
-                         "files of one run together")  # fmt: skip
-    return draws[:, [paths.index(path) for path in fit.vector.paths]]
+    if set(found.paths) != set(fit.vector.paths):
+        raise StudyError(f"{file}: holds {len(found.paths)} parameters, the fit beside it {len(fit.free)} others; keep "
+                         "the files of one run together")  # fmt: skip
+    return found.flat[:, [found.paths.index(path) for path in fit.vector.paths]]

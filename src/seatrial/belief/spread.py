@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import numpy as np
 
 from ..core.files import write_whole
 from ..core.parameters import values
-from ..core.unpacking import unpacked
+from ..core.records import read_archive, to_archive
 from ..data import Array, Trial
 from ..identify import Fit, Loss, Problem
 from ..identify.record import windows
@@ -42,7 +41,7 @@ WIDE = 3.0
 
 MEMBERS = 16
 _USUAL = 0.9
-_SCHEMA = "seatrial-spread/1"
+_SCHEMA, _REMEDY = "seatrial-spread/2", "run the study again, or remove the file"
 
 
 @dataclass(frozen=True)
@@ -195,20 +194,7 @@ def _drifts(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[tuple[A
 
 def save_members(found: Members, path: Path) -> Path:
     """Write the members beside the ship file, whole or not at all."""
-    arrays: dict[str, Any] = {
-        "schema": _SCHEMA, "paths": list(found.paths), "fitted": found.fitted, "drawn": found.drawn,
-        "units": -1 if found.units is None else found.units,
-        "states": list(found.sigma), "sigma": list(found.sigma.values()),
-        "restart": math.nan if found.restart is None else found.restart,
-        "trials": list(found.training), "training": list(found.training.values()),
-    }  # fmt: skip
-    r = found.reference
-    if r is not None:
-        arrays |= {"channels": list(r.channels), "scale": r.scale, "points": r.points,
-                   "limit": r.limit, "low": r.low, "high": r.high, "own": list(r.own.values())}  # fmt: skip
-    held = BytesIO()
-    np.savez_compressed(held, **arrays)
-    return write_whole(path, held.getvalue())
+    return write_whole(path, to_archive(found, _SCHEMA))
 
 
 def load_members(path: Path, ship: Ship) -> Members:
@@ -217,24 +203,10 @@ def load_members(path: Path, ship: Ship) -> Members:
     Raises:
         ShipError: the file cannot be read, or belongs to another fit than the ship.
     """
-    try:
-        a = unpacked(path.read_bytes())
-        if str(a["schema"]) != _SCHEMA:
-            raise ValueError(f"schema is '{a['schema']}', this version reads '{_SCHEMA}'")
-        paths = tuple(map(str, a["paths"]))
-        states = dict(zip(map(str, a["states"]), a["sigma"].tolist(), strict=True))
-        level = dict(zip(map(str, a["trials"]), a["training"].tolist(), strict=True))
-        restart = None if np.isnan(a["restart"]) else float(a["restart"])
-        reference = None if "channels" not in a else Reference(
-            tuple(map(str, a["channels"])), a["scale"], a["points"], float(a["limit"]), a["low"],
-            a["high"], dict(zip(level, a["own"].tolist(), strict=False)),
-        )  # fmt: skip
-        units = None if int(a["units"]) < 0 else int(a["units"])
-        found = Members(paths, a["fitted"], a["drawn"], units, states, restart, level, reference)
-        if found.drawn.ndim != 2 or found.drawn.shape[1] != len(paths) or found.fitted.shape != (len(paths),):
-            raise ValueError(f"members of shape {found.drawn.shape} for {len(paths)} parameters")
-    except (OSError, KeyError, ValueError) as error:
-        raise ShipError(f"{path}: cannot be read: {error}; run the study again, or remove the file") from None
+    found = read_archive(path, Members, _SCHEMA, ShipError, _REMEDY)
+    paths, units = found.paths, found.units
+    if found.drawn.ndim != 2 or found.drawn.shape[1] != len(paths) or found.fitted.shape != (len(paths),):
+        raise ShipError(f"{path}: members of shape {found.drawn.shape} for {len(paths)} parameters; {_REMEDY}")
     known = values(ship.model)
     # The outputs of random units are in no ship file.
     same = [math.isclose(known[p], v, rel_tol=1e-9, abs_tol=1e-300) if p in known else units is not None

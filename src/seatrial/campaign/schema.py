@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
-from pydantic import Field
-
-from ..study.schema import Strict
+from ..core.records import Limits, Positive
 from .designs import Design
 
 SCHEMA = "seatrial-campaign/1"
 
-Positive = Annotated[float, Field(gt=0.0)]
 Numbers = list[float]
+Open = Annotated[float, Limits(infinite=True)]
 
 
-class ManoeuvreTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class ManoeuvreTable:
     """A manoeuvre with the settings of `seatrial simulate`: rudder, heading [deg], speed [m/s], rps [1/s], else [%]."""
 
     kind: str
@@ -24,7 +24,7 @@ class ManoeuvreTable(Strict):
     steer: Positive | None = None
     heading: Positive | None = None
     side: Literal["port", "starboard"] | None = None
-    seed: int | None = Field(default=None, ge=0)
+    seed: Annotated[int, Limits(least=0)] | None = None
     speed: Positive | None = None
     rps: float | None = None
     throttle: float | None = None
@@ -36,15 +36,17 @@ class ManoeuvreTable(Strict):
     precision: Literal["double", "single"] = "double"
 
 
-class TracksTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class TracksTable:
     """Samples of each run that are kept: each so many, and which of their columns."""
 
-    every: int = Field(default=1, gt=0)
-    columns: list[str] = Field(default_factory=list)
+    every: Annotated[int, Limits(least=1)] = 1
+    columns: list[str] = field(default_factory=list[str])
     precision: Literal["double", "single"] = "single"
 
 
-class WeatherTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class WeatherTable:
     """What is around all ships, as the options of `seatrial simulate` of these names give it."""
 
     wind: str | None = None
@@ -54,7 +56,8 @@ class WeatherTable(Strict):
     depth: Positive | None = None
 
 
-class InputTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class InputTable:
     """One input: one of the distributions, in `unit`; with `factor` it multiplies the value of the ship."""
 
     value: float | None = None
@@ -65,19 +68,21 @@ class InputTable(Strict):
     choice: Numbers | None = None
     values: Numbers | None = None
     weights: tuple[float, ...] = ()
-    within: tuple[float, float] | None = None
+    within: tuple[Open, Open] | None = None
     factor: bool = False
     unit: str | None = None
 
 
-class PosteriorTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class PosteriorTable:
     """A fit whose posterior is drawn from: folder of a run, or a file in it."""
 
     fit: str
     widen: Positive = 1.0
 
 
-class CriterionTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class CriterionTable:
     """Bounds of an index, in `unit`."""
 
     at_most: float | None = None
@@ -85,19 +90,20 @@ class CriterionTable(Strict):
     unit: str | None = None
 
 
-class CampaignFile(Strict):
+@dataclass(frozen=True, kw_only=True)
+class CampaignFile:
     """A campaign."""
 
     title: str = ""
     ships: list[str]
-    runs: int = Field(gt=0)
+    runs: Annotated[int, Limits(least=1)]
     manoeuvre: ManoeuvreTable | list[ManoeuvreTable]
-    seed: int = Field(default=1, ge=0)
+    seed: Annotated[int, Limits(least=0)] = 1
     design: Design = "random"
-    chunk: int | None = Field(default=None, gt=0)
+    chunk: Annotated[int, Limits(least=1)] | None = None
     tracks: TracksTable | None = None
     revolutions: Literal["ship", "balanced"] = "ship"
-    weather: WeatherTable = WeatherTable()
-    inputs: dict[str, InputTable] = Field(default_factory=dict)
+    weather: WeatherTable = field(default_factory=WeatherTable)
+    inputs: dict[str, InputTable] = field(default_factory=dict[str, InputTable])
     posterior: PosteriorTable | None = None
-    criteria: dict[str, CriterionTable] = Field(default_factory=dict)
+    criteria: dict[str, CriterionTable] = field(default_factory=dict[str, CriterionTable])

@@ -8,20 +8,16 @@ a few lines become gigabytes.
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType, UnionType
-from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, cast
 
 from ..core import files
-from ..core.kinds import wrong_kind
-from ..core.parameters import unknown
+from ..core.records import filled, of_schema
 from . import DataError
-from .table import existing, within
+from .table import existing
 
 T = TypeVar("T")
 
@@ -207,88 +203,9 @@ def _wrong(what: str, node: Any) -> Exception:
 
 
 def read_keys(path: str | Path, kind: type[T], schema: str) -> T:
-    """A TOML file as a frozen dataclass, its keys and types taken from the fields.
-
-    A field without a default is required; a field that is a dataclass is a table, one of ``dict[str, X]`` any number
-    of named entries.  Whole numbers are taken for floats; no number is infinite or NaN.  A key that is no name of
-    Python's (``from``) is in the metadata of its field, as ``key``.
-
-    Args:
-        path: the file.
-        kind: dataclass of fields of type str, int, float, bool, Literal, a dataclass, a dict or ``tuple[X, ...]`` of
-            one of these, or a union of them.
-        schema: what its key ``schema`` must be.
+    """A TOML file as a frozen dataclass, its keys and types taken from the fields; see `core.records.filled`.
 
     Raises:
         DataError: not TOML, another schema, an unknown key (the near ones are named), a missing one, a wrong type.
     """
-    here, said = Path(path), read_toml(path)
-    found = said.pop("schema", None)
-    if found != schema:
-        raise DataError(wrong_kind(here, found, schema))
-    with within(here):
-        return _filled(kind, said, "")
-
-
-def _filled(kind: type[T], said: Mapping[str, Any], place: str) -> T:
-    """A dataclass from the table at a place of a file."""
-    inside = f"{place}: " if place else ""
-    known = {str(one.metadata.get("key", one.name)): one for one in fields(cast("Any", kind))}
-    for key in said:
-        if key not in known:
-            raise DataError(f"{inside}{unknown(key, known, 'key')}")
-    for name, one in known.items():
-        if name not in said and one.default is MISSING and one.default_factory is MISSING:
-            raise DataError(f"{place}.{name} is missing" if place else f"{name} is missing")
-    hints = get_type_hints(kind)
-    values = {
-        known[key].name: _typed(hints[known[key].name], value, f"{place}.{key}" if place else key)
-        for key, value in said.items()
-    }
-    return kind(**values)
-
-
-def _typed(hint: Any, value: Any, place: str) -> Any:
-    """A value of a file as the type of its field."""
-    options = get_args(hint)
-    if get_origin(hint) in (Union, UnionType):
-        return _either([one for one in options if one is not type(None)], value, place)
-    if get_origin(hint) is tuple:
-        if not isinstance(value, list):
-            raise DataError(f"{place} is {value!r:.60}; it must be a list")
-        return tuple(_typed(options[0], one, f"{place}[{k}]") for k, one in enumerate(cast("list[Any]", value)))
-    if is_dataclass(hint) or get_origin(hint) is dict:
-        if not isinstance(value, dict):
-            raise DataError(f"{place} is {value!r:.60}; it must be a table of keys with values")
-        table = cast("dict[str, Any]", value)
-        if is_dataclass(hint):
-            return _filled(cast("type[Any]", hint), table, place)
-        return {key: _typed(options[1], one, f"{place}.{key}") for key, one in table.items()}
-    if hint is float and type(value) is int:
-        value = float(value)
-    fits = value in options if options else type(value) is hint and (hint is not float or math.isfinite(value))
-    if not fits:
-        wanted = " or ".join(map(repr, options)) or _KINDS[hint]
-        raise DataError(f"{place} is {value!r:.60}; it must be {wanted}")
-    return value
-
-
-def _either(options: list[Any], value: Any, place: str) -> Any:
-    """A value of a file as the first type of a union that it fits."""
-    for hint in options[:-1]:
-        try:
-            return _typed(hint, value, place)
-        except DataError:
-            continue
-    try:
-        return _typed(options[-1], value, place)
-    except DataError:
-        if len(options) == 1:
-            raise
-        wanted = " or ".join(_KINDS.get(one, str(one)) for one in options)
-        raise DataError(f"{place} is {value!r:.60}; it must be {wanted}") from None
-
-
-_KINDS: Mapping[type, str] = MappingProxyType({
-    str: "a text", int: "a whole number", float: "a finite number", bool: "true or false",
-})  # fmt: skip
+    return filled(kind, of_schema(read_toml(path), schema, path, DataError), path, DataError)

@@ -12,7 +12,7 @@ import fnmatch
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -28,6 +28,7 @@ from ..identify import StudyError
 from ..identify.filters.filtering import Kalman
 from ..identify.filters.measurement import Antenna, Heading
 from ..ships import Ship
+from .schema import DataSetTable
 
 DATA = "SEATRIAL_DATA"
 """Variable that names the folder of the public data sets; unset, it is ../shared/data beside the
@@ -56,8 +57,8 @@ def read_data(path: Path, data: Any, ship: Ship) -> Split:
             raise StudyError(f"{path}: data.train is missing")
         found = _one(path, "data", data, ship)
     else:
-        alone = [key for key in type(data).model_fields
-                 if key not in ("set", "extrapolate") and key in data.model_fields_set]  # fmt: skip
+        usual = DataSetTable()
+        alone = [one.name for one in fields(usual) if getattr(data, one.name) != getattr(usual, one.name)]
         if alone:
             raise StudyError(f"{path}: data.{alone[0]} stands beside [[data.set]]; write it in each set")
         parts = [_one(path, f"data.set {k}", one, ship) for k, one in enumerate(sets, start=1)]
@@ -72,7 +73,7 @@ def read_raw(path: Path, data: Any, ship: Ship) -> tuple[tuple[Any, Trial], ...]
     found: list[tuple[Any, Trial]] = []
     for one in data.set or (data,):
         if one.smoother is not None:
-            test, validation, _ = _one(path, "data", one.model_copy(update={"smoother": None, "train": []}), ship)
+            test, validation, _ = _one(path, "data", replace(one, smoother=None, train=[]), ship)
             found += [(one.smoother, trial) for trial in (*validation, *test)]
     return tuple(found)
 

@@ -8,16 +8,18 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
+from ..core.records import Limits
 from ..data import Array, Trial
 from ..data.kinds import recognised
 
-Ranges = Mapping[str, tuple[float, float]]
-"""Lowest and highest value of each channel, SI units."""
+_End = Annotated[float, Limits(null=math.inf)]
+Ranges = Mapping[str, tuple[_End, _End]]
+"""Lowest and highest value of each channel, SI units; null in a file is infinite (deep water)."""
 
 DRIFT = "drift"
 """Angle of drift at midship, atan2(-v_m, u) [rad]."""
@@ -31,6 +33,37 @@ _SLOW = 0.1
 _USUAL = {"U_T": 0.0, "H_S": 0.0, "depth": math.inf}
 SURROUNDINGS = tuple(_USUAL)
 """Channels of ranges that are no motion of the ship and no control."""
+
+
+@dataclass(frozen=True)
+class Used:
+    """A trial of a study: its role ("fit", "validation", "kept back"), samples, length [s], and digest."""
+
+    name: str
+    role: str
+    kind: str
+    rows: int
+    duration: float
+    digest: str
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Grounds:
+    """What a fit stands on; all empty of a fit of before it was kept.
+
+    Attributes:
+        trials: of the study.
+        kinds, covered: of manoeuvre and of each channel, of the trials of the fit.
+    """
+
+    trials: tuple[Used, ...] = ()
+    kinds: tuple[str, ...] = ()
+    covered: Ranges = field(default_factory=dict[str, tuple[float, float]])
+
+    def digests(self, role: str) -> dict[str, str]:
+        """Digest by name of the trials of a role."""
+        return {one.name: one.digest for one in self.trials if one.role == role}
 
 
 @dataclass(frozen=True)
@@ -57,21 +90,21 @@ def trial_digest(trial: Trial) -> str:
 
 def grounds(
     train: Sequence[Trial], validation: Sequence[Trial], test: Sequence[Trial], controls: Sequence[str]
-) -> dict[str, Any]:  # fmt: skip
-    """Trials by role ("fit", "validation", "kept back"), and the ranges and kinds of those of the fit, for fit.json.
+) -> Grounds:  # fmt: skip
+    """Trials by role, and the ranges and kinds of those of the fit.
 
     Args:
         controls: of the model.
     """
     roles = {"fit": train, "validation": validation, "kept back": test}
-    trials = [_record(trial, role) for role, some in roles.items() for trial in some]
-    kinds = sorted({one["kind"] for one in trials if one["role"] == "fit"})
-    return {"trials": trials, "kinds": kinds, "covered": {k: list(v) for k, v in covered(train, controls).items()}}
+    trials = tuple(_used(trial, role) for role, some in roles.items() for trial in some)
+    kinds = sorted({one.kind for one in trials if one.role == "fit"})
+    return Grounds(trials, tuple(kinds), covered(train, controls))
 
 
-def _record(trial: Trial, role: str) -> dict[str, Any]:
-    return {"name": trial.name, "role": role, "kind": kind_of(trial), "rows": len(trial), "duration": trial.duration,
-            "digest": trial_digest(trial), "source": str(trial.meta.get("source", ""))}  # fmt: skip
+def _used(trial: Trial, role: str) -> Used:
+    return Used(trial.name, role, kind_of(trial), len(trial), trial.duration, trial_digest(trial),
+                str(trial.meta.get("source", "")))  # fmt: skip
 
 
 def kind_of(trial: Trial) -> str:

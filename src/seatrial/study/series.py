@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from ..core.files import is_plain, read_toml
-from ..core.kinds import wrong_kind
 from ..core.parameters import unknown
+from ..core.records import document_of, filled, of_schema, read_record
 from ..data import Trial
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
 from ..identify.resume import digest
@@ -22,7 +22,7 @@ from ..ships import Ship
 from ..ships.classes import Trust, trusting
 from .data import Composition, read_compositions, read_data
 from .freedom import freedom, stated, suspected
-from .schema import Claim, DataTable, Published, SeriesFile, checked
+from .schema import Claim, DataTable, Published, SeriesFile
 from .study import read_estimator, read_ship
 
 SCHEMA = "seatrial-series/1"
@@ -138,7 +138,7 @@ def read_series(
         ShipError, DataError, ParameterError: from what the file names.
     """
     here = Path(path)
-    said = _checked(here, read_toml(here))
+    said = _checked(here, of_schema(document_of(here, StudyError), SCHEMA, here, StudyError))
     if budget != FULL and budget not in said.budgets:
         raise StudyError(f"{here}: {unknown(budget, (FULL, *said.budgets), 'budget')}")
     _check_names(here, said)
@@ -164,20 +164,15 @@ def _published(path: Path, said: Published | str | None) -> Published:
     if not isinstance(said, str):
         return said or Published(source="")
     here = path.parent / said
-    try:
-        document = read_toml(here)
-    except OSError:
-        raise StudyError(f"{path}: published: no such file: {here}") from None
-    except (UnicodeDecodeError, ValueError) as error:
-        raise StudyError(f"{here}: {error}") from None
-    if (schema := document.pop("schema", None)) != PUBLISHED:
-        raise StudyError(wrong_kind(here, schema, PUBLISHED))
-    return checked(here, Published, document)
+    if not here.is_file():
+        raise StudyError(f"{path}: published: no such file: {here}")
+    return read_record(here, Published, PUBLISHED, StudyError)
 
 
-def _checked(path: Path, document: Mapping[str, Any]) -> Any:
+def _checked(path: Path, document: Mapping[str, Any]) -> SeriesFile:
     """The document with its keys and types checked, each fit completed by the one that it is like."""
-    found: Any = checked(path, SeriesFile, {**document, "fits": _completed(path, document.get("fits", {}))})
+    whole = {**document, "fits": _completed(path, document.get("fits", {}))}
+    found = filled(SeriesFile, whole, path, StudyError)
     for key, fit in found.fits.items():
         if not is_plain(key):
             raise StudyError(f"{path}: fits: '{key}' names a folder of the run; take letters, digits, spaces, '-', '_'")
@@ -265,7 +260,7 @@ class _Reader:
         loss, nuisance = fit.loss or self.said.loss, fit.nuisance
         return Problem(
             ship, train, free, Loss(loss.sigma, loss.correlation, loss.weights, loss.scale),
-            Nuisance(**nuisance.model_dump()), validation,
+            Nuisance(**vars(nuisance)), validation,
         )  # fmt: skip
 
     def _estimators(self, key: str, fit: Any) -> list[tuple[int | None, Estimator]]:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,8 +18,8 @@ from ..ships import Ship
 from ..ships.classes import foreign
 from ..ships.files import load
 from .series import Cell, Row, Series
-from .store import HISTORY, MODEL, SUMMARY, claim
-from .stored import read_history, read_numbers
+from .store import HISTORY, MODEL, SUMMARY, Summary, claim, read_summary
+from .stored import read_history
 
 FITS = "fits"
 
@@ -33,19 +32,19 @@ class Member:
         seed: None where nothing was drawn.
         history: rows (iteration, objective, validation or NaN, seconds), shape (iterations, 4).
         objective: the least loss on the validation trials, where the estimator watches them.
-        summary: what `fit.json` holds; empty for a ship as it is.
+        summary: what `fit.json` holds; None for a ship as it is.
     """
 
     seed: int | None
     ship: Ship
     history: Array
     objective: float
-    summary: Mapping[str, Any]
+    summary: Summary | None
 
     @property
     def seconds(self) -> float:
         """Time of the fit [s]."""
-        return float(self.summary.get("seconds", 0.0))
+        return self.summary.seconds if self.summary else 0.0
 
 
 def folder(out: Path, row: Row, cell: Cell) -> Path:
@@ -135,14 +134,14 @@ def members(series: Series, row: Row, out: Path) -> tuple[Member, ...]:
         StudyError: a folder holds the fit of another problem, or one that cannot be read.
     """
     if not row.cells:
-        return (Member(None, row.ship, np.zeros((0, 4)), math.nan, {}),)
+        return (Member(None, row.ship, np.zeros((0, 4)), math.nan, None),)
     found: list[Member] = []
     for cell in row.cells:
         where = folder(out, row, cell)
         if _done(series, out, row, cell):
-            numbers = read_numbers(where)
+            said = read_summary(where)
             found.append(Member(
                 cell.seed, load(where / MODEL, trust=foreign(row.ship.model)), read_history(where / HISTORY),
-                numbers.objective, numbers.document,
+                said.objective, said,
             ))  # fmt: skip
     return tuple(found)

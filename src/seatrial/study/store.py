@@ -5,35 +5,150 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import numpy as np
 
 from ..core.files import plain, read_toml, write_whole
-from ..core.parameters import read
+from ..core.parameters import Free, read
+from ..core.records import Limits, from_json, json_of, read_json, to_archive, to_json
+from ..core.records import digest as digest_of
 from ..core.version import __version__
-from ..data import DataError, Trial
-from ..identify import Fit, Problem, StudyError
+from ..data import Array, DataError, Trial
+from ..identify import Fit, Loss, Problem, StudyError, Verdict
+from ..identify.diagnosis.findings import Diagnosis
 from ..models import STATES
 from ..ships import Entry, Ship
 from ..ships.writing import save
-from .arrays import ARRAYS, to_bytes
-from .grounds import grounds
+from .grounds import Grounds, grounds
 
-MODEL, SUMMARY, HISTORY, RUN = "model.toml", "fit.json", "history.csv", "run.json"
-SEAL = "seal"
+MODEL, SUMMARY, ARRAYS, HISTORY, RUN = "model.toml", "fit.json", "fit.npz", "history.csv", "run.json"
+SCHEMA, ARRAYS_SCHEMA, SEAL = "seatrial-fit/1", "seatrial-arrays/1", "seal"
 COLUMNS = ["iteration", "objective", "validation", "seconds"]
 """Of history.csv."""
 # How a caution begins that speaks of parameters which are zero until a fit has moved them.
 _UNFITTED = "As it stands"
 # Magnitudes beyond are no measure of anything; see `core.files.REACH`.
 _MOST = 1e30
+# Of a correlation, what rounding may leave.
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A free parameter in fit.json: what was found, and how it was declared."""
+
+    value: float
+    sigma: float
+    shrinkage: float
+    start: float
+    low: Annotated[float, Limits(null=-math.inf)]
+    high: Annotated[float, Limits(null=math.inf)]
+    prior: float
+    prior_sigma: Annotated[float, Limits(null=math.inf)]
+    at_bound: bool = False
+
+
+@dataclass(frozen=True)
+class Summary:
+    """fit.json: a fit for people and programs, written once.
+
+    Attributes:
+        parameters: by path.
+        covariance: shape (parameters, parameters).
+        diagnosis: `Diagnosis.numbers`; None where nothing was tested.
+        nuisances: currents and biases that were estimated along, by trial and name.
+        provenance: of the model.
+        study_text, study_file: the study as written, and where it was read from.
+        scale: divisor of the error of each state where this fit is judged.
+        version: of seatrial, that made it.
+        seal: digests of this document and of the model beside it.
+    """
+
+    study: str
+    digest: str
+    status: str
+    objective: float
+    seconds: float
+    evaluations: int
+    parameters: Mapping[str, Parameter]
+    covariance: Array
+    verdicts: tuple[Verdict, ...]
+    diagnosis: Mapping[str, Any] | None
+    nuisances: Mapping[str, Mapping[str, Annotated[float, Limits(least=-_MOST, most=_MOST)]]]
+    provenance: Mapping[str, Any]
+    study_text: str = ""
+    scale: Mapping[str, float] | None = None
+    version: str = ""
+    study_file: str = ""
+    grounds: Grounds = field(default_factory=Grounds)
+    seal: Mapping[str, str | None] | None = None
+
+    @property
+    def explained(self) -> bool:
+        """Whether the model explains the data, as far as that was tested."""
+        return self.diagnosis is None or bool(self.diagnosis.get("explained", True))
+
+    def column(self, name: str) -> Array:
+        """One field of each parameter."""
+        return np.array([vars(one)[name] for one in self.parameters.values()], dtype=np.float64)
+
+    @property
+    def free(self) -> tuple[Free, ...]:
+        """The parameters as they were declared; ParameterError where one cannot be."""
+        return tuple(Free(path, one.start, one.low, one.high, one.prior, one.prior_sigma)
+                     for path, one in self.parameters.items())  # fmt: skip
+
+    def check(self, where: Path) -> None:
+        """Refuse estimates that are no numbers, and spreads that are none.
+
+        Raises:
+            StudyError: the key in the file `where`.
+        """
+        for path, one in self.parameters.items():
+            if not math.isfinite(one.value):
+                raise StudyError(f"{where}: parameters.{path}.value is {one.value:g}; it must be a finite number")
+            if one.sigma <= 0.0:  # NaN, of a fit that gives none, is not
+                raise StudyError(f"{where}: parameters.{path}.sigma is {one.sigma:g}; it must be above zero")
+        check_covariance(self.covariance, len(self.parameters), where)
+
+
+@dataclass(frozen=True)
+class Arrays:
+    """fit.npz: what JSON cannot hold of the fit of that digest, to the last bit; fields as of `Fit`."""
+
+    digest: str
+    diagnosis: Diagnosis | None
+    loss: Loss | None
+    ends: Array
+
+
+def check_covariance(covariance: Array, size: int, where: Path) -> None:
+    """Refuse a covariance of so many parameters that is none.
+
+    Raises:
+        StudyError: what is wrong with it, in the file `where`.
+    """
+    if covariance.size != size * size:
+        raise StudyError(f"{where}: covariance must be {size} rows of {size} numbers")
+    covariance = covariance.reshape(size, size)
+    known = np.isfinite(covariance).all(axis=0)
+    inner = covariance[np.ix_(known, known)]
+    greatest = float(np.abs(inner).max(initial=0.0))
+    if not np.allclose(inner, inner.T, rtol=0.0, atol=_ROUNDING * greatest):
+        raise StudyError(f"{where}: covariance must be symmetric")
+    scale = np.sqrt(np.abs(np.diag(inner)))
+    sizes = np.outer(scale, scale)
+    unit = inner / np.where(sizes > 0.0, sizes, 1.0)
+    if inner.size and (np.diag(inner).min() < 0.0 or np.linalg.eigvalsh(unit).min() < -_ROUNDING):
+        raise StudyError(f"{where}: covariance has a negative variance")
 
 
 def save_fit(
@@ -62,45 +177,55 @@ def save_fit(
         "began": {f.path: float(read(problem.ship.model, f.path)) for f in fit.free},
     }  # fmt: skip
     write_whole(where / HISTORY, _history(fit))
-    if (arrays := to_bytes(fit)) is None:
+    if fit.diagnosis is None and fit.loss is None and not fit.ends.size:
         (where / ARRAYS).unlink(missing_ok=True)  # of a fit before
     else:
-        write_whole(where / ARRAYS, arrays)
+        kept = Arrays(fit.digest, fit.diagnosis, fit.loss, fit.ends)
+        write_whole(where / ARRAYS, to_archive(kept, ARRAYS_SCHEMA))
     model = save(_sourced(fit, study), where / MODEL, provenance)
-    summary = {
-        **_summary(fit, study, text, provenance), "scale": None if scale is None else dict(scale),
-        "version": __version__, "study_file": file,
-        "grounds": grounds(problem.trials, problem.validation, test, fit.ship.model.controls),
-    }  # fmt: skip
-    write_summary(where, summary)
+    write_summary(where, Summary(
+        study, fit.digest, fit.status, fit.objective, fit.seconds, fit.evaluations, _parameters(fit), fit.covariance,
+        fit.verdicts, fit.diagnosis.numbers() if fit.diagnosis else None, fit.nuisances,
+        {key: value for key, value in provenance.items() if key not in ("sigma", "began")}, text, scale, __version__,
+        file, grounds(problem.trials, problem.validation, test, fit.ship.model.controls),
+    ))  # fmt: skip
     return model
 
 
-def write_summary(folder: str | Path, document: Mapping[str, Any]) -> Path:
+def _parameters(fit: Fit) -> dict[str, Parameter]:
+    found = zip(fit.free, fit.values.tolist(), fit.sigma.tolist(), fit.shrinkage.tolist(), strict=True)
+    return {
+        free.path: Parameter(value, sigma, shrinkage, free.start, free.low, free.high, free.prior, free.sigma,
+                             free.path in fit.at_bound)
+        for free, value, sigma, shrinkage in found
+    }  # fmt: skip
+
+
+def write_summary(folder: str | Path, summary: Summary | Mapping[str, Any]) -> Path:
     """Write the fit.json of a folder, sealed: with digests of its content and of the model.toml beside it."""
-    content = {key: value for key, value in plain(document).items() if key != SEAL}
+    content = {"schema": SCHEMA, **plain(summary)}
+    content.pop(SEAL, None)
     path = Path(folder) / SUMMARY
-    seal = {"fit": _digest(content), "model": _model_digest(path.with_name(MODEL))}
+    seal = {"fit": digest_of(content), "model": _model_digest(path.with_name(MODEL))}
     return write_whole(path, json.dumps({**content, SEAL: seal}, indent=1) + "\n")
 
 
-def load_fit_summary(path: str | Path) -> dict[str, Any]:
-    """The content of fit.json as `save_fit` wrote it, from the file or its folder.
+def read_summary(path: str | Path) -> Summary:
+    """The fit.json of `save_fit`, from the file or its folder.
 
     Raises:
-        StudyError: no such file, one of another schema, or a fit or model that was changed afterwards.
+        StudyError: no such file, another schema, what is wrong in it and at which key, or that it or the model beside
+            was changed after the fit.
     """
-    document = read_summary(path)
-    check_seal(path, document)
-    return document
+    where = Path(path) / SUMMARY if Path(path).is_dir() else Path(path)
+    document = json_of(where, SCHEMA, StudyError)
+    found = from_json(Summary, document, where, StudyError)
+    found.check(where)
+    _check_seal(where, document)
+    return found
 
 
-def read_summary(path: str | Path) -> dict[str, Any]:
-    """The same whatever its seal, for those who judge the content first."""
-    return _read(_summary_at(path), "seatrial-fit/1")
-
-
-def check_seal(path: str | Path, document: Mapping[str, Any]) -> None:
+def _check_seal(where: Path, document: Mapping[str, Any]) -> None:
     """Refuse the content of a fit.json that was changed after the fit, or beside whose file the model was.
 
     A fit of before there were seals has none, and is accepted.
@@ -108,85 +233,53 @@ def check_seal(path: str | Path, document: Mapping[str, Any]) -> None:
     Raises:
         StudyError: which of the two files it is.
     """
-    where, seal = _summary_at(path), document.get(SEAL)
+    seal, model = document.get(SEAL), where.with_name(MODEL)
     if seal is None:
         return
-    model = where.with_name(MODEL)
-    held = seal if isinstance(seal, dict) else {}
-    if held.get("fit") != _digest({key: value for key, value in document.items() if key != SEAL}):
+    content = {key: value for key, value in document.items() if key != SEAL}
+    if seal.get("fit") != digest_of({"schema": SCHEMA, **content}):
         raise StudyError(f"{where}: was changed after the fit; put back what identify wrote, or fit again")
-    if model.is_file() and held.get("model") != _model_digest(model):
+    if model.is_file() and seal.get("model") != _model_digest(model):
         raise StudyError(f"{model}: was changed after the fit that {SUMMARY} beside it is of; put back what identify "
                          "wrote, and save a ship with other numbers elsewhere")  # fmt: skip
-
-
-def _summary_at(path: str | Path) -> Path:
-    where = Path(path)
-    return where / SUMMARY if where.is_dir() else where
-
-
-def _digest(document: Any) -> str:
-    """Of a document whatever the order and layout of its keys."""
-    return hashlib.sha256(json.dumps(document, sort_keys=True, default=str).encode()).hexdigest()[:32]
 
 
 def _model_digest(path: Path) -> str | None:
     """Of the content of a ship file; None where none can be read."""
     try:
-        return _digest(read_toml(path))
+        return digest_of(read_toml(path))
     except (OSError, ValueError):
         return None
 
 
+def summary_beside(model: str | Path) -> Summary | None:
+    """What the fit of a model says, from the fit.json beside it; None where none is."""
+    where = Path(model).with_name(SUMMARY)
+    return read_summary(where) if Path(model).name == MODEL and where.is_file() else None
+
+
 def fitted_scale(model: str | Path) -> dict[str, float]:
-    """Scale of each state in the report of a fitted model; empty where no fit beside it has one.
+    """Scale of each state where a fitted model is judged; empty where no fit beside it has one.
 
     Raises:
         StudyError: a scale that is no number above zero.
     """
-    found = _beside(model).get("scale")
-    if not isinstance(found, dict) or set(found) != set(STATES):
+    said = summary_beside(model)
+    if said is None or said.scale is None or set(said.scale) != set(STATES):
         return {}
-    where = Path(model).with_name(SUMMARY)
-    return {name: _number(value, f"{where}: scale.{name}", positive=True) for name, value in found.items()}
+    for name, value in said.scale.items():
+        if not 1.0 / _MOST <= value <= _MOST:
+            where = Path(model).with_name(SUMMARY)
+            raise StudyError(f"{where}: scale.{name} is {value:g}; it must be a positive number")
+    return dict(said.scale)
 
 
-def fitted_nuisances(model: str | Path) -> dict[str, dict[str, float]]:
-    """Currents and biases that were estimated with a fitted model, by trial and name; empty where no fit is beside.
+@dataclass(frozen=True)
+class Claim:
+    """run.json: the study whose run a folder is, and the fingerprint of its problem."""
 
-    Raises:
-        StudyError: an entry that is no finite number.
-    """
-    found = _beside(model).get("nuisances")
-    where = Path(model).with_name(SUMMARY)
-    if not isinstance(found, dict):
-        return {}
-    return {
-        str(trial): {name: _number(value, f"{where}: nuisances.{trial}.{name}") for name, value in own.items()}
-        for trial, own in found.items() if isinstance(own, dict)
-    }  # fmt: skip
-
-
-def studied(model: str | Path) -> tuple[str, ...]:
-    """Names of all trials of the study that a model was fitted in, kept back or not; empty where no fit is beside."""
-    told = _beside(model).get("grounds", {})
-    trials = told.get("trials", ()) if isinstance(told, dict) else ()
-    return tuple(str(one.get("name")) for one in trials if isinstance(one, dict))
-
-
-def _number(value: object, where: str, positive: bool = False) -> float:
-    """A number of a file of a fit, which people may have edited."""
-    what = f"{where} is {str(value)[:40]}; it must be a {'positive' if positive else 'finite'} number"
-    if not isinstance(value, int | float) or isinstance(value, bool) or not abs(value) <= _MOST:
-        raise StudyError(what)
-    if positive and not value >= 1.0 / _MOST:
-        raise StudyError(what)
-    return float(value)
-
-
-def _beside(model: str | Path) -> dict[str, Any]:
-    where = Path(model).with_name(SUMMARY)
-    return load_fit_summary(where) if Path(model).name == MODEL and where.is_file() else {}
+    study: str
+    digest: str
 
 
 def claim(folder: str | Path, digest: str, study: str) -> bool:
@@ -200,16 +293,15 @@ def claim(folder: str | Path, digest: str, study: str) -> bool:
     """
     where = Path(folder) / RUN
     if where.exists():
-        held = _read(where, "seatrial-run/1")
-        if held.get("digest") != digest:
+        held = read_json(where, Claim, "seatrial-run/1", StudyError)
+        if held.digest != digest:
             raise StudyError(
-                f"{folder}: holds a run of study '{held.get('study')}' with other settings or data, or by another "
-                f"version of seatrial ({held.get('digest')}, this is {digest}); choose another folder with -o"
+                f"{folder}: holds a run of study '{held.study}' with other settings or data, or by another "
+                f"version of seatrial ({held.digest}, this is {digest}); choose another folder with -o"
             )
         return False
-    document = {"schema": "seatrial-run/1", "study": study, "digest": digest}
     where.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(where, json.dumps(document) + "\n")
+    write_whole(where, to_json(Claim(study, digest), "seatrial-run/1"))
     return True
 
 
@@ -224,16 +316,6 @@ def kept(folder: str | Path, fresh: bool) -> Generator[None, None, None]:
             with suppress(OSError):  # something else is in it
                 Path(folder).rmdir()
         raise
-
-
-def _read(path: Path, schema: str) -> dict[str, Any]:
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise StudyError(f"{path}: cannot be read: {error}") from None
-    if not isinstance(document, dict) or document.get("schema") != schema:
-        raise StudyError(f"{path}: is not of schema '{schema}'")
-    return document
 
 
 def _sourced(fit: Fit, study: str) -> Ship:
@@ -259,25 +341,3 @@ def _finite(value: float) -> float | None:
 def _history(fit: Fit) -> str:
     rows = [",".join(f"{v:.17g}" if math.isfinite(v) else "" for v in row) for row in fit.history.tolist()]
     return "\n".join([",".join(COLUMNS), *rows, ""])
-
-
-def _summary(fit: Fit, study: str, text: str, provenance: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        "schema": "seatrial-fit/1", "study": study, "digest": fit.digest, "status": fit.status,
-        "objective": fit.objective, "seconds": fit.seconds, "evaluations": fit.evaluations,
-        "parameters": {
-            free.path: {
-                "value": float(fit.values[i]), "sigma": float(fit.sigma[i]),
-                "shrinkage": float(fit.shrinkage[i]), "start": free.start, "low": free.low,
-                "high": free.high, "prior": free.prior, "prior_sigma": free.sigma,
-                "at_bound": free.path in fit.at_bound,
-            }
-            for i, free in enumerate(fit.free)
-        },
-        "covariance": fit.covariance.tolist(),
-        "verdicts": [asdict(verdict) for verdict in fit.verdicts],
-        "diagnosis": fit.diagnosis.numbers() if fit.diagnosis else None,
-        "nuisances": fit.nuisances,
-        "provenance": {k: v for k, v in provenance.items() if k not in ("sigma", "began")},
-        "study_text": text,
-    }  # fmt: skip

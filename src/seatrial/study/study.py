@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
@@ -16,9 +15,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..core.files import read_toml
-from ..core.kinds import wrong_kind
 from ..core.parameters import Free, specs, unknown
+from ..core.records import document_of, filled, of_schema
 from ..core.version import __version__
 from ..data import Trial
 from ..data.prepare import BREAK, unbroken
@@ -30,7 +28,7 @@ from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
 from .data import Split, chosen, read_data, read_raw
 from .freedom import freedom, stated, suspected, taken
-from .schema import StudyFile, checked
+from .schema import StudyFile
 
 if TYPE_CHECKING:
     from .virtual import VirtualTrials
@@ -97,7 +95,7 @@ def read_study(path: str | Path, *, trust: Trust = False, suspects: bool = False
 
 def _read(here: Path, suspects: bool) -> Study:
     document = _document(here)
-    said = checked(here, StudyFile, document)
+    said = filled(StudyFile, document, here, StudyError)
     ship = read_ship(here, said.ship)
     virtual, (train, validation, test) = _made(here, said) if said.virtual else (None, read_data(here, said.data, ship))
     try:
@@ -113,7 +111,7 @@ def _read(here: Path, suspects: bool) -> Study:
             raise StudyError(f"{here}: report.unidentified: {unknown(path, known)}")
     problem = Problem(
         ship, train, free, _loss(here, said.loss, train),
-        Nuisance(**said.nuisance.model_dump()), validation, said.data.extrapolate,
+        Nuisance(**vars(said.nuisance)), validation, said.data.extrapolate,
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
     problem = suspected(str(here), problem, estimator, suspects)
@@ -123,7 +121,7 @@ def _read(here: Path, suspects: bool) -> Study:
         here.stem, here, problem, estimator, test, said.report.restart,
         _run_digest(problem, estimator, test, said), notes, said.title,
         _rival(here, said.rival.free if said.rival else (), free), virtual,
-        said.report.published.model_dump() if said.report.published else {}, said.report.unidentified,
+        vars(said.report.published) if said.report.published else {}, said.report.unidentified,
     )  # fmt: skip
 
 
@@ -140,7 +138,7 @@ def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:
 
     Empty where the study has no such table. Forecasts are compared with these: smoothed states use later readings.
     """
-    said = checked(study.path, StudyFile, _document(study.path))
+    said = filled(StudyFile, _document(study.path), study.path, StudyError)
     return () if said.virtual is not None else read_raw(study.path, said.data, study.problem.ship)
 
 
@@ -162,14 +160,9 @@ def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], s
 
 
 def _document(path: Path) -> dict[str, Any]:
-    try:
-        document = read_toml(path)
-    except FileNotFoundError:
-        raise StudyError(f"{path}: no such study file") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise StudyError(f"{path}: cannot be read as TOML: {error}") from None
-    if document.get("schema") != SCHEMA:
-        raise StudyError(wrong_kind(path, document.get("schema"), SCHEMA))
+    if not path.exists():
+        raise StudyError(f"{path}: no such study file")
+    document = of_schema(document_of(path, StudyError), SCHEMA, path, StudyError)
     shared = document.get("virtual")
     return {**document, "virtual": _shared(path, shared)} if isinstance(shared, str) else document
 
@@ -177,9 +170,9 @@ def _document(path: Path) -> dict[str, Any]:
 def _shared(path: Path, name: str) -> Any:
     """The table [virtual] of the study that `virtual` names: two studies of the same simulated trials."""
     try:
-        table = read_toml(path.parent / name).get("virtual")
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise StudyError(f"{path}: virtual: {name} cannot be read as TOML: {error}") from None
+        table = document_of(path.parent / name, StudyError).get("virtual")
+    except StudyError as error:
+        raise StudyError(f"{path}: virtual: {error}") from None
     if not isinstance(table, dict):
         raise StudyError(f"{path}: virtual: {name} has no table [virtual]; name a study that has one")
     return cast("dict[str, Any]", table)

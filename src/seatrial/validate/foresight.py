@@ -75,7 +75,7 @@ def _rivals(smoother: Any, start: Ship, fitted: Ship) -> tuple[tuple[str, Any, S
     fresh = {path: float(read(start.model, path)) for path in smoother.parameters}
     still = replace(start, model=Nomoto(K=1e-9, T=1e6, U=max(start.speed, 1e-2)), notes={}, n_P=None)
     walk = {name: sd for name, sd in smoother.process.items() if name in ("u", "v_m", "r")}
-    bare = smoother.model_copy(update={"current": 0.0, "parameters": {}, "process": walk})
+    bare = replace(smoother, current=0.0, parameters={}, process=walk)
     return (FITTED, smoother, fitted.having(fresh)), (UNTUNED, smoother, start), (CONSTANT_VELOCITY, bare, still)
 
 

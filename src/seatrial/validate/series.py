@@ -180,8 +180,8 @@ def _width(row: Row, found: Sequence[Member]) -> float:
     estimator = row.cells[0].estimator if row.cells else None
     if not found or not isinstance(estimator, Widths):
         return math.nan
-    priors = {path: float(one["prior_sigma"]) for path, one in found[0].summary["parameters"].items()
-              if one["prior_sigma"] is not None}  # fmt: skip
+    known = found[0].summary.parameters if found[0].summary else {}
+    priors = {path: one.prior_sigma for path, one in known.items() if math.isfinite(one.prior_sigma)}
     return estimator.chosen(row.cells[0].problem, priors)
 
 

@@ -184,10 +184,11 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], around: Around, sink
                  for t in right]  # fmt: skip
         changes.append(f"--current: {around.current.replace(',', ' m/s towards ')} deg acts on every trial")
     if around.fit_first is not None:
-        from ..study.store import fitted_nuisances
+        from ..study.store import summary_beside
         from ..validate.fit_first import between_trials, fit_first
 
-        differing = between_trials(fitted_nuisances(model))
+        said = summary_beside(model)
+        differing = between_trials(said.nuisances if said else {})
         begun = {t.name: fit_first(ship, t, around.fit_first, current=around.current is None, differing=differing)
                  for t in right}  # fmt: skip
         changes += [one for t in right for one in _begun_words(ship, begun[t.name], around.fit_first)]
@@ -201,19 +202,22 @@ def _corrected(
     ship: Ship, model: str, trials: Sequence[Trial], around: Around
 ) -> tuple[list[Trial], list[str]]:  # fmt: skip
     """The trials without the errors that a fit estimated, and a line on each that was corrected or was not."""
-    from ..study.store import fitted_nuisances, studied
+    from ..study.store import summary_beside
     from ..validate.corrected import corrected, of_trial, shared_by_all, summed, words
 
-    found = fitted_nuisances(model)
+    said = summary_beside(model)
+    found = said.nuisances if said else {}
     fit = model if around.instruments is None else around.instruments
-    every = shared_by_all(found if fit == model else fitted_nuisances(fit))
+    other = said if fit == model else summary_beside(fit)
+    every = shared_by_all(other.nuisances if other else {})
     if around.instruments is not None and not every:
         raise RequestError(f"--instruments: {fit}: no fit beside it has estimated an error of an instrument or a "
                            "current of all trials ([nuisance.common], --free-suspects); name the model.toml of one "
                            "that has")  # fmt: skip
     anew = around.current is not None or around.fit_first is not None
     shared = {name: size for name, size in every.items() if not (anew and name.startswith("current."))}
-    names = {*provenance(ship).get("trained_on", ()), *found, *studied(model)}
+    names = {*provenance(ship).get("trained_on", ()), *found}
+    names |= {one.name for one in said.grounds.trials} if said else set()
     own = found if around.fit_first is None else {}
     out: list[Trial] = []
     lines: list[str] = []

@@ -6,16 +6,17 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
+from ..belief.drawn import read_draws
 from ..core.executors import Pool
+from ..core.files import plain
 from ..core.version import __version__
 from ..data import Trial
 from ..identify import Estimator, Fit, Issue, Problem, StudyError
 from ..identify.resume import digest
 from ..study.series import FULL, QUICK, Series, is_series, read_series
 from ..study.series_run import Cell, Row, asked, check, claimed, folder, left
-from ..study.store import SUMMARY, claim, load_fit_summary
+from ..study.store import SCHEMA, SUMMARY, claim, read_summary
 from ..study.study import Study, read_study
 from . import Document, RequestError, Sink
 from .comparing import scales
@@ -176,11 +177,12 @@ class StudyPlan:
 
     def document(self) -> Document:
         """What a finished run has found: the numbers of its report; of a plain fit, `fit.json` with its errors."""
-        numbers, fit = _numbers(self.out), load_fit_summary(self.out)
+        numbers, fit = _numbers(self.out), read_summary(self.out)
         if numbers["schema"] != "seatrial-report/1":
-            return {"diagnosis": fit.get("diagnosis"), **numbers}
+            return {"diagnosis": fit.diagnosis, **numbers}
         judged = {key: numbers[key] for key in ("standardised", "forecasts", "worse_than_untuned") if key in numbers}
-        return {**fit, **judged}
+        drawn = read_draws(self.out)
+        return {"schema": SCHEMA, **plain(fit), **({} if drawn is None else {"posterior": drawn.said}), **judged}
 
 
 @dataclass(frozen=True)
@@ -241,7 +243,7 @@ class TablePlan:
     def document(self) -> Document:
         """The numbers of the report, and the fits whose model does not explain the data."""
         done = [job for job in self.jobs() if (job.where / SUMMARY).exists()]
-        lacking = [job.name for job in done if not _explained(load_fit_summary(job.where))]
+        lacking = [job.name for job in done if not read_summary(job.where).explained]
         return {**_numbers(self.out), "not_explained": lacking}
 
     def _job(self, row: Row, cell: Cell) -> Job:
@@ -254,10 +256,6 @@ class TablePlan:
 
 Plan = StudyPlan | TablePlan
 """A study file, read: its jobs and its report."""
-
-
-def _explained(summary: Mapping[str, Any]) -> bool:
-    return bool((summary.get("diagnosis") or {"explained": True})["explained"])
 
 
 def _numbers(out: Path) -> Mapping[str, object]:

@@ -75,8 +75,9 @@ def test_a_file_of_another_fit_or_none_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="another posterior"):
         load(model, posterior(sigma=0.02))
     document = json.loads(path.read_text())
-    for key, value, told in (("schema", "seatrial-bands/1", "schema is"), ("error", [[[1.0] * 6]], "shape"),
-                             ("states", ["x"], "states are")):  # fmt: skip
+    for key, value, told in (("schema", "seatrial-bands/1", "schema is"), ("noise", [1.0], "shape"),
+                             ("left", {**document["left"], "error": [[[1.0] * 6]]}, "shape"),
+                             ("share", "x", "share is 'x'; it must be a number")):  # fmt: skip
         path.write_text(json.dumps({**document, key: value}))
         with pytest.raises(StudyError, match=told):
             load(model, posterior())

@@ -52,4 +52,4 @@ def posterior(sigma: float = 0.01) -> Posterior:
     model = ship()
     free = tuple(Free(path, float(read(model.model, path))) for path in ("hull.Y_v", "hull.N_r"))
     mean = np.array([one.start for one in free])
-    return Posterior(model, free, mean, np.diag((sigma * mean) ** 2), "digest", {})
+    return Posterior(model, free, mean, np.diag((sigma * mean) ** 2), "digest")

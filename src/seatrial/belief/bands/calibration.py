@@ -6,30 +6,29 @@ Kept in one file beside the model, with the digests of fit, posterior and trials
 from __future__ import annotations
 
 import hashlib
-import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
-from ...core.files import plain, write_whole
-from ...core.version import __version__
+from ...core.files import write_whole
+from ...core.records import Limits, read_json, to_json
 from ...data import Array
 from ...identify import StudyError
 from ...models import STATES
 from ..posterior import Posterior
 from ..power import Power
-from ..reading import MEASURED, beside
 from .conformal import Factors, factors, shown
-from .disturbance import Disturbance, Process
+from .disturbance import Disturbance
 from .indexing.scores import LeftIndices
 
-SCHEMA = "seatrial-bands/2"
+SCHEMA = "seatrial-bands/3"
+SUFFIX, MEASURED = ".bands.json", "measured"
 LEVEL = 0.95
 """At which a calibration is made where its recordings can show it; it serves every level that they can show."""
 
@@ -39,7 +38,7 @@ SHARES = (0.0, 0.5, 1.0)
 # North and east are names: position has one factor, so that bands do not depend on where the trials went.
 ALIKE = ([STATES.index("x"), STATES.index("y")],)
 """Channels that share a factor."""
-# So many digits of each number are kept.
+# So many digits of the errors are kept.
 _DIGITS = 4
 
 
@@ -104,12 +103,15 @@ class Calibration:
     disturbance: Disturbance
     share: float
     left: Left
-    surprise: float = math.inf
+    surprise: Annotated[float, Limits(null=math.inf)] = math.inf
     law: str = ""
     doubt: float = 1.0
     indices: LeftIndices | None = None
     power: Power | None = None
-    _known: dict[float, Factors] = field(default_factory=dict[float, Factors], compare=False, repr=False)
+
+    @cached_property
+    def _known(self) -> dict[float, Factors]:
+        return {}
 
     @property
     def level(self) -> float:
@@ -192,6 +194,13 @@ def posterior_digest(held: Posterior) -> str:
     return hashlib.sha256(text + held.mean.tobytes() + held.covariance.tobytes() + sampled).hexdigest()[:16]
 
 
+def beside(model: str | Path, begin: str = MEASURED) -> Path:
+    """Where the calibration of a model is kept for predictions that begin so."""
+    path = Path(model)
+    return path.with_suffix(SUFFIX) if begin == MEASURED else path.with_name(
+        f"{path.stem}.{begin.replace(' ', '-')}{SUFFIX}")
+
+
 def begin_of(history: float | None, fit_first: float | None) -> str:
     """`Calibration.begin` of predictions by these options."""
     known = (("history", history), ("fit-first", fit_first))
@@ -200,47 +209,13 @@ def begin_of(history: float | None, fit_first: float | None) -> str:
 
 def save(found: Calibration, path: Path) -> Path:
     """Write a calibration, whole or not at all."""
-    left, who = found.left, found.disturbance
-    names = list(dict.fromkeys(left.trials))
-    first = [left.trials.index(name) for name in names]
-    document = {
-        "schema": SCHEMA, "version": __version__, "fit": found.fit, "posterior": found.posterior, "begin": found.begin,
-        "noise": dict(zip(STATES, map(_short, found.noise.tolist()), strict=True)),
-        "disturbance": {
-            "accelerations": [{"on": p.on, "by": p.by, "sigma": _short(p.sigma), "tau": p.tau} for p in who.processes],
-            "current": _short(who.current)},
-        "share": found.share, "horizons": left.horizons.tolist(), "states": list(STATES),
-        "trials": [{"name": name, "digest": found.trials[name], "recording": left.groups[k], "kind": left.kinds[k],
-                    "windows": left.trials.count(name)} for name, k in zip(names, first, strict=True)],
-        **({} if math.isinf(found.surprise) else {"surprise": found.surprise, "law": found.law, "doubt": found.doubt}),
-        **({} if found.indices is None else {"indices": _rows(found.indices)}),
-        **({} if found.power is None else {"left_out": found.power.numbers()}),
-        "error": _listed(left.error), "spread": _listed(left.spread),
-    }  # fmt: skip
-    return write_whole(path, json.dumps(plain(document)) + "\n")
+    left = replace(found.left, error=_rounded(found.left.error), spread=_rounded(found.left.spread))
+    return write_whole(path, to_json(replace(found, left=left), SCHEMA))
 
 
-def _rows(found: LeftIndices) -> list[dict[str, Any]]:
-    return [{"recording": group, "kind": kind, "index": name, "error": _short(error), "spread": _short(spread)}
-            for group, kind, name, error, spread in zip(
-                found.groups, found.kinds, found.names, found.error.tolist(), found.spread.tolist(), strict=True)]
-
-
-def _indices(given: Sequence[Mapping[str, Any]]) -> LeftIndices | None:
-    if not given:
-        return None
-    groups, kinds, names = (tuple(str(one[key]) for one in given) for key in ("recording", "kind", "index"))
-    error, spread = (np.array([float(one[key]) for one in given]) for key in ("error", "spread"))
-    return LeftIndices(groups, kinds, names, error, spread)
-
-
-def _short(value: float) -> float | None:
-    return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
-
-
-def _listed(values: Array) -> list[Any]:
-    """Rows of numbers of few digits, window by window and horizon by horizon."""
-    return [[[_short(v) for v in row] for row in window] for window in values.tolist()]
+def _rounded(values: Array) -> Array:
+    """To a few digits, which keeps the file small."""
+    return np.array([float(f"{one:.{_DIGITS}g}") for one in values.flat]).reshape(values.shape)
 
 
 def load(model: str | Path, held: Posterior, begin: str = MEASURED) -> Calibration:
@@ -257,10 +232,7 @@ def load(model: str | Path, held: Posterior, begin: str = MEASURED) -> Calibrati
     how = HOW if begin == MEASURED else HOW.replace("MODEL", f"MODEL --{begin}")
     if not path.is_file():
         raise StudyError(f"{model}: its predictions have no bands ({path.name} is not beside it); {how}")
-    try:
-        found = _read(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise StudyError(f"{path}: cannot be read ({error}); {how}") from None
+    found = read_calibration(path, how)
     if (found.fit, found.posterior) != (held.digest, posterior_digest(held)):
         raise StudyError(f"{path}: is of fit {found.fit}, the model beside it of fit {held.digest} with another "
                          f"posterior; {how}")  # fmt: skip
@@ -269,26 +241,14 @@ def load(model: str | Path, held: Posterior, begin: str = MEASURED) -> Calibrati
     return found
 
 
-def _read(given: Mapping[str, Any]) -> Calibration:
-    if given["schema"] != SCHEMA:
-        raise ValueError(f"schema is '{given['schema']}', this version reads '{SCHEMA}'")
-    if tuple(given["states"]) != STATES:
-        raise ValueError(f"states are {', '.join(given['states'])}; they are {', '.join(STATES)}")
-    each: Sequence[Mapping[str, Any]] = given["trials"]
-    trials, groups, kinds = (tuple(str(one[key]) for one in each for _ in range(int(one["windows"])))
-                             for key in ("name", "recording", "kind"))  # fmt: skip
-    error, spread = (np.array(given[key], dtype=np.float64) for key in ("error", "spread"))
-    horizons = np.array(given["horizons"], dtype=np.float64)
-    if error.shape != (len(trials), len(horizons), len(STATES)) or spread.shape != error.shape:
-        raise ValueError(f"errors of shape {error.shape} for {len(trials)} windows at {len(horizons)} horizons")
-    said = given["disturbance"]
-    processes = tuple(Process(str(p["on"]), float(p["sigma"]), float(p["tau"]), str(p["by"]))
-                      for p in said["accelerations"])  # fmt: skip
-    return Calibration(
-        str(given["fit"]), str(given["posterior"]), {str(one["name"]): str(one["digest"]) for one in each},
-        str(given["begin"]), np.array([given["noise"][name] for name in STATES], dtype=np.float64),
-        Disturbance(processes, float(said["current"])), float(given["share"]),
-        Left(trials, groups, kinds, horizons, error, spread), float(given.get("surprise", math.inf)),
-        str(given.get("law", "")), float(given.get("doubt", 1.0)), _indices(given.get("indices", ())),
-        None if (told := given.get("left_out")) is None else Power.read(told),
-    )  # fmt: skip
+def read_calibration(path: Path, how: str = HOW) -> Calibration:
+    """The calibration of a file that `save` wrote.
+
+    Raises:
+        StudyError: not such a file; `how` one is made.
+    """
+    found = read_json(path, Calibration, SCHEMA, StudyError, how)
+    size = (len(found.left.trials), len(found.left.horizons), len(STATES))
+    if found.left.error.shape != size or found.left.spread.shape != size or found.noise.shape != size[2:]:
+        raise StudyError(f"{path}: errors of shape {found.left.error.shape}, and {size} are told; {how}")
+    return found

@@ -12,10 +12,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from ...core.records import Limits
 from ...core.symbolic import cos, exp, floor, root, sin
 from ...data import Array
 from ...engine import Scalars, System
@@ -44,7 +45,7 @@ class Process:
 
     on: str
     sigma: float
-    tau: float
+    tau: Annotated[float, Limits(null=math.inf)]
     by: str = ""
 
 

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
-
-from ...study.schema import Strict
+from ...core.records import Limits, NotNegative, Positive
 
 SCHEMA = "seatrial-scenario/1"
 
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Heading = Annotated[float, Field(ge=-360.0, le=360.0)]
-Mmsi = Annotated[int, Field(ge=200_000_000, le=799_999_999)]
+Heading = Annotated[float, Limits(least=-360.0, most=360.0)]
+Mmsi = Annotated[int, Limits(least=200_000_000, most=799_999_999)]
+
+START = datetime.fromisoformat("2026-01-01T12:00:00+00:00")
+"""When a run begins whose scenario does not say."""
 
 Ais = Literal["class A", "class A assigned", "class B", "none"]
 Kind = Literal["frozen", "silent", "jump", "drift", "jammed", "slow", "lost"]
@@ -25,7 +24,8 @@ Point = Any
 """A point: [north, east] of `place` [m], or {lat, lon} [deg]; checked by who reads it, for one message in one line."""
 
 
-class SailingTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class SailingTable:
     """How a ship begins and where it goes; without a route it keeps the line of its initial heading.
 
     Without a place it begins where x and y are zero, without a heading towards the first waypoint, else north, and
@@ -39,25 +39,28 @@ class SailingTable(Strict):
     mmsi: Mmsi | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
 class OwnTable(SailingTable):
     """The own ship; `pilot` is what steers it where nothing else does, `antenna` forward and to starboard [m]."""
 
     ship: str
     instruments: Literal["exact", "usual"] = "exact"
-    antenna: tuple[Finite, Finite] | None = None
+    antenna: tuple[float, float] | None = None
     pilot: Literal["track", "none"] = "track"
 
 
+@dataclass(frozen=True, kw_only=True)
 class TrafficTable(SailingTable):
     """Another ship: one of the library or a file, or a length: a ship of average steering at a held speed."""
 
     ship: str | None = None
-    length: Annotated[float, Field(ge=2.0, le=600.0)] | None = None
+    length: Annotated[float, Limits(least=2.0, most=600.0)] | None = None
     ais: Ais = "class A"
     radar: bool = True
 
 
-class WeatherTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class WeatherTable:
     """Weather from `at` on, reached from what was before within `over` seconds; what is left out stays."""
 
     at: NotNegative = 0.0
@@ -68,19 +71,21 @@ class WeatherTable(Strict):
     depth: Positive | None = None
 
 
-class FaultTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class FaultTable:
     """A fault of an instrument or of the gear; without `at` only a button starts it."""
 
     kind: Kind
     of: str
     at: NotNegative | None = None
     lasts: Positive | None = None
-    by: dict[str, Finite] = Field(default_factory=dict)
+    by: dict[str, float] = field(default_factory=dict[str, float])
     rate: Positive | None = None
-    label: str = Field(default="", max_length=60)
+    label: Annotated[str, Limits(length=60)] = ""
 
 
-class CriteriaTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class CriteriaTable:
     """What makes a run a success; what is left out is not judged. `settle` is the time before the heading counts."""
 
     passing_distance: Positive | None = None
@@ -91,7 +96,8 @@ class CriteriaTable(Strict):
     settle: NotNegative = 60.0
 
 
-class AlarmsTable(Strict):
+@dataclass(frozen=True, kw_only=True)
+class AlarmsTable:
     """When alarms are raised: nearest approach [m] within a time [s], distance from the route, water under the keel."""
 
     cpa: Positive = 926.0
@@ -101,24 +107,25 @@ class AlarmsTable(Strict):
     under_keel: Positive | None = None
 
 
-class ScenarioFile(Strict):
+@dataclass(frozen=True, kw_only=True)
+class ScenarioFile:
     """A scenario."""
 
-    title: str = Field(default="", max_length=120)
-    duration: Annotated[float, Field(gt=0.0, le=7 * 86400.0)]
-    rate: Annotated[float, Field(ge=1.0, le=100.0)] = 10.0
-    seed: int = Field(default=1, ge=0)
+    title: Annotated[str, Limits(length=120)] = ""
+    duration: Annotated[float, Limits(above=0.0, most=7 * 86400.0)]
+    rate: Annotated[float, Limits(least=1.0, most=100.0)] = 10.0
+    seed: Annotated[int, Limits(least=0)] = 1
     place: tuple[float, float] | None = None
-    variation: Annotated[float, Field(ge=-180.0, le=180.0)] | None = None
-    start: datetime = datetime.fromisoformat("2026-01-01T12:00:00+00:00")
+    variation: Annotated[float, Limits(least=-180.0, most=180.0)] | None = None
+    start: datetime = START
     gusts: str | None = None
     chart: str | None = None
     sea: str | None = None
     rao: str | None = None
-    roll_damping: Finite | None = None
+    roll_damping: float | None = None
     own: OwnTable
-    traffic: dict[str, TrafficTable] = Field(default_factory=dict, max_length=99)
+    traffic: Annotated[dict[str, TrafficTable], Limits(length=99)] = field(default_factory=dict[str, TrafficTable])
     weather: tuple[WeatherTable, ...] = ()
     faults: tuple[FaultTable, ...] = ()
-    criteria: CriteriaTable = CriteriaTable()
-    alarms: AlarmsTable = AlarmsTable()
+    criteria: CriteriaTable = field(default_factory=CriteriaTable)
+    alarms: AlarmsTable = field(default_factory=AlarmsTable)

@@ -10,7 +10,8 @@ from typing import Any
 
 from ...belief.bands.held import Held
 from ...identify import Fit
-from ...study.grounds import Ranges
+from ...study.grounds import Grounds, Ranges
+from ...study.store import Summary
 from ...validate.ahead import Row
 from ...validate.fitness import FIT, NOT_FIT, Fitness
 from ..blocks import (
@@ -90,7 +91,7 @@ class Card:
     """
 
     fit: Fit
-    summary: Mapping[str, Any]
+    summary: Summary
     restart: float
     rows: tuple[Row, ...]
     pooled: Mapping[str, float]
@@ -105,15 +106,9 @@ class Card:
     versions: Mapping[str, str]
 
     @property
-    def grounds(self) -> Mapping[str, Any]:
+    def grounds(self) -> Grounds:
         """Trials of the fit and what they cover; empty for a fit of before they were kept."""
-        return self.summary.get("grounds") or {}
-
-    @property
-    def covered(self) -> Ranges:
-        """Range of each channel in the trials of the fit, SI units; null in the file is infinite (deep water)."""
-        found = self.grounds.get("covered", {})
-        return {name: (_open(low), _open(high)) for name, (low, high) in found.items()}
+        return self.summary.grounds
 
 
 def page(card: Card) -> Page:
@@ -121,7 +116,7 @@ def page(card: Card) -> Page:
     sections = (
         Section("", _head(card)),
         Section("Where it is valid", _validity(card), {
-            "covered": dict(card.covered), "kinds": card.grounds.get("kinds")}),
+            "covered": dict(card.grounds.covered), "kinds": card.grounds.kinds}),
         Section("Error and coverage on unseen trials", _errors(card), {
             "rows": [asdict(row) for row in card.rows], "standardised": dict(card.pooled), "restart": card.restart,
             "unseen": [one[0] for one in card.unseen]}),
@@ -132,26 +127,25 @@ def page(card: Card) -> Page:
         Section("Signature", _signature(card)),
         Section("How to repeat it", entries({**card.repeat, **card.versions}), {
             "repeat": dict(card.repeat), "versions": dict(card.versions)}, sheet=True),
-        Section("Trials", _trials(card), {"trials": card.grounds.get("trials")}),
-        Section("Parameters", _parameters(card), {"parameters": card.summary.get("parameters"),
-                                                  "verdicts": card.summary.get("verdicts")}),
+        Section("Trials", _trials(card), {"trials": card.grounds.trials}),
+        Section("Parameters", _parameters(card), {"parameters": card.summary.parameters,
+                                                  "verdicts": card.summary.verdicts}),
     )  # fmt: skip
-    about = {"schema": "seatrial-card/1", "ship": card.fit.ship.name, "study": card.summary.get("study"),
+    about = {"schema": "seatrial-card/1", "ship": card.fit.ship.name, "study": card.summary.study,
              "digest": card.fit.digest, "missing": list(card.missing), "explained": _explained(card)}  # fmt: skip
     return Page(f"Model card: {card.fit.ship.name}", sections, about)
 
 
 def _explained(card: Card) -> bool | None:
-    found = card.summary.get("diagnosis")
-    return None if found is None else bool(found.get("explained", True))
+    return None if card.summary.diagnosis is None else card.summary.explained
 
 
 def _head(card: Card) -> Body:
-    ship, used = card.fit.ship, [one for one in card.grounds.get("trials", ()) if one["role"] == "fit"]
-    names = card.summary.get("provenance", {}).get("trained_on", ())
-    kinds = Counter(one["kind"] for one in used)
+    ship, used = card.fit.ship, [one for one in card.grounds.trials if one.role == "fit"]
+    names = card.summary.provenance.get("trained_on", ())
+    kinds = Counter(one.kind for one in used)
     counted = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common()) or "kinds not recorded"
-    words = (f"{ship.name}, {number(ship.L_pp)} m, study {card.summary.get('study')}: {len(card.fit.free)} parameters "
+    words = (f"{ship.name}, {number(ship.L_pp)} m, study {card.summary.study}: {len(card.fit.free)} parameters "
              f"fitted to {len(names)} trials ({counted}); judged on {len(card.unseen)} unseen trials.")  # fmt: skip
     warned = [*card.missing]
     if _explained(card) is False:
@@ -167,14 +161,14 @@ def _head(card: Card) -> Body:
 
 
 def _validity(card: Card) -> Body:
-    if not card.covered:
+    if not card.grounds.covered:
         return soft("This fit did not keep the ranges of its trials (an older version): fit it again.")
-    rows = [_range(name, ends) for name, ends in card.covered.items()]
+    rows = [_range(name, ends) for name, ends in card.grounds.covered.items()]
     refused = "" if card.widened else ", and seatrial simulate --bands refuses it"
     words = ("Lowest and highest value in the trials of the fit, without a thousandth of outliers at either end. "
              "Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there"
              f"{refused}.")  # fmt: skip
-    kinds = ", ".join(card.grounds.get("kinds", ()))
+    kinds = ", ".join(card.grounds.kinds)
     half = -(-len(rows) // 2)
     halves = joined(table(("", "from", "to", "unit"), some, words=(3,)) for some in (rows[:half], rows[half:]))
     return (Group(halves, None), *soft(f"Kinds of manoeuvre: {kinds}. {words}"))
@@ -248,7 +242,7 @@ def _limits(use: Fitness) -> Iterator[str]:
 
 def forbidden(card: Card) -> tuple[str, ...]:
     """What the model must not be used for, a line each."""
-    return *_by_purpose(card), *_by_range(card.covered), *_by_evidence(card)
+    return *_by_purpose(card), *_by_range(card.grounds.covered), *_by_evidence(card)
 
 
 def _by_purpose(card: Card) -> Iterator[str]:
@@ -314,14 +308,13 @@ def _signature(card: Card) -> Body:
 
 
 def _trials(card: Card) -> Body:
-    held = card.grounds.get("trials", ())
-    rows = [(one["name"], one["kind"], one["role"], f"{one['duration']:.0f}", str(one["rows"]), one["digest"])
-            for one in held]  # fmt: skip
-    known = {one["name"] for one in held}
+    held = card.grounds.trials
+    rows = [(one.name, one.kind, one.role, f"{one.duration:.0f}", str(one.rows), one.digest) for one in held]
+    known = {one.name for one in held}
     rows += [(name, kind, "given to the card", f"{length:.0f}", "–", "–")
              for name, kind, length in card.unseen if name not in known]  # fmt: skip
     if not rows:
-        names: Sequence[str] = card.summary.get("provenance", {}).get("trained_on", ())
+        names: Sequence[str] = card.summary.provenance.get("trained_on", ())
         return bullets(names) + soft("Their digests were not kept (an older version).")
     head = ("trial", "kind", "role", "length [s]", "samples", "digest")
     return table(head, rows, words=(1, 2, 5)) + soft("Digest: of times and channels as the fit took them.")
@@ -337,7 +330,3 @@ def _parameters(card: Card) -> Body:
     more = bullets(f"{v.subject}: {v.text}" for v in fit.verdicts if v.subject not in paths)
     head = ("parameter", "start", "fitted", "sigma", "from the data", "verdict")
     return (table(head, rows, words=(5,)) if rows else soft("A network: it has weights, no parameters.")) + more
-
-
-def _open(value: float | None) -> float:
-    return math.inf if value is None else float(value)

@@ -12,6 +12,7 @@ from ...belief.coverage import Coverage, Reference, coverage
 from ...belief.spread import WIDE
 from ...data import UNITS, DataError
 from ...study.series import FULL, Claim, Series
+from ...study.store import Summary
 from ...validate import Comparison
 from ...validate.metrics import segments
 from ...validate.series import BASELINE, TOGETHER, Found, Standing, Table, compositions
@@ -243,8 +244,8 @@ def _validity(found: Table) -> Body:
 def _cost(found: Table) -> Body:
     rows = [
         [one.name, str(m.seed) if m.seed is not None else "–", str(one.weights) if one.weights else "–",
-         str(len(m.history)), str(m.summary.get("evaluations", "–")), number(m.seconds / _MINUTE, 2),
-         number(m.objective), str(m.summary.get("status", ""))]
+         str(len(m.history)), str(m.summary.evaluations), number(m.seconds / _MINUTE, 2),
+         number(m.objective), m.summary.status]
         for one in found.standings for m in one.members if m.summary
     ]  # fmt: skip
     head = ["model", "seed", "weights", "epochs", "updates", "minutes", "loss that decided", "ended"]
@@ -382,11 +383,17 @@ def _of(series: Series, one: Standing, tests: Iterable[str]) -> dict[str, Any]:
         "trained_on": [t.name for t in row.cells[0].problem.trials] if row is not None and row.cells else [],
         "weights": one.weights, "width": one.width,
         "seeds": [
-            {"seed": m.seed, "objective": m.objective, "seconds": m.seconds, "status": m.summary.get("status", ""),
-             "updates": m.summary.get("evaluations"), "digest": m.summary.get("digest", ""),
+            {"seed": m.seed, "objective": m.objective, "seconds": m.seconds, **_made(m.summary),
              "errors": {test: one.errors[test][k] for test in tests}, "history": m.history}
             for k, m in enumerate(one.members)
         ],
         "mean": {test: one.mean(test) for test in tests},
         "standard_deviation": {test: one.deviation(test) for test in tests},
     }  # fmt: skip
+
+
+def _made(summary: Summary | None) -> dict[str, Any]:
+    """How a fit came about; of a ship as it is, nothing."""
+    if summary is None:
+        return {"status": "", "updates": None, "digest": ""}
+    return {"status": summary.status, "updates": summary.evaluations, "digest": summary.digest}

@@ -10,9 +10,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
-from ...core.files import read_toml
-from ...core.kinds import wrong_kind
 from ...core.parameters import unknown
+from ...core.records import document_of, filled, of_schema
 from ...data.geodesy import Datum
 from ...environment import CALM, Environment, Uniform
 from ...environment.chart import Chart, ChartError
@@ -33,7 +32,6 @@ from ...realtime.range.schema import (
     WeatherTable,
 )
 from ...ships import Ship
-from ...study.schema import checked
 from .. import RequestError
 from ..request import DEGREE, ship_of, silent, speed_of, surroundings
 from ..seaway import Seaway, bound_for
@@ -50,13 +48,7 @@ def read_scenario(path: Path, own: Ship | None = None) -> Scenario:
     Raises:
         RequestError: what is wrong in the file, and at which key.
     """
-    try:
-        document = read_toml(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise RequestError(f"{path}: cannot be read: {error}") from None
-    except ValueError as error:
-        raise RequestError(f"{path}: {error}") from None
-    return scenario_of(document, path, own)
+    return scenario_of(document_of(path), path, own)
 
 
 def scenario_of(document: dict[str, Any], path: Path, own: Ship | None = None) -> Scenario:
@@ -67,9 +59,7 @@ def scenario_of(document: dict[str, Any], path: Path, own: Ship | None = None) -
     Raises:
         RequestError: what is wrong in the file, and at which key.
     """
-    if (schema := document.pop("schema", None)) != SCHEMA:
-        raise RequestError(wrong_kind(path, schema, SCHEMA))
-    table = checked(path, ScenarioFile, document)
+    table = filled(ScenarioFile, of_schema(document, SCHEMA, path), path)
     try:
         return _scenario(table, path, own or _ship(path, table.own.ship))
     except ValueError as error:
@@ -224,7 +214,7 @@ def _weather(own: Ship, tables: Sequence[WeatherTable], seaway: Seaway) -> tuple
             raise RequestError(f"{key}: begins at {one.at:g} s, before the one before it is reached at {end:g} s")
         if one.waves is not None and seaway.sea is not None:
             raise RequestError(f"{key}.waves: the sea gives the mean drift already; leave one of waves and sea out")
-        given = {name: value for name, value in one.model_dump(include=set(_CHANNELS)).items() if value is not None}
+        given = {name: value for name, value in vars(one).items() if name in _CHANNELS and value is not None}
         try:
             uniform = cast("Uniform", surroundings(own, **given).weather)
         except ValueError as error:

@@ -15,16 +15,14 @@ from ...campaign import chunk as chunks
 from ...campaign.columns import index_units, meanings, shown
 from ...campaign.inputs import Input, Kind
 from ...campaign.schema import SCHEMA, CampaignFile, CriterionTable, InputTable, ManoeuvreTable, PosteriorTable
-from ...core.files import read_toml
-from ...core.kinds import wrong_kind
 from ...core.parameters import unknown
+from ...core.records import document_of, filled, of_schema
 from ...data.units import KNOWN
 from ...engine.cuda.named import device_of
 from ...environment import Uniform
 from ...identify import StudyError
 from ...ships import Ship, ShipError
 from ...simulate.approach import approach, time_step
-from ...study.schema import checked
 from ...study.store import MODEL
 from .. import RequestError
 from ..request import Note, ship_of, silent, surroundings
@@ -41,13 +39,7 @@ def read_campaign(path: Path, note: Note = silent) -> Campaign:
     Raises:
         RequestError: what is wrong in the file, and at which key.
     """
-    try:
-        document = read_toml(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise RequestError(f"{path}: cannot be read: {error}") from None
-    except ValueError as error:
-        raise RequestError(f"{path}: {error}") from None
-    return campaign_of(document, path, note)
+    return campaign_of(document_of(path), path, note)
 
 
 def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Campaign:
@@ -56,9 +48,7 @@ def campaign_of(document: dict[str, Any], path: Path, note: Note = silent) -> Ca
     Raises:
         RequestError: what is wrong in the file, and at which key.
     """
-    if (schema := document.pop("schema", None)) != SCHEMA:
-        raise RequestError(wrong_kind(path, schema, SCHEMA))
-    table = checked(path, CampaignFile, document)
+    table = filled(CampaignFile, of_schema(document, SCHEMA, path), path)
     ships = [_ship(path, name) for name in table.ships]
     wanted = table.manoeuvre if isinstance(table.manoeuvre, list) else [table.manoeuvre]
     around, gusts = _weather(table, ships, note)
@@ -89,7 +79,7 @@ def _ship(path: Path, name: str) -> Ship:
 
 def _weather(table: CampaignFile, ships: list[Ship], note: Note) -> tuple[Uniform, str | None]:
     """Steady weather, and the spectrum of gusts; every ship must feel what is given."""
-    given = {key: value for key, value in table.weather.model_dump().items() if key != "gusts"}
+    given = {key: value for key, value in vars(table.weather).items() if key != "gusts"}
     places = [surroundings(ship, note=note, **given) for ship in ships]
     found = cast("Uniform", places[0].weather)  # without gusts it is steady
     if table.weather.gusts is not None and not (found.U_T or "U_T" in table.inputs):
@@ -117,7 +107,7 @@ def case_of(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, arou
 
 
 def _input(path: Path, name: str, one: InputTable, unit: str | None) -> Input:
-    told = one.model_dump()
+    told = vars(one)
     given: list[tuple[Kind, list[float]]] = [(kind, told[kind]) for kind in _KINDS if told[kind] is not None]
     if one.value is not None:
         given.append(("constant", [one.value]))

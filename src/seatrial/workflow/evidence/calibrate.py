@@ -15,11 +15,11 @@ import numpy as np
 
 from ...belief.bands.beginnings import First, by_first, by_history
 from ...belief.bands.calibrating import Grounds
-from ...belief.bands.calibration import LEVEL, Calibration, save
+from ...belief.bands.calibration import LEVEL, MEASURED, Calibration, beside, save
 from ...belief.bands.conformal import needed
 from ...belief.parts import left_out
 from ...belief.power import LEAST
-from ...belief.reading import HOW, MEASURED, beside, posterior
+from ...belief.reading import HOW, posterior
 from ...belief.weighing import power
 from ...core import executors
 from ...core.files import held_alone
@@ -30,7 +30,7 @@ from ...models import STATES
 from ...report.blocks import Body, joined, line, table
 from ...ships import Ship
 from ...study.grounds import trial_digest
-from ...study.store import load_fit_summary
+from ...study.store import Summary, read_summary
 from ...study.stored import load_fit
 from ...study.study import Study, read_study
 from ...validate.fit_first import between_trials, fit_first
@@ -71,7 +71,7 @@ def calibrate(
         raise RequestError(f"--parts is {parts}; two or more leave trials out")
     held = posterior(model, weighed=False)
     where = Path(model).parent
-    study, fit = _study(load_fit_summary(where), model), load_fit(where)
+    study, fit = _study(read_summary(where), model), load_fit(where)
     folder, parts = where / _FOLDER, parts or _parts(study)
 
     def told(done: int) -> None:
@@ -117,19 +117,19 @@ def _first(span: float, differing: Mapping[str, float], ship: Ship, trial: Trial
     return First(found.trial.rows(slice(row, None)), found.state, current_of(found))
 
 
-def _study(summary: Mapping[str, Any], model: str) -> Study:
+def _study(summary: Summary, model: str) -> Study:
     """The study of a fit, held to the digests of its trials.
 
     Raises:
         RequestError: it has changed, or its trials have.
     """
-    file = str(summary.get("study_file") or "")
+    file = summary.study_file
     if not file or not Path(file).is_file():
         raise RequestError(f"{model}: the study of its fit ({file or 'not named'}) is not at hand; {HOW}")
-    if Path(file).read_text(encoding="utf-8") != summary.get("study_text"):
+    if Path(file).read_text(encoding="utf-8") != summary.study_text:
         raise RequestError(f"{file}: has changed since the fit of {model}; {HOW}")
     study = read_study(file)
-    told = {one["name"]: one["digest"] for one in summary.get("grounds", {}).get("trials", ()) if one["role"] == "fit"}
+    told = summary.grounds.digests("fit")
     now = {trial.name: trial_digest(trial) for trial in study.problem.trials}
     if other := sorted(name for name in {*told, *now} if told.get(name) != now.get(name)):
         raise RequestError(f"{file}: trials are not as they were when {model} was fitted: {', '.join(other[:5])}; "

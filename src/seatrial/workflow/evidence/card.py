@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from ...report.judging.card import Card, page
 from ...report.page import write
 from ...simulate.approach import rounded_down
 from ...study.grounds import kind_of, trial_digest
-from ...study.store import load_fit_summary
+from ...study.store import Summary, read_summary
 from ...study.stored import load_fit
 from ...study.study import read_study
 from ...validate import Comparison
@@ -66,7 +66,7 @@ def card(
     unseen, missing, span = _unseen(summary, trials, sink)
     seconds = restart or span or rounded_down(_LENGTHS * fit.ship.L_pp / max(fit.ship.speed, 1e-3))
     right = judged(fit.ship, model, unseen, Around(), sink).trials if unseen else ()
-    sigma = scales(right, summary.get("scale"))
+    sigma = scales(right, summary.scale)
     comparisons, failed = compared(fit.ship, right, seconds, sigma)
     ahead_of, lost = _ahead(ship, right, seconds)
     uses, unjudged = _uses(fit.ship, right, _names(summary))
@@ -82,7 +82,7 @@ def card(
     return Outcome(found, made.document, _shown(found))
 
 
-def _summary(model: str) -> Mapping[str, Any]:
+def _summary(model: str) -> Summary:
     """fit.json beside the model.
 
     Raises:
@@ -90,7 +90,7 @@ def _summary(model: str) -> Mapping[str, Any]:
     """
     if Path(model).suffix != ".toml" or not Path(model).with_name("fit.json").is_file():
         raise RequestError(f"{model}: no fit is beside it, and only a fitted model has a card; {HOW}")
-    return load_fit_summary(Path(model).parent)
+    return read_summary(Path(model).parent)
 
 
 def _posterior(model: str, sink: Sink) -> Any:
@@ -106,12 +106,12 @@ def _posterior(model: str, sink: Sink) -> Any:
     return posterior_of(model)
 
 
-def _names(summary: Mapping[str, Any]) -> tuple[str, ...]:
-    return tuple(summary.get("provenance", {}).get("trained_on", ()))
+def _names(summary: Summary) -> tuple[str, ...]:
+    return tuple(summary.provenance.get("trained_on", ()))
 
 
 def _unseen(
-    summary: Mapping[str, Any], paths: Sequence[Path], sink: Sink
+    summary: Summary, paths: Sequence[Path], sink: Sink
 ) -> tuple[tuple[Trial, ...], tuple[str, ...], float | None]:
     """Trials that the fit has not seen, what is missing of them, and the time between restarts of the study."""
     if paths:
@@ -119,7 +119,7 @@ def _unseen(
         missing: tuple[str, ...] = ()
     else:
         given, missing, span = _kept_back(summary)
-    digests = {one["digest"] for one in summary.get("grounds", {}).get("trials", ()) if one["role"] == "fit"}
+    digests = set(summary.grounds.digests("fit").values())
     seen = [t.name for t in given if t.name in _names(summary) or trial_digest(t) in digests]
     if seen:
         missing = (*missing, f"left out, as the fit used them: {', '.join(seen)}")
@@ -131,24 +131,24 @@ def _unseen(
     return tuple(t for t in given if t.name not in seen), missing, span
 
 
-def _kept_back(summary: Mapping[str, Any]) -> tuple[tuple[Trial, ...], tuple[str, ...], float | None]:
+def _kept_back(summary: Summary) -> tuple[tuple[Trial, ...], tuple[str, ...], float | None]:
     """What the study of the fit keeps back, read again and held to its digests."""
-    file = str(summary.get("study_file") or "")
+    file = summary.study_file
     remedy = "nothing is judged; name trials with --trials"
     if not file:
         return (), (f"the fit names no study file: {remedy}",), None
     try:
         text = Path(file).read_text(encoding="utf-8")
-        if text != summary.get("study_text"):
+        if text != summary.study_text:
             return (), (f"{file} has changed since the fit: {remedy}",), None
         study = read_study(file)
     except (SeatrialError, OSError) as error:
         return (), (f"the trials of the study cannot be read ({error}): {remedy}",), None
     found = (*study.problem.validation, *study.test)
-    told = {one["name"]: one for one in summary.get("grounds", {}).get("trials", ())}
+    told = {one.name: one.digest for one in summary.grounds.trials}
     now = {trial.name: trial_digest(trial) for trial in (*study.problem.trials, *found)}
     gone = [name for name in told if name not in now]
-    other = [name for name, digest in now.items() if name in told and told[name]["digest"] != digest]
+    other = [name for name, digest in now.items() if name in told and told[name] != digest]
     lines = [f"no more at hand: {', '.join(gone)}"] * bool(gone)
     lines += [f"not as they were when the model was fitted: {', '.join(other)}"] * bool(other)
     lines += [f"the study keeps no trials back: {remedy}"] * (not found)
@@ -198,24 +198,23 @@ def _pooled(comparisons: Sequence[Comparison]) -> dict[str, float]:
     return {label: pooled([one for one in comparisons if one.label == label]) for label in labels}
 
 
-def _repeat(model: str, summary: Mapping[str, Any], trials: Sequence[Path]) -> dict[str, str]:
+def _repeat(model: str, summary: Summary, trials: Sequence[Path]) -> dict[str, str]:
     """Commands that give the fit and this card again, by what they give."""
-    file, folder = str(summary.get("study_file") or ""), str(Path(model).parent)
+    file, folder, text = summary.study_file, str(Path(model).parent), summary.study_text
     given = [word for path in trials for word in ("--trials", str(path))]
-    fit = shlex.join(["seatrial", "identify", file, "-o", folder]) if file else f"study {summary.get('study')}: no file"
-    text = str(summary.get("study_text", ""))
+    fit = shlex.join(["seatrial", "identify", file, "-o", folder]) if file else f"study {summary.study}: no file"
     return {"the fit": fit, "this card": shlex.join(["seatrial", "card", model, *given, "-o", "card.html"]),
             "digest of the study": hashlib.sha256(text.encode()).hexdigest()[:16] if text else "–",
-            "digest of the fit": str(summary.get("digest")),
+            "digest of the fit": summary.digest,
             "digest of the model": hashlib.sha256(Path(model).read_bytes()).hexdigest()[:16]}  # fmt: skip
 
 
-def _versions(summary: Mapping[str, Any]) -> dict[str, str]:
+def _versions(summary: Summary) -> dict[str, str]:
     from importlib.metadata import version
 
     used = f"Python {platform.python_version()}, NumPy {np.__version__}, CasADi {version('casadi')}"
-    return {"fitted by": f"seatrial {summary.get('version', 'of before versions were kept')}",
-            "fitted on": str(summary.get("provenance", {}).get("date", "–")), "card by": f"seatrial {__version__}",
+    return {"fitted by": f"seatrial {summary.version or 'of before versions were kept'}",
+            "fitted on": str(summary.provenance.get("date", "–")), "card by": f"seatrial {__version__}",
             "with": used}  # fmt: skip
 
 

@@ -25,7 +25,7 @@ from ...report.judging.bands import CALIBRATED, LEFT_OUT, PARAMETERS_ONLY, Basis
 from ...ships import Ship
 from ...simulate.run import recorded
 from ...study.grounds import SURROUNDINGS, Beyond, beyond, kind_of
-from ...study.store import load_fit_summary
+from ...study.store import read_summary
 from .. import RequestError
 
 DRAWS, MOST = 1000, 20_000
@@ -98,9 +98,8 @@ class Drawing:
             found.factors(0.01 * level)
         elif found is not None:  # too few recordings for this level: the widened posterior has it
             found = None
-        tested = load_fit_summary(Path(model).parent).get("diagnosis")
         return Drawing(held, found, 0.01 * level, count, extrapolate,
-                       tested is None or bool(tested.get("explained", True)))  # fmt: skip
+                       read_summary(Path(model).parent).explained)  # fmt: skip
 
     def beyond(self, run: Trial) -> tuple[Beyond, ...]:
         """Where a run leaves the trials of the fit.
@@ -186,7 +185,7 @@ class Drawing:
             lines.append("the model does not explain the trials of its fit: the bands are too narrow")
         if out_of:
             lines.append(f"extrapolated: {'; '.join(map(reach, out_of))}; {self._open_there(basis)}")
-        kinds, kind = self.held.grounds.get("kinds", ()), kind_of(run)
+        kinds, kind = self.held.grounds.kinds, kind_of(run)
         if kinds and kind not in kinds:
             lines.append(f"no trial of the fit is of this kind ({kind}); they are {', '.join(kinds)}")
         if lost := int(np.isfinite(made.failed).sum()):

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...identify import Fit, StudyError
-from ...study.store import load_fit_summary
 from .. import RequestError, Sink
 
 if TYPE_CHECKING:
@@ -47,14 +46,14 @@ def drawn_for(job: Job, fits: Mapping[str, Fit], count: int, sink: Sink) -> dict
     Args:
         fits: made in this run; one that is not among them is read from its folder.
     """
-    from ...belief.drawn import DRAWS, save_draws
+    from ...belief.drawn import read_draws, save_draws
     from ...belief.sampling.sampling import sample
     from ...study.stored import load_fit
 
     fit = fits.get(job.name) or load_fit(job.where)
-    kept = load_fit_summary(job.where).get("posterior")
-    if isinstance(kept, dict) and int(kept.get("draws", 0)) >= count and (job.where / DRAWS).is_file():
-        sink.note(f"{job.where}: {kept['draws']} draws of the posterior are done already")
+    kept = read_draws(job.where)
+    if kept is not None and kept.fit == fit.digest and len(kept.flat) >= count:
+        sink.note(f"{job.where}: {len(kept.flat)} draws of the posterior are done already")
         return {}
     last = time.perf_counter()
 
@@ -68,7 +67,7 @@ def drawn_for(job: Job, fits: Mapping[str, Fit], count: int, sink: Sink) -> dict
         found = sample(fit, job.problem, job.estimator, count, checkpoint=job.where / CHECKPOINT, told=told)
     except StudyError as error:
         raise StudyError(f"--sample: {error}") from None
-    save_draws(found, job.where)
+    save_draws(found, fit.digest, job.where)
     for line in found.words:
         sink.note(f"posterior: {line}")
     return {job.name: replace(fit, details=found)}
