@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shown import series, tables, tiles, words
+from shown import html, series, tables, tiles, words
 
 from seatrial.core.parameters import read
 from seatrial.data import Trial
@@ -293,7 +293,7 @@ def test_estimates_of_rivals_stand_beside_their_truth(monkeypatch: pytest.Monkey
     (rows,) = tables(body)
     assert rows[1] == ["Y_v", "−0.42000", "−0.5000", "−0.40000", "0.020", "1.0", "identified"]
     assert rows[2] == ["N_r", "−0.10000", "−0.1000", "−0.12000", "0.010", "−3.5", "–"]
-    growth = rivals.growth(found)
+    growth = html(rivals.growth(found))
     assert tables(growth)[0][1] == ["as sailed", "1.500", "1.000", "2.250", "1.000", "1.000", "1.125"]
     assert "After 50 steps (10 s): 2 parameters over the truth" in words(growth)
     assert "from 17 measured states" in growth

@@ -175,7 +175,7 @@ def test_beyond_a_dozen_trials_the_worst_are_drawn_worst_first(monkeypatch: pyte
     monkeypatch.setattr(pages.figures, "track", lambda some, styles, name: drawn.append(name) or "<svg></svg>")
     monkeypatch.setattr(pages.figures, "series", lambda some, styles, name: "<svg></svg>")
     several = [off(measured(str(k)), "fitted", x=0.1 * k) for k in range(1, 15)]
-    body = pages._trials(made(*several), {})
+    body = html(pages._trials(made(*several), {}))
     assert drawn == [str(k) for k in range(14, 2, -1)]
     assert "The 12 of 14 trials with the largest error, worst first." in body
     drawn.clear()
