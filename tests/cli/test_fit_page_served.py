@@ -172,9 +172,13 @@ def test_faults_of_trials_and_fits_end_with_1(
         assert STATUS[verdict] == code
         outcome.result.fitness.verdict = verdict
         assert main(["validate", "kvlcc2", "a.csv"]) == code
-    for option in ("--restart", "--smooth-start", "--history"):
-        for command in (["predict", "-o", "out"], ["validate"]):
-            assert main([*command, "kvlcc2", "a.csv", option, "-5"]) == 2
+
+
+@pytest.mark.parametrize("option", ["--restart", "--smooth-start", "--history"])
+@pytest.mark.parametrize("command", [["predict", "-o", "out"], ["validate"]], ids=["predict", "validate"])
+def test_times_of_predictions_are_above_zero(command: list[str], option: str, capsys: Said) -> None:
+    assert main([*command, "kvlcc2", "a.csv", option, "-5"]) == 2
+    assert f"{option} is -5; it must be above zero" in capsys.readouterr().err
 
 
 # models for a purpose

@@ -7,12 +7,14 @@ import subprocess
 import sys
 from importlib.resources import files
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 
 from seatrial.cli.app import app, main
 from seatrial.cli.command import about
 from seatrial.ships.files import library
+from seatrial.workflow.asked import Always
 from seatrial.workflow.simulation import known
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
@@ -30,6 +32,7 @@ def test_help_is_for_users(name: str, capsys: pytest.CaptureFixture[str]) -> Non
     assert not re.search(r"\b(Raises|Args|Returns|Attributes|Yields):", told)
 
 
+MOST_OPTIONS = 200
 VERBS = {
     "add", "allow", "build", "check", "choose", "compare", "convert", "design", "divide", "end", "estimate",
     "export", "fit", "identify", "import", "judge", "limit", "list", "listen", "mark", "measure", "mend", "name",
@@ -63,6 +66,16 @@ def test_help_of_simulate_lists_the_manoeuvres(capsys: pytest.CaptureFixture[str
     told = capsys.readouterr().out
     listed = told.partition("Manoeuvres:")[2].strip().rstrip(".")
     assert [name.strip() for name in listed.split(",")] == list(known())
+
+
+def test_options_are_few_enough_to_know() -> None:
+    """One that several commands take as a part of a group counts once."""
+    kinds = {(name, option): group for name, command in COMMANDS.items() for group in (*command.groups.values(), Always)
+             for option in get_type_hints(group)}  # fmt: skip
+    owners = {(next(one for one in kinds[key].__mro__ if key[1] in vars(one)) if key in kinds else key[0], key[1])
+              for name, command in COMMANDS.items() for one in command.params
+              if one.param_type_name == "option" and (key := (name, str(one.name)))}  # fmt: skip
+    assert len(owners) <= MOST_OPTIONS
 
 
 @pytest.mark.slow

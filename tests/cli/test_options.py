@@ -47,15 +47,15 @@ class Case:
 
 
 SAILED = {"ship": "ship", "name": "manoeuvre"}
-BANDED = ("bands", "draws", "extrapolate", "of")
+BANDED = ("level", "count", "extrapolate", "of")
 FLAGS = ("show", "verify", "merge", "report", "rare", "runs")
 CASES = (
     Case("simulate", "workflow.simulation.simulate", SAILED, BANDED),
-    Case("simulate", "workflow.evidence.bands.simulate_with_bands", {"ship": "model", "name": "manoeuvre",
-         "bands": "level"}, ("of", "sea", "rao", "roll_damping", "device")),
+    Case("simulate", "workflow.evidence.bands.simulate_with_bands", {"ship": "model", "name": "manoeuvre"},
+         ("of", "sea", "rao", "roll_damping", "device")),
     Case("simulate", "workflow.campaigns.replayed", {"of": "where", "ship": "run_number"},
          ("name", "rudder", "heading", "steer", "side", "seed", "speed", "rps", "throttle", "duration", "dt", "wind",
-          "gusts", "current", "waves", "depth", "sea", "rao", "roll_damping", "device", "bands", "draws",
+          "gusts", "current", "waves", "depth", "sea", "rao", "roll_damping", "device", "level", "count",
           "extrapolate"), {"ship": "12"}, {"ship": int}),
     Case("steer", "workflow.afloat.sail"),
     Case("bridge", "workflow.afloat.sail", without=("page",)),
@@ -85,7 +85,7 @@ CASES = (
     Case("estimate", "workflow.judging.estimate"),
     Case("design", "workflow.judging.design"),
     Case("imo", "workflow.judging.imo"),
-    Case("requirements", "workflow.judging.requirements", {"examined": "draws"}),
+    Case("requirements", "workflow.judging.requirements"),
     Case("thrust-map", "workflow.plant.thrust_map"),
     Case("servo", "workflow.plant.servo", {"trials": "paths", "control": "controls"}),
     Case("resample", "workflow.data.resample"),
@@ -145,6 +145,13 @@ def parameters(work: str) -> Mapping[str, inspect.Parameter]:
     return inspect.signature(getattr(importlib.import_module(module), name)).parameters
 
 
+def apart(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Groups of options in place of their values."""
+    groups = [one for one in given.values() if type(one).__module__ == "seatrial.workflow.asked"]
+    alone = {name: one for name, one in given.items() if one not in groups}
+    return {**alone, **{name: one for group in groups for name, one in vars(group).items()}}
+
+
 USUAL = {one.work: parameters(one.work) for one in CASES}
 EXTRA = {
     "simulate_with_bands": ["--bands", "95"], "rare": ["--rare", "a < 1"],
@@ -152,7 +159,7 @@ EXTRA = {
 }  # fmt: skip
 """What asks for this work and not for another of the same command."""
 
-ALWAYS = ("sink", "bands", "wire", "page", "judge")
+ALWAYS = ("sink", "level", "nmea", "page", "judge")
 """What a command gives by itself, or asks for to be run at all."""
 
 
@@ -173,9 +180,7 @@ def given(monkeypatch: pytest.MonkeyPatch) -> Callable[[Case, list[str]], dict[s
         with pytest.raises(ReachedError):
             main([case.command, *words])
         [bound] = kept
-        around = next((p.name for p in signature.parameters.values() if p.kind is p.VAR_KEYWORD), "")
-        found = dict(bound.arguments)
-        return {**found, **found.pop(around, {})}
+        return apart(bound.arguments)
 
     return run
 
@@ -210,9 +215,9 @@ def test_what_is_not_given_is_what_the_work_takes_itself(case: Case, given: Any)
     if case.command == "steer":
         words = [*words, "--nmea", "udp://127.0.0.1:0"]
     found = given(case, [*extra, *words])
-    usual = USUAL[case.work]
+    usual = apart({name: one.default for name, one in USUAL[case.work].items()})
     for key, value in found.items():
-        default = usual[key].default if key in usual else inspect.Parameter.empty
+        default = usual.get(key, inspect.Parameter.empty)
         if default is inspect.Parameter.empty or callable(value) or key in needed or key in ALWAYS:
             continue
         assert plain(value) == plain(default), key

@@ -24,6 +24,7 @@ from seatrial.ships.files import library, load
 from seatrial.simulate.run import approach
 from seatrial.simulate.run import simulate as sail
 from seatrial.workflow import Outcome, RequestError
+from seatrial.workflow.asked import Serving
 
 Said = pytest.CaptureFixture[str]
 
@@ -113,8 +114,8 @@ def test_a_run_that_is_not_whole_ends_with_1(capsys: Said) -> None:
 
 
 @pytest.mark.parametrize(("words", "said"), [
-    (["kvlcc2", "turning", "--draws", "9"], "--draws and --extrapolate"),
-    (["kvlcc2", "turning", "--extrapolate"], "--draws and --extrapolate"),
+    (["kvlcc2", "turning", "--draws", "9"], "--draws needs --bands"),
+    (["kvlcc2", "turning", "--extrapolate"], "--extrapolate needs --bands"),
     (["12", "--from", "x", "--bands", "95"], "a run of a campaign has none"),
     (["12", "turning", "--from", "x"], "name a run alone"),
     (["one", "--from", "x"], "name a run alone"),
@@ -725,10 +726,10 @@ def test_an_outcome_is_shown_block_by_block_and_its_errors_end_it_with_1(capsys:
 
 
 def test_a_port_is_of_the_page() -> None:
-    assert [fits.port_of(True, None), fits.port_of(True, 0), fits.port_of(True, 9000), fits.port_of(False, None)] == [
-        fits.PORT, 0, 9000, None]  # fmt: skip
+    asked = (Serving(True), Serving(True, 0), Serving(True, 9000), Serving())
+    assert [fits.port_of(one, fits.PORT) for one in asked] == [fits.PORT, 0, 9000, None]
     with pytest.raises(RequestError, match="--port 9000 is of the page"):
-        fits.port_of(False, 9000)
+        fits.port_of(Serving(False, 9000), fits.PORT)
 
 
 def test_progress_in_words_is_seldom_off_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:

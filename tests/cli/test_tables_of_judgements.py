@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import math
 import re
@@ -13,8 +12,9 @@ from typing import Any
 import pytest
 
 from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE
-from seatrial.cli import fits, judging, options, ships, simulation
-from seatrial.cli.app import main
+from seatrial.cli import fits, judging, ships, simulation
+from seatrial.cli.app import app, main
+from seatrial.cli.command import about
 from seatrial.core.parameters import update
 from seatrial.report.blocks import line
 from seatrial.ships.files import load
@@ -191,9 +191,9 @@ def test_what_is_of_a_page_needs_one(option: list[str], capsys: Said) -> None:
 
 
 def test_pages_of_three_commands_are_at_ports_of_their_own() -> None:
-    ports = [Page().port, inspect.signature(simulation.twin).parameters["port"].default]
-    assert sorted([*ports, fits.PORT]) == [8020, 8021, 8022]
-    assert f"default: {fits.PORT}" in options.FitPort.__metadata__[0].help
+    assert sorted([Page().port, fits.PORT, simulation.TWIN_PORT]) == [8020, 8021, 8022]
+    told = next(about(one) for one in app.whole()["twin"].params if one.name == "port")
+    assert f"else {fits.PORT} or {simulation.TWIN_PORT}" in told
 
 
 def test_a_twin_listens_only_for_a_page_and_lets_go(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:

@@ -19,6 +19,7 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships import Ship as HouseShip
 from seatrial.ships.files import load as load_house
 from seatrial.simulate.run import approach
+from seatrial.workflow.asked import Around, Orders, Span
 from seatrial.workflow.simulation import known, simulate
 
 OF = "kvlcc2_l7"
@@ -55,7 +56,7 @@ def test_degrees_only_where_the_name_says_so(ship: st.Ship, zigzag: st.Run) -> N
     """The order in degrees, the house's manoeuvre in radians and the command line's are one run."""
     n_P, angle = approach(ship)[1], math.radians(20.0)
     of_house = ship.simulate(Zigzag(n_P, angle, angle))
-    of_command = simulate(OF, "zigzag", rudder=20.0, heading=20.0).trial
+    of_command = simulate(OF, "zigzag", orders=Orders(20.0, heading=20.0)).trial
     for name in ("x", "psi", "delta"):
         assert np.array_equal(zigzag[name], of_house[name])
         assert np.array_equal(zigzag[name], of_command[name])
@@ -115,7 +116,8 @@ def test_weather_is_that_of_the_command_line() -> None:
     around = st.Weather(wind=8.0, wind_from_deg=30.0, current=0.5, current_towards_deg=90.0)
     with pytest.warns(UserWarning, match="not over after 60 s"):
         run = st.load("kvlcc2").simulate(order, duration=60.0, weather=around)
-    theirs = simulate("kvlcc2", "turning", rudder=20.0, duration=60.0, wind="8,30", current="0.5,90")
+    theirs = simulate("kvlcc2", "turning", orders=Orders(20.0), span=Span(60.0),
+                      around=Around("8,30", current="0.5,90"))  # fmt: skip
     assert np.array_equal(run["y"], theirs.trial["y"])
     assert not run.complete
     assert run["U_T"][0] == 8.0
@@ -170,7 +172,7 @@ def test_a_craft_without_a_rudder_is_steered_by_a_demand() -> None:
     otter = st.load("otter")
     run = otter.simulate(st.Zigzag(steer_percent=30, heading_deg=20))
     assert run.complete
-    assert np.array_equal(run["y"], simulate("otter", "zigzag", steer=30.0, heading=20.0).trial["y"])
+    assert np.array_equal(run["y"], simulate("otter", "zigzag", orders=Orders(steer=30.0, heading=20.0)).trial["y"])
     with pytest.raises(RequestError, match="rudder_deg: otter has no rudder; give steer_percent, a demand in percent"):
         otter.simulate(st.Zigzag(rudder_deg=20))
     with pytest.raises(RequestError, match="steer_percent: kvlcc2_l7 is steered by an angle; give rudder_deg"):

@@ -16,6 +16,7 @@ from seatrial.face.orders import Order, Weather
 from seatrial.face.tables import html, table_of
 from seatrial.manoeuvres import Given, Settings
 from seatrial.report.blocks import plain_text
+from seatrial.workflow.asked import Span
 from seatrial.workflow.simulation import known, simulate
 
 
@@ -24,7 +25,7 @@ def test_weather_that_is_not_given_is_none() -> None:
     assert {name: value for name, value in vars(Weather()).items() if value} == {"seed": 1}
     ship = st.load("esso_osaka_3m")
     calm = ship.simulate(st.Straight(), duration=10.0, weather=Weather())
-    bare = simulate("esso_osaka_3m", "straight", duration=10.0).trial
+    bare = simulate("esso_osaka_3m", "straight", span=Span(10.0)).trial
     for name in ("x", "y", "psi", "u"):
         assert np.array_equal(calm[name], bare[name])
     assert np.abs(calm["y"]).max() < 1e-9

@@ -23,6 +23,7 @@ from seatrial.validate.requirements.probe import Probe
 from seatrial.validate.requirements.propulsion import reversing
 from seatrial.validate.requirements.steering import answer_varies
 from seatrial.workflow import RequestError
+from seatrial.workflow.asked import Approach, Orders, Span
 from seatrial.workflow.simulation import simulate
 
 KNOT = 0.5144  # as the Otter's source rounds it
@@ -63,7 +64,7 @@ def published(t, nu, n_port, n_starboard):
 
 
 def test_the_otter_moves_as_its_source(otter):
-    run = simulate(otter, "turning", steer=25.0, duration=20.0).trial
+    run = simulate(otter, "turning", orders=Orders(steer=25.0), span=Span(20.0)).trial
     n_port, n_starboard = run["n_port_cmd"][-1], run["n_starboard_cmd"][-1]
     begun = int(np.searchsorted(run.t, 10.0))  # propellers settled
     nu = run.stack("u", "v_m", "r")
@@ -72,13 +73,13 @@ def test_the_otter_moves_as_its_source(otter):
 
 
 def test_full_ahead_is_the_six_knots_of_the_source(otter):
-    full = simulate(otter, "acceleration", rps=16.541).indices["final_speed"].value
+    full = simulate(otter, "acceleration", begin=Approach(rps=16.541)).indices["final_speed"].value
     assert full == pytest.approx(6 * KNOT, rel=1e-3)
 
 
 @pytest.mark.parametrize("side", ["starboard", "port"])
 def test_the_demand_turns_to_its_side_by_more_thrust_on_the_other(otter, side):
-    run = simulate(otter, "turning", steer=30.0, side=side).trial
+    run = simulate(otter, "turning", orders=Orders(steer=30.0, side=side)).trial
     sign = 1.0 if side == "starboard" else -1.0
     assert sign * run["r"][-1] > 0.05
     unequal = run["n_port_cmd"][-1] - run["n_starboard_cmd"][-1]
@@ -93,7 +94,7 @@ def test_throttle_is_the_order_ahead_and_is_found_for_a_speed(throttle_boat):
     U, share = approach(throttle_boat, speed=1.5)
     drag = 77.55443234836702 * U
     assert 2 * 119.7 * share**2 == pytest.approx(drag)
-    ran = simulate(throttle_boat, "zigzag", steer=25.0, heading=20.0, throttle=60.0)
+    ran = simulate(throttle_boat, "zigzag", orders=Orders(steer=25.0, heading=20.0), begin=Approach(throttle=60.0))
     assert ran.complete
     assert ran.settings["throttle"] == pytest.approx(60.0)
     assert ran.settings["steer"] == pytest.approx(25.0)
@@ -109,7 +110,7 @@ def test_a_side_thruster_steers_where_its_file_says_so(otter):
     model = replace(otter.model, thrusters=Parts(("bow", "stern"), (bow, screw)))
     craft = replace(otter, model=model, actuators=type(otter.actuators)())
     assert model.obeying("delta") == ("n_bow",)
-    run = simulate(craft, "turning", steer=50.0).trial
+    run = simulate(craft, "turning", orders=Orders(steer=50.0)).trial
     assert run["n_bow_cmd"][-1] == pytest.approx(10.0)
     assert run["r"][-1] > 0.01
     assert not by_angle(craft)
@@ -127,21 +128,21 @@ def test_what_steers_by_an_angle_keeps_its_rudder():
 @pytest.mark.parametrize(
     ("ship", "given", "said"),
     [
-        ("otter", {"rudder": 10.0}, "has no rudder; give --steer"),
-        ("kvlcc2_l7", {"steer": 10.0}, "steered by an angle; give --rudder"),
-        ("otter", {"steer": 101.0}, "at most 100"),
-        ("otter", {"throttle": 10.0}, "driven by revolutions; give --rps"),
-        ("otter", {"steer": math.nan}, "at most 100"),
+        ("otter", Orders(10.0), "has no rudder; give --steer"),
+        ("kvlcc2_l7", Orders(steer=10.0), "steered by an angle; give --rudder"),
+        ("otter", Orders(steer=101.0), "at most 100"),
+        ("otter", Approach(throttle=10.0), "driven by revolutions; give --rps"),
+        ("otter", Orders(steer=math.nan), "at most 100"),
     ],
 )
 def test_the_wrong_word_for_helm_or_engine_is_refused(ship, given, said):
     with pytest.raises(RequestError, match=said):
-        simulate(ship, "zigzag", **given)
+        simulate(ship, "zigzag", **{"orders" if isinstance(given, Orders) else "begin": given})
 
 
 def test_rps_of_a_throttle_boat_is_refused(throttle_boat):
     with pytest.raises(RequestError, match="give --throttle in percent"):
-        simulate(throttle_boat, "zigzag", rps=1.0)
+        simulate(throttle_boat, "zigzag", begin=Approach(rps=1.0))
 
 
 def test_figures_of_the_rudder_become_percent_of_the_demand():
@@ -204,7 +205,7 @@ def test_requirements_find_wrong_thrusters(otter, fault):
 
 
 def test_a_log_without_the_revolutions_of_each_side_cannot_be_replayed(otter):
-    run = simulate(otter, "turning", steer=25.0, duration=10.0).trial
+    run = simulate(otter, "turning", orders=Orders(steer=25.0), span=Span(10.0)).trial
     kept = {name: run[name] for name in ("x", "y", "psi", "u", "v_m", "r")}
     whole = Trial("whole", run.t, {**kept, "n_port": run["n_port"], "n_starboard": run["n_starboard"]})
     assert len(inputs(whole, otter.model)) == len(run)

@@ -14,6 +14,7 @@ from seatrial.ships.files import load, save
 from seatrial.ships.formulas import resistance
 from seatrial.ships.formulas.propeller import straight_wake
 from seatrial.ships.formulas.reading import read_particulars
+from seatrial.workflow.asked import Orders
 from seatrial.workflow.simulation import simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "particulars" / "twin_virtual.toml"
@@ -79,7 +80,8 @@ def test_is_a_twin_ship_that_reads_back_and_runs_beside_that_of_the_library(made
     ours, theirs = (simulate(ship, "turning").indices for ship in (back, "twin_virtual"))
     # The single-screw KVLCC2 of the tutorial is 35 % too wide by its resistance; two screws are no worse.
     assert ours["tactical_diameter"].over_L == pytest.approx(theirs["tactical_diameter"].over_L, rel=0.35)
-    starboard, port = (simulate(back, "turning", side=side).indices["advance"].value for side in ("starboard", "port"))
+    starboard, port = (simulate(back, "turning", orders=Orders(side=side)).indices["advance"].value
+                       for side in ("starboard", "port"))  # fmt: skip
     assert starboard == pytest.approx(port, rel=1e-9)
 
 

@@ -14,6 +14,7 @@ from seatrial.environment.sea import Sea
 from seatrial.environment.sea.rao import Rao
 from seatrial.environment.sea.spectra import Ittc, Jonswap
 from seatrial.simulate.seaway import in_waves
+from seatrial.workflow.asked import Around, InWaves, Orders, Span
 from seatrial.workflow.simulation import simulate
 
 G = 9.80665
@@ -129,8 +130,8 @@ def rao(tmp_path: Path) -> Path:
 
 @pytest.mark.slow
 def test_the_command_adds_motion_and_mean_drift(rao: Path) -> None:
-    calm = simulate("kvlcc2", "straight", duration=400.0)
-    ran = simulate("kvlcc2", "straight", duration=400.0, sea="4,10,90", rao=rao, seed=3)
+    calm = simulate("kvlcc2", "straight", span=Span(400.0))
+    ran = simulate("kvlcc2", "straight", span=Span(400.0), waves=InWaves("4,10,90", rao), orders=Orders(seed=3))
     assert ran.motions["heave"].expected == pytest.approx(1.0, rel=0.02)  # H_S / 4, as heave is the surface here
     assert ran.motions["heave"].found == pytest.approx(1.0, rel=0.2)
     assert ran.trial["H_S"][0] == pytest.approx(4.0, rel=0.005)
@@ -145,10 +146,11 @@ def test_the_command_adds_motion_and_mean_drift(rao: Path) -> None:
         ({"sea": "4,10,90", "rao": "rao", "waves": "4,8,90"}, "mean drift already"),
         ({"sea": "4,10,90", "rao": "rao", "roll_damping": 0.1}, "include their damping"),
         ({"roll_damping": 0.1}, "go together"),
-        ({"sea": "4,10,90", "rao": "none.csv"}, "no such file"),
+        ({"sea": "4,10,90", "rao": Path("none.csv")}, "no such file"),
     ],
 )  # fmt: skip
 def test_the_command_refuses(rao: Path, given: dict[str, object], said: str) -> None:
     own = {key: rao if value == "rao" else value for key, value in given.items()}
+    around = Around(waves=own.pop("waves", None))  # type: ignore[arg-type]
     with pytest.raises(RequestError, match=said):
-        simulate("kvlcc2", "straight", duration=60.0, **own)  # type: ignore[arg-type]
+        simulate("kvlcc2", "straight", span=Span(60.0), around=around, waves=InWaves(**own))  # type: ignore[arg-type]

@@ -21,6 +21,7 @@ from seatrial.ships import Ship, ShipError
 from seatrial.ships.at_sea import with_memory
 from seatrial.ships.files import load, save
 from seatrial.simulate.sixdof import forced, solved, step_in
+from seatrial.workflow.asked import InWaves, Span
 from seatrial.workflow.seaway.making import roll, seakeeping
 from seatrial.workflow.simulation import simulate
 
@@ -141,8 +142,8 @@ def test_the_commands_write_ships(tmp_path: Path) -> None:
     assert load(tmp_path / "rolls.toml").model == made.model
     save(plain(), tmp_path / "plain.toml")
     seakeeping(tmp_path / "plain.toml", HULL, tmp_path / "sea.toml", roll_damping=0.05)
-    ran = simulate(tmp_path / "sea.toml", "straight", duration=30.0, sea="0.3,7,150", rao=HULL)
+    ran = simulate(tmp_path / "sea.toml", "straight", span=Span(30.0), waves=InWaves("0.3,7,150", HULL))
     assert set(ran.motions) == {"heave", "roll", "pitch"}
     assert ran.trial["theta"].std() > 0.0
     with pytest.raises(RequestError, match="has its own"):
-        simulate(tmp_path / "sea.toml", "straight", duration=30.0, sea="0.3,7,150", rao=HULL, roll_damping=0.1)
+        simulate(tmp_path / "sea.toml", "straight", span=Span(30.0), waves=InWaves("0.3,7,150", HULL, roll_damping=0.1))

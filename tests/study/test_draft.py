@@ -18,6 +18,7 @@ from seatrial.ships.files import load
 from seatrial.study.drafting.draft import draft
 from seatrial.study.drafting.held_out import dated
 from seatrial.study.study import read_study
+from seatrial.workflow.asked import Orders, Span
 from seatrial.workflow.simulation import simulate
 
 NOISE = Sensors({"x": 0.02, "y": 0.02, "psi": 0.002, "u": 0.01, "v_m": 0.01, "r": 0.001})
@@ -35,7 +36,7 @@ def runs() -> dict[str, Trial]:
     rng = np.random.default_rng(5)
     out: dict[str, Trial] = {}
     for name, (kind, options) in RUNS.items():
-        made = simulate("kvlcc2_l7", kind, duration=150.0, **options).trial
+        made = simulate("kvlcc2_l7", kind, orders=Orders(**options), span=Span(150.0)).trial
         out[name] = replace(NOISE.read(made.rows(slice(0, None, 4)), rng), name=name)
     return out
 

@@ -59,7 +59,7 @@ def test_a_model_without_a_calibration_says_which_command_makes_one(
     for begin in ("history 20", "fit-first 20"):
         asked = f"--{begin}".split()
         assert f"seatrial calibrate MODEL --{begin}" in refused(capsys, *to_bands, "95", *asked)
-    assert "ask for them with --bands" in refused(capsys, "validate", model, log, "--draws", "100")
+    assert "add --bands 95" in refused(capsys, "validate", model, log, "--draws", "100")
     assert "no posterior" in refused(capsys, "predict", "kvlcc2_l7", log, "-o", out, "--bands", "95")
     assert not (tmp_path / "out").exists()
     assert "not named" in refused(capsys, "calibrate", model)

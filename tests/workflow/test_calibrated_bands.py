@@ -13,6 +13,7 @@ from fitted_run import saved, trial
 from seatrial.cli.app import main
 from seatrial.identify import StudyError
 from seatrial.workflow import RequestError
+from seatrial.workflow.asked import Approach, Bands, Orders, Span
 from seatrial.workflow.evidence.bands import simulate_with_bands
 
 
@@ -24,7 +25,7 @@ def run(tmp_path: Path) -> Path:
 @pytest.mark.slow
 def test_edges_of_a_turn_are_the_calibrated_ones_and_so_are_its_indices(run: Path) -> None:
     calibrated(run)
-    found = simulate_with_bands(str(run), "turning", 90.0, draws=300, rudder=35.0)
+    found = simulate_with_bands(str(run), "turning", Bands(90.0, 300), orders=Orders(35.0))
     made = found.sailed
     assert (made.basis.kind, made.basis.recordings) == ("calibrated", 24)
     assert "calibrated on 24 left-out recordings" in made.caveats[0]
@@ -34,7 +35,7 @@ def test_edges_of_a_turn_are_the_calibrated_ones_and_so_are_its_indices(run: Pat
     assert 0.5 * (high - low)[at] == pytest.approx(1.645 * UNIT[0] * H[2] / 50.0, rel=0.25)
     value, low_d, high_d = (one.value for one in found.indices["tactical_diameter"])
     assert low_d < value < high_d
-    wide = simulate_with_bands(str(_sized(run, 3.0)), "turning", 90.0, draws=300, rudder=35.0)
+    wide = simulate_with_bands(str(_sized(run, 3.0)), "turning", Bands(90.0, 300), orders=Orders(35.0))
     wider = [b[2].value - b[1].value for b in (found.indices["advance"], wide.indices["advance"])]
     assert wider[1] == pytest.approx(3.0 * wider[0], rel=0.1)
 
@@ -49,7 +50,8 @@ def test_a_zigzag_has_its_indices_apart_by_the_mean_factor(run: Path) -> None:
     widths: list[float] = []
     scales: list[float] = []
     for size in (1.0, 2.0):
-        found = simulate_with_bands(str(_sized(run, size)), "zigzag", 90.0, draws=300, rudder=20.0, heading=20.0)
+        found = simulate_with_bands(str(_sized(run, size)), "zigzag", Bands(90.0, 300),
+                                    orders=Orders(20.0, heading=20.0))  # fmt: skip
         _, low, high = (one.value for one in found.indices["first_overshoot"])
         widths.append(high - low)
         (said,) = (line for line in found.sailed.caveats if "times as far apart" in line)
@@ -61,7 +63,7 @@ def test_a_zigzag_has_its_indices_apart_by_the_mean_factor(run: Path) -> None:
 @pytest.mark.slow
 def test_kinds_and_times_that_no_left_out_trial_shows_are_named(run: Path) -> None:
     calibrated(run, kinds=("zigzag",))
-    found = simulate_with_bands(str(run), "turning", 90.0, draws=300, rudder=35.0, duration=400.0)
+    found = simulate_with_bands(str(run), "turning", Bands(90.0, 300), orders=Orders(35.0), span=Span(400.0))
     assert any("no left-out trial is of this kind (turning)" in line for line in found.sailed.caveats)
     assert any(line.startswith("calibrated up to 150 s") for line in found.sailed.caveats)
 
@@ -70,8 +72,9 @@ def test_kinds_and_times_that_no_left_out_trial_shows_are_named(run: Path) -> No
 def test_beyond_its_trials_a_calibrated_ship_is_refused_or_says_so(run: Path) -> None:
     calibrated(run)
     with pytest.raises(RequestError, match="leaves the trials of the fit"):
-        simulate_with_bands(str(run), "turning", 90.0, draws=300, rudder=35.0, speed=0.5)
-    found = simulate_with_bands(str(run), "turning", 90.0, draws=300, rudder=35.0, speed=0.5, extrapolate=True)
+        simulate_with_bands(str(run), "turning", Bands(90.0, 300), orders=Orders(35.0), begin=Approach(0.5))
+    found = simulate_with_bands(str(run), "turning", Bands(90.0, 300, True), orders=Orders(35.0),
+                                begin=Approach(0.5))  # fmt: skip
     assert any("no left-out trial has tested the bands there" in line for line in found.sailed.caveats)
 
 
@@ -79,10 +82,10 @@ def test_beyond_its_trials_a_calibrated_ship_is_refused_or_says_so(run: Path) ->
 def test_a_calibration_of_another_fit_and_a_level_it_cannot_show_are_refused(run: Path) -> None:
     path = calibrated(run)
     with pytest.raises(RequestError, match="24 recordings, and at least 99 are needed"):
-        simulate_with_bands(str(run), "turning", 99.0, draws=2000)
+        simulate_with_bands(str(run), "turning", Bands(99.0, 2000))
     path.write_text(json.dumps({**json.loads(path.read_text()), "fit": "of-another"}))
     with pytest.raises(StudyError, match="seatrial calibrate MODEL"):
-        simulate_with_bands(str(run), "turning", 90.0)
+        simulate_with_bands(str(run), "turning", Bands(90.0))
 
 
 @pytest.mark.slow

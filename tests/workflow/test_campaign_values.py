@@ -20,6 +20,7 @@ from seatrial.core.errors import RequestError
 from seatrial.ships.files import load
 from seatrial.simulate.approach import approach, time_step
 from seatrial.study.stored import load_fit
+from seatrial.workflow.asked import Approach, Orders, Span
 from seatrial.workflow.campaigns import campaign, on_devices, shard_of
 from seatrial.workflow.campaigns.reading import campaign_of
 
@@ -74,7 +75,8 @@ def test_a_case_without_a_duration_lasts_as_long_as_simulate_lets_it() -> None:
 
     (case,) = made(manoeuvre={"kind": "zigzag", "rudder": 20.0, "heading": 15.0, "side": "port", "speed": 1.0,
                               "dt": 0.2}).cases  # fmt: skip
-    run = simulate("kvlcc2_l7", "zigzag", rudder=20.0, heading=15.0, side="port", speed=1.0, dt=0.2)
+    run = simulate("kvlcc2_l7", "zigzag", orders=Orders(20.0, heading=15.0, side="port"), begin=Approach(1.0),
+                   span=Span(dt=0.2))  # fmt: skip
     assert case.duration == run.trial.duration
 
 

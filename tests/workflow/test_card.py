@@ -17,6 +17,7 @@ from seatrial.data.trialfile import read_trials, write_trial
 from seatrial.identify import StudyError
 from seatrial.study.store import write_summary
 from seatrial.workflow import RequestError
+from seatrial.workflow.asked import Bands, Orders
 from seatrial.workflow.evidence.bands import simulate_with_bands
 from seatrial.workflow.evidence.card import card
 
@@ -124,7 +125,7 @@ def test_a_fit_of_before_ranges_were_kept_has_a_card_but_no_bands(run: Path) -> 
     assert found.grounds.covered == {}
     assert found.missing
     with pytest.raises(RequestError, match="did not keep the ranges"):
-        simulate_with_bands(str(run), "turning", 95.0)
+        simulate_with_bands(str(run), "turning", Bands(95.0))
 
 
 @pytest.mark.slow
@@ -188,7 +189,7 @@ def test_bands_are_written_beside_the_run(run: Path, tmp_path: Path, capsys: pyt
 
 @pytest.mark.slow
 def test_what_is_extrapolated_says_so(run: Path) -> None:
-    found = simulate_with_bands(str(run), "turning", 95.0, draws=300, side="port", rudder=35.0, extrapolate=True)
+    found = simulate_with_bands(str(run), "turning", Bands(95.0, 300, True), orders=Orders(35.0, side="port"))
     assert {one.channel for one in found.sailed.beyond} >= {"delta"}
     assert any(line.startswith("extrapolated: ") for line in found.sailed.caveats)
 
@@ -215,11 +216,11 @@ def test_a_card_counts_parameters_and_no_pairs_of_them(run: Path) -> None:
 @pytest.mark.slow
 def test_left_out_trials_widen_bands_and_give_them_beyond_the_trials(run: Path) -> None:
     """The trials go to starboard: to port the fit's own covariance is refused, the widened one is not."""
-    settings = {"draws": 300, "side": "port", "rudder": 35.0}
-    before = simulate_with_bands(str(run), "turning", 95.0, extrapolate=True, **settings)
+    port = Orders(35.0, side="port")
+    before = simulate_with_bands(str(run), "turning", Bands(95.0, 300, True), orders=port)
     with pytest.raises(RequestError, match="seatrial calibrate MODEL"):
-        simulate_with_bands(str(run), "turning", 95.0, **settings)
-    after = simulate_with_bands(str(left_out(run)), "turning", 95.0, **settings)
+        simulate_with_bands(str(run), "turning", Bands(95.0, 300), orders=port)
+    after = simulate_with_bands(str(left_out(run)), "turning", Bands(95.0, 300), orders=port)
     assert {one.channel for one in after.sailed.beyond} >= {"delta"}
     assert "left out of the fit in turn" in after.sailed.caveats[0]
     assert "each of 4 trials is missed by 6.4 times" in after.sailed.caveats[1]
@@ -236,13 +237,13 @@ def test_no_left_out_trial_tells_of_other_surroundings(run: Path) -> None:
     document["grounds"]["covered"]["depth"] = [1.0, 2.0]
     write_summary(file.parent, document)
     with pytest.raises(RequestError, match=r"leaves the trials of the fit: depth deep m \(trials: 1\.00 to 2\.00"):
-        simulate_with_bands(str(run), "turning", 95.0, draws=300, rudder=35.0)
+        simulate_with_bands(str(run), "turning", Bands(95.0, 300), orders=Orders(35.0))
 
 
 @pytest.mark.parametrize("wrong", [{"factor": 0.0}, {"factor": "nine"}, {"trials": 1}, {"errors": 3}])
 def test_what_left_out_trials_say_is_not_edited(run: Path, wrong: dict[str, object]) -> None:
     with pytest.raises(StudyError, match=r"model\.bands\.json: power\.\w+ is .* seatrial calibrate MODEL makes them"):
-        simulate_with_bands(str(left_out(run, **wrong)), "turning", 95.0)  # type: ignore[arg-type]
+        simulate_with_bands(str(left_out(run, **wrong)), "turning", Bands(95.0))  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

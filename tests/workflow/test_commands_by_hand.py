@@ -27,12 +27,13 @@ from seatrial.realtime.range.reports import REPORTED
 from seatrial.ships.files import load
 from seatrial.validate.fit_first import Beginning
 from seatrial.workflow import Silent, afloat, comparing, demo, identify, judging, plant, seaway
-from seatrial.workflow.asked import Around, Departure, InWaves
+from seatrial.workflow.asked import Around, Bands, Departure, InWaves, Predicting
 from seatrial.workflow.comparing import purpose_of, scales, scales_asked
 from seatrial.workflow.contributing.published import Published, Reproduced, _found, published, shown
 from seatrial.workflow.data import _damage, convert, guess_mapping, importing, mend
 from seatrial.workflow.live import twin as following
 from seatrial.workflow.plant import Slave, read_pull
+from seatrial.workflow.request import banded
 from seatrial.workflow.seaway.making import _keels
 
 DEG = math.pi / 180.0
@@ -109,8 +110,9 @@ def test_a_noise_of_a_design_is_in_degrees_where_it_is_an_angle() -> None:
 def test_options_of_bands_need_bands() -> None:
     for draws, extrapolate, option in ((10, False, "--draws"), (None, True, "--extrapolate"), (10, True, "--draws")):
         with pytest.raises(RequestError, match=f"{option} needs --bands"):
-            judging._no_draws(draws, extrapolate=extrapolate)
-    judging._no_draws(None, extrapolate=False)
+            banded(Bands(None, draws, extrapolate))
+    assert not banded(Bands())
+    assert banded(Bands(95.0, 10, True))
 
 
 def test_an_open_water_test_replaces_the_thrust_of_the_propeller(tmp_path: Path) -> None:
@@ -314,12 +316,12 @@ def test_what_the_first_seconds_say_is_told_beyond_two_sigma() -> None:
 
 
 def test_a_prediction_has_a_history_or_fits_first_and_a_model_in_continuous_time() -> None:
-    assert comparing.carrier_of(L7, None, 5.0) is None
+    assert comparing.carrier_of(L7, Predicting(fit_first=5.0)) is None
     with pytest.raises(RequestError, match="--fit-first already estimates"):
-        comparing.carrier_of(L7, 5.0, 5.0)
+        comparing.carrier_of(L7, Predicting(history=5.0, fit_first=5.0))
     with pytest.raises(RequestError, match="is a model in discrete time"):
-        comparing.carrier_of(load("kvlcc2_l7_arx"), 5.0, None)
-    assert comparing.carrier_of(L7, 5.0, None) is not None
+        comparing.carrier_of(load("kvlcc2_l7_arx"), Predicting(history=5.0))
+    assert comparing.carrier_of(L7, Predicting(history=5.0)) is not None
 
 
 def test_a_fit_is_beside_the_ship_that_it_began_from() -> None:
@@ -480,14 +482,16 @@ def test_bilge_keels_are_a_breadth_and_a_length() -> None:
 
 
 def test_a_sea_needs_operators_and_waves_are_given_once() -> None:
-    calm = seaway.bound_for(L7, None, None, None, 1, {"waves": "1,8,0"}, lambda _: None)
-    assert (calm.sea, calm.rao, calm.around) == (None, None, {"waves": "1,8,0"})
+    swell = Around(waves="1,8,0")
+    calm = seaway.bound_for(L7, InWaves(), 1, swell, lambda _: None)
+    assert (calm.sea, calm.rao, calm.around) == (None, None, swell)
     assert calm.seen(moving("a"), lambda _: None)[1] == {}
-    for sea, rao, damping in (("1,8,0", None, None), (None, "a.csv", None), (None, None, 0.05)):
+    rao = Path("a.csv")
+    for waves in (InWaves("1,8,0"), InWaves(rao=rao), InWaves(roll_damping=0.05)):
         with pytest.raises(RequestError, match="--sea and --rao go together"):
-            seaway.bound_for(L7, sea, rao, damping, 1, {}, lambda _: None)
+            seaway.bound_for(L7, waves, 1, Around(), lambda _: None)
     with pytest.raises(RequestError, match="leave one of --waves and --sea out"):
-        seaway.bound_for(L7, "1,8,0", "a.csv", None, 1, {"waves": "1,8,0"}, lambda _: None)
+        seaway.bound_for(L7, InWaves("1,8,0", rao), 1, swell, lambda _: None)
 
 
 def test_a_transponder_has_nine_digits_and_sentences_their_rates() -> None:

@@ -16,6 +16,7 @@ from seatrial.report.blocks import Line
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
 from seatrial.study.store import write_summary
+from seatrial.workflow.asked import Predicting
 from seatrial.workflow.comparing import provenance
 from seatrial.workflow.validate import predict, validate
 
@@ -165,12 +166,13 @@ def test_predictions_begin_after_the_seconds_that_were_fitted(fitted: Path, tmp_
 
 def test_history_is_of_the_model_alone(fitted: Path, tmp_path: Path) -> None:
     model, logs = str(fitted / "mine.toml"), [fitted / "logs" / "b.csv"]
-    plain, carried = (validate(model, logs, restart=20.0, history=some).result.trials["b"] for some in (None, 15.0))
+    plain, carried = (validate(model, logs, how=Predicting(20.0, history=some)).result.trials["b"]
+                      for some in (None, 15.0))  # fmt: skip
     (label,) = set(plain) - {"constant velocity", "untuned", "published"}
     for other in set(plain) - {label}:
         assert carried[other].standardised == plain[other].standardised
     assert carried[label].standardised != plain[label].standardised
-    (one,) = predict(model, logs, tmp_path / "p", restart=20.0, history=15.0).result
+    (one,) = predict(model, logs, tmp_path / "p", how=Predicting(20.0, history=15.0)).result
     assert one["u"] == pytest.approx(carried[label].predicted["u"])
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from fitted_run import saved, trial
 from seatrial.cli.app import main
+from seatrial.workflow.asked import Draws
 from seatrial.workflow.judging import design
 
 FREE = ["hull.Y_v", "hull.N_r"]
@@ -20,7 +21,7 @@ def test_trials_narrow_what_a_poor_fit_leaves_open(tmp_path: Path) -> None:
     """The fit leaves 10 % of three coefficients open; good trials of 60 lengths determine two to a thousandth."""
     run = saved(tmp_path / "run", [trial(35), trial(20, 20)], share=0.1)
     told: list[str] = []
-    made = design(run, FREE, bands=90.0, draws=200, note=told.append)
+    made = design(run, FREE, bands=Draws(90.0, 200), note=told.append)
     assert "2 of 2 parameters are as open as the fit leaves them" in told[-1]
     assert made.plan.information.shape == (2, 2)
     assert (np.linalg.eigvalsh(made.plan.information) > 0.0).all()
@@ -34,7 +35,7 @@ def test_trials_narrow_what_a_poor_fit_leaves_open(tmp_path: Path) -> None:
 def test_fewer_trials_leave_wider_bands(tmp_path: Path) -> None:
     run = saved(tmp_path / "run", [trial(35), trial(20, 20)], share=0.1)
     noise = "x=5,y=5,psi=3,u=0.5,v_m=0.5,r=1"
-    few, many = (design(run, FREE, budget=budget, noise=noise, repeats=5, bands=90.0, draws=200).foreseen
+    few, many = (design(run, FREE, budget=budget, noise=noise, repeats=5, bands=Draws(90.0, 200)).foreseen
                  for budget in (20.0, 200.0))  # fmt: skip
     assert np.median([a.share for a in few]) > np.median([b.share for b in many])
 

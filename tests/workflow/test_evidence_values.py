@@ -25,7 +25,8 @@ from seatrial.data import Trial
 from seatrial.models import STATES
 from seatrial.report.blocks import Line, Table
 from seatrial.study.grounds import Beyond, Grounds, covered
-from seatrial.workflow import asked
+from seatrial.workflow.asked import Bands as Asked
+from seatrial.workflow.asked import Draws, Predicting
 from seatrial.workflow.evidence import ahead as paths_ahead
 from seatrial.workflow.evidence import calibrate as calibrating
 from seatrial.workflow.evidence import carded, designed, judged
@@ -33,6 +34,7 @@ from seatrial.workflow.evidence.bands import _arrays
 from seatrial.workflow.evidence.calibrate import calibrate, of_one_day
 from seatrial.workflow.evidence.drawn import Drawing, _unsure
 from seatrial.workflow.evidence.fans import Banding
+from seatrial.workflow.validate import _banding
 
 DEG = math.pi / 180.0
 
@@ -56,7 +58,8 @@ def held(tmp_path_factory: pytest.TempPathFactory, trials: tuple[Trial, ...]) ->
 
 
 def banding(model: Path, level: float | None = 95.0, **more: Any) -> Banding | None:
-    return Banding.of(str(model), level, **{"draws": None, "extrapolate": False, **more})
+    how = {name: more.pop(name) for name in ("smooth_start", "history", "fit_first") if name in more}
+    return _banding(str(model), Asked(level, **more), Predicting(**how))
 
 
 @pytest.mark.slow
@@ -68,17 +71,17 @@ def test_bands_of_predictions_are_asked_for_in_percent(held: Path) -> None:
     assert usual.plain is None
     assert usual.filters is None
     for few in (50, 20_000):
-        made = banding(held, 80.0, draws=few, extrapolate=True)
+        made = banding(held, 80.0, count=few, extrapolate=True)
         assert made is not None
         assert (made.level, made.draws, made.extrapolate) == (pytest.approx(0.8), few, True)
 
 
 @pytest.mark.parametrize(("level", "more", "told"), [
-    (None, {"draws": 100}, "--draws and --extrapolate are of bands"),
-    (None, {"extrapolate": True}, "--draws and --extrapolate are of bands"),
+    (None, {"count": 100}, "--draws needs --bands: add --bands 95"),
+    (None, {"extrapolate": True}, "--extrapolate needs --bands: add --bands 95"),
     (0.0, {}, "--bands is 0 percent"), (100.0, {}, "--bands is 100 percent"), (-5.0, {}, "--bands is -5 percent"),
-    (95.0, {"draws": 49}, "--draws is 49; bands take 50 to 20000"),
-    (95.0, {"draws": 20_001}, "--draws is 20001; bands take 50 to 20000"),
+    (95.0, {"count": 49}, "--draws is 49; bands take 50 to 20000"),
+    (95.0, {"count": 20_001}, "--draws is 20001; bands take 50 to 20000"),
     (95.0, {"smooth_start": 2.0}, "leave --smooth-start out"),
     (95.0, {"history": 5.0, "fit_first": 5.0}, "--fit-first already estimates how a trial begins"),
 ])  # fmt: skip
@@ -207,33 +210,33 @@ def test_where_left_out_trials_say_less_is_told(held: Path) -> None:
 @pytest.mark.parametrize(("level", "least"), [(95.0, 200), (90.0, 100), (80.0, 50)])
 def test_a_quantile_has_five_draws_beyond_it(plain: Path, level: float, least: int) -> None:
     with pytest.raises(RequestError, match=f"--draws is {least - 1}; bands of {level:g} percent take {least} to"):
-        Drawing.of(str(plain), level, least - 1, extrapolate=False)
-    made = Drawing.of(str(plain), level, least, extrapolate=False)
+        Drawing.of(str(plain), Asked(level, least - 1))
+    made = Drawing.of(str(plain), Asked(level, least))
     assert (made.level, made.count, made.found, made.explained) == (pytest.approx(0.01 * level), least, None, True)
 
 
 @pytest.mark.slow
 def test_draws_are_a_thousand_unless_told_and_20000_at_most(plain: Path, held: Path) -> None:
-    assert Drawing.of(str(plain), 95.0, None, extrapolate=True).count == 1000
-    assert Drawing.of(str(plain), 95.0, 20_000, extrapolate=True).extrapolate
-    assert Drawing.of(str(held), 90.0, None, extrapolate=False).found is not None
+    assert Drawing.of(str(plain), Asked(95.0, None, extrapolate=True)).count == 1000
+    assert Drawing.of(str(plain), Asked(95.0, 20_000, extrapolate=True)).extrapolate
+    assert Drawing.of(str(held), Asked(90.0, None)).found is not None
     for level, draws, told in ((95.0, 20_001, "--draws is 20001"), (0.0, None, "--bands is 0 percent"),
                                (100.0, None, "--bands is 100 percent"), (-1.0, None, "--bands is -1")):  # fmt: skip
         with pytest.raises(RequestError, match=told):
-            Drawing.of(str(plain), level, draws, extrapolate=False)
+            Drawing.of(str(plain), Asked(level, draws))
 
 
 def test_a_path_ahead_is_drawn_by_two_hundred_draws(plain: Path) -> None:
-    made: Any = paths_ahead.path_ahead(plain, asked.Bands(95.0))
+    made: Any = paths_ahead.path_ahead(plain, Asked(95.0))
     assert (made.draws, made.level, made.found) == (200, pytest.approx(0.95), None)
     assert made.refusal(run(u=9.0)).startswith("beyond the trials of the fit in ")
     assert made.refusal(trial(35)) == ""
-    assert paths_ahead.path_ahead(plain, asked.Bands()) is None
-    for more in (asked.Bands(count=300), asked.Bands(extrapolate=True)):
+    assert paths_ahead.path_ahead(plain, Asked()) is None
+    for more in (Asked(count=300), Asked(extrapolate=True)):
         with pytest.raises(RequestError, match="add --bands 95"):
             paths_ahead.path_ahead(plain, more)
     with pytest.raises(RequestError, match="--bands: are those of a fitted ship"):
-        paths_ahead.path_ahead(None, asked.Bands(95.0))
+        paths_ahead.path_ahead(None, Asked(95.0))
 
 
 def test_two_parts_are_the_fewest_that_leave_trials_out(plain: Path, tmp_path: Path) -> None:
@@ -383,7 +386,7 @@ def test_before_its_trials_a_design_knows_the_fit_or_the_priors(plain: Path) -> 
 ])  # fmt: skip
 def test_bands_of_a_design_that_cannot_be_are_refused(level: float, draws: int | None, told: str) -> None:
     with pytest.raises(RequestError, match=told):
-        designed.foreseen(truth(), Designed(), level, draws=draws)  # type: ignore[arg-type]
+        designed.foreseen(truth(), Designed(), Draws(level, draws))  # type: ignore[arg-type]
 
 
 def test_a_foreseen_index_is_in_the_unit_of_its_row() -> None:

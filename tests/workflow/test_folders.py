@@ -14,6 +14,7 @@ from seatrial.cli.app import main
 from seatrial.data import Trial
 from seatrial.data.trialfile import write_trial
 from seatrial.sensors import Sensors
+from seatrial.workflow.asked import Span
 from seatrial.workflow.simulation import simulate
 
 NOISE = Sensors({"x": 0.02, "y": 0.02, "psi": 0.002, "u": 0.01, "v_m": 0.01, "r": 0.001})
@@ -25,7 +26,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     at, rng = tmp_path_factory.mktemp("logs"), np.random.default_rng(5)
     runs: dict[str, Trial] = {}
     for name, kind in (("a", "zigzag"), ("b", "turning"), ("c", "straight")):
-        runs[name] = NOISE.read(simulate("kvlcc2_l7", kind, duration=150.0).trial.rows(slice(0, None, 4)), rng)
+        runs[name] = NOISE.read(simulate("kvlcc2_l7", kind, span=Span(150.0)).trial.rows(slice(0, None, 4)), rng)
     (at / "again").mkdir()
     runs["again/a"] = runs["a"].rows(slice(40, 300))
     told = runs["c"]

@@ -23,6 +23,7 @@ from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 from seatrial.study.study import Study
 from seatrial.workflow import RequestError, Silent, Sink, reports
+from seatrial.workflow.asked import Predicting
 from seatrial.workflow.identify import identify
 from seatrial.workflow.validate import check, predict, validate
 from two_zigzags import write_zigzags
@@ -112,7 +113,7 @@ def test_validate_predict_and_check_return_values(
     logs = study.parent / "logs"
     report = validate("kvlcc2_l7", [logs]).result
     assert report.pooled["published"] < report.pooled["constant velocity"]
-    (first, second) = predict("kvlcc2_l7", [logs], tmp_path / "p", restart=20.0).result
+    (first, second) = predict("kvlcc2_l7", [logs], tmp_path / "p", how=Predicting(20.0)).result
     assert read_trial(tmp_path / "p" / "port.csv")["psi"] == pytest.approx(first["psi"])
     assert len(second) == len(read_trial(logs / "starboard.csv"))
     found = check([logs])

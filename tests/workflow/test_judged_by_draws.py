@@ -18,6 +18,7 @@ from seatrial.validate.requirements import Table
 from seatrial.validate.requirements.draws import judged_by
 from seatrial.validate.requirements.scopes import judge
 from seatrial.workflow import RequestError
+from seatrial.workflow.asked import Bands, Draws
 from seatrial.workflow.judging import imo, requirements
 
 BOTH = [(35.0, None, 1), (35.0, None, -1), (20.0, 20.0, 1), (20.0, 20.0, -1)]
@@ -43,7 +44,7 @@ def test_a_verdict_stands_where_the_whole_band_is_on_its_side(met: float, verdic
 def test_the_same_ship_is_decided_by_a_good_fit_and_open_by_a_poor_one(tmp_path: Path) -> None:
     """The first overshoot of the 10/10 zigzag to port is 13.8 deg, its limit 10; that to starboard is 6.6 deg."""
     sharp, poor = (
-        imo(fitted(tmp_path / f"{share}", share), bands=95.0, draws=200, extrapolate=True) for share in (0.002, 0.2)
+        imo(fitted(tmp_path / f"{share}", share), bands=Bands(95.0, 200, True)) for share in (0.002, 0.2)
     )
     plain = imo(truth())
     for before, one in zip(plain.rows, sharp.rows, strict=True):
@@ -62,7 +63,7 @@ def test_the_same_ship_is_decided_by_a_good_fit_and_open_by_a_poor_one(tmp_path:
 @pytest.mark.slow
 def test_a_criterion_beyond_the_trials_is_undecided_and_says_why(tmp_path: Path) -> None:
     run = saved(tmp_path / "run", [trial(20, 20, 1), trial(20, 20, -1)])
-    table = imo(run, bands=90.0, draws=200)
+    table = imo(run, bands=Bands(90.0, 200))
     rows = {row.title: row for row in table.rows}
     hard = rows["advance, rudder 35 deg (starboard)"]
     assert hard.verdict == "undecided"
@@ -114,7 +115,7 @@ def test_draws_of_a_wrong_ship_open_the_items_of_its_physics_and_no_other() -> N
 
 @pytest.mark.long
 def test_requirements_of_a_fit_are_those_of_its_draws(tmp_path: Path) -> None:
-    found = requirements(fitted(tmp_path / "run", 0.01), bands=50.0, draws=4)
+    found = requirements(fitted(tmp_path / "run", 0.01), bands=Draws(50.0, 4))
     assert found.conditions["bands"] == "50 % of 4 draws of the parameters"
     judged = {item.number: one for item, one in found.rows}
     assert judged["4"].drawn is not None
@@ -147,6 +148,6 @@ def test_what_makes_no_bands_is_said_in_one_line(
 
 def test_bands_of_a_ship_in_memory_are_refused() -> None:
     with pytest.raises(RequestError, match="in memory"):
-        imo(truth(), bands=95.0)
+        imo(truth(), bands=Bands(95.0))
     with pytest.raises(StudyError, match="no posterior"):
-        requirements("kvlcc2", bands=95.0)
+        requirements("kvlcc2", bands=Draws(95.0))

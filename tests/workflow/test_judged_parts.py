@@ -13,6 +13,7 @@ from seatrial.campaign.bands import Bands
 from seatrial.data import Trial
 from seatrial.ships.files import load
 from seatrial.validate.imo import PASS, Criterion, Source
+from seatrial.workflow.asked import Draws
 from seatrial.workflow.evidence import drawn, judged
 from seatrial.workflow.judging import _loading, scale
 
@@ -96,7 +97,7 @@ def test_a_ship_scaled_by_froude_alone_is_loaded_as_it_was() -> None:
 def test_a_band_of_requirements_takes_draws_beyond_its_edges(level: float, least: int) -> None:
     """One draw on each side at least: 2 / (1 - level)."""
     with pytest.raises(Exception, match=f"take {least} to") as told:
-        judged.requirements_with_bands("nothing", "berthing", level, {}, draws=least - 1)
+        judged.requirements_with_bands("nothing", "berthing", Draws(level, least - 1), {})
     assert "--draws" in str(told.value)
     with pytest.raises(Exception, match="nothing"):
-        judged.requirements_with_bands("nothing", "berthing", level, {}, draws=least)
+        judged.requirements_with_bands("nothing", "berthing", Draws(level, least), {})

@@ -19,6 +19,7 @@ from seatrial.forces.shallow import SHALLOWEST
 from seatrial.ships import Ship
 from seatrial.ships.files import load
 from seatrial.workflow import simulation
+from seatrial.workflow.asked import Approach, Around, Orders, Span
 from seatrial.workflow.request import check_output, make_folder, separate, surroundings
 from seatrial.workflow.simulation import ahead_of, helm_of, lacks, order, simulate
 
@@ -69,14 +70,14 @@ def test_a_manoeuvre_by_the_engine_needs_one() -> None:
 
 
 def test_a_demand_stands_for_a_rudder_angle_and_a_throttle_for_revolutions() -> None:
-    assert helm_of(OTTER, "turning", None, 100.0) == pytest.approx(HARD_OVER / DEG)
-    assert helm_of(OTTER, "turning", None, 40.0) == pytest.approx(0.4 * HARD_OVER / DEG)
-    assert helm_of(L7, "turning", 12.0, None) == 12.0
-    assert helm_of(OTTER, "turning", None, None) is None
-    assert ahead_of(CATAMARAN, None, 40.0) == pytest.approx(0.4)
-    assert ahead_of(CATAMARAN, None, -100.0) == -1.0
-    assert ahead_of(L7, 9.0, None) == 9.0
-    assert ahead_of(CATAMARAN, None, None) is None
+    assert helm_of(OTTER, "turning", Orders(steer=100.0)) == pytest.approx(HARD_OVER / DEG)
+    assert helm_of(OTTER, "turning", Orders(steer=40.0)) == pytest.approx(0.4 * HARD_OVER / DEG)
+    assert helm_of(L7, "turning", Orders(12.0)) == 12.0
+    assert helm_of(OTTER, "turning", Orders()) is None
+    assert ahead_of(CATAMARAN, Approach(throttle=40.0)) == pytest.approx(0.4)
+    assert ahead_of(CATAMARAN, Approach(throttle=-100.0)) == -1.0
+    assert ahead_of(L7, Approach(rps=9.0)) == 9.0
+    assert ahead_of(CATAMARAN, Approach()) is None
 
 
 @pytest.mark.parametrize(("ship", "rudder", "steer", "kind", "told"), [
@@ -90,7 +91,7 @@ def test_a_helm_of_the_wrong_kind_is_refused(
     ship: Ship, rudder: float | None, steer: float | None, kind: str, told: str
 ) -> None:
     with pytest.raises(RequestError, match=told):
-        helm_of(ship, kind, rudder, steer)
+        helm_of(ship, kind, Orders(rudder, steer))
 
 
 @pytest.mark.parametrize(("ship", "rps", "throttle", "told"), [
@@ -103,12 +104,13 @@ def test_an_order_ahead_of_the_wrong_kind_is_refused(
     ship: Ship, rps: float | None, throttle: float | None, told: str
 ) -> None:
     with pytest.raises(RequestError, match=told):
-        ahead_of(ship, rps, throttle)
+        ahead_of(ship, Approach(None, rps, throttle))
 
 
 @pytest.mark.slow
 def test_settings_say_what_was_sailed_in_the_units_of_the_request() -> None:
-    ran = simulate(L7, "zigzag", rudder=15.0, heading=5.0, side="port", duration=3.0, dt=0.2, speed=1.0, rps=9.0)
+    ran = simulate(L7, "zigzag", orders=Orders(15.0, heading=5.0, side="port"), span=Span(3.0, 0.2),
+                   begin=Approach(1.0, rps=9.0))  # fmt: skip
     assert ran.settings["speed"] == 1.0
     assert ran.settings["rps"] == 9.0
     assert "throttle" not in ran.settings
@@ -118,23 +120,24 @@ def test_settings_say_what_was_sailed_in_the_units_of_the_request() -> None:
     assert not ran.complete
     assert ran.reason == "not over after 3 s"
     assert ran.trial["u"][0] == 1.0
-    by_throttle = simulate(CATAMARAN, "turning", steer=50.0, throttle=40.0, duration=2.0)
+    by_throttle = simulate(CATAMARAN, "turning", orders=Orders(steer=50.0), begin=Approach(throttle=40.0),
+                           span=Span(2.0))  # fmt: skip
     assert by_throttle.settings["throttle"] == pytest.approx(40.0)
     assert by_throttle.settings["steer"] == pytest.approx(50.0)
     assert by_throttle.settings["side"] == "starboard"
     assert "rudder" not in by_throttle.settings
-    assert "side" not in simulate(L7, "straight", duration=1.0).settings
+    assert "side" not in simulate(L7, "straight", span=Span(1.0)).settings
 
 
 def test_a_timed_manoeuvre_is_complete_when_its_time_is_over() -> None:
-    ran = simulate(L7, "straight", duration=4.0)
+    ran = simulate(L7, "straight", span=Span(4.0))
     assert ran.complete
     assert ran.reason is None
     assert ran.trial.duration == pytest.approx(4.0)
 
 
 def test_a_craft_that_starts_from_rest_does() -> None:
-    assert simulate(L7, "acceleration", duration=2.0).trial["u"][0] == 0.0
+    assert simulate(L7, "acceleration", span=Span(2.0)).trial["u"][0] == 0.0
 
 
 class Lengths:
@@ -162,7 +165,7 @@ def lengths(monkeypatch: pytest.MonkeyPatch) -> Iterator[Lengths]:
 
 def test_a_run_without_a_duration_doubles_until_it_can_never_be_over(lengths: Lengths) -> None:
     """It begins with 30 ship lengths of way and ends before 2000 are exceeded."""
-    ran = simulate(L7, "turning", speed=1.0)
+    ran = simulate(L7, "turning", begin=Approach(1.0))
     assert lengths.asked[0] == pytest.approx(30.0 * L7.L_pp)
     assert np.diff(np.log2(lengths.asked)) == pytest.approx(np.ones(len(lengths.asked) - 1))
     assert lengths.asked[-1] <= 2000.0 * L7.L_pp < 2.0 * lengths.asked[-1]
@@ -170,45 +173,45 @@ def test_a_run_without_a_duration_doubles_until_it_can_never_be_over(lengths: Le
 
 
 def test_a_run_with_a_duration_is_made_once(lengths: Lengths) -> None:
-    simulate(L7, "turning", speed=1.0, duration=50.0)
+    simulate(L7, "turning", begin=Approach(1.0), span=Span(50.0))
     assert lengths.asked == [50.0]
 
 
 def test_a_run_that_leaves_the_ship_s_validity_ends_a_step_before(lengths: Lengths) -> None:
     lengths.fails_at = 40.0
-    ran = simulate(L7, "turning", speed=1.0, dt=0.5)
+    ran = simulate(L7, "turning", begin=Approach(1.0), span=Span(dt=0.5))
     assert lengths.asked == [pytest.approx(30.0 * L7.L_pp), pytest.approx(39.5)]
     assert not ran.complete
     assert ran.reason == "left its validity"
     lengths.fails_at = 1.0  # less than two steps are whole
     with pytest.raises(SimulationError, match="left its validity"):
-        simulate(L7, "turning", speed=1.0, dt=0.8)
+        simulate(L7, "turning", begin=Approach(1.0), span=Span(dt=0.8))
     lengths.fails_at = 3.0
-    assert simulate(L7, "turning", speed=1.0, dt=1.0).reason == "left its validity"
+    assert simulate(L7, "turning", begin=Approach(1.0), span=Span(dt=1.0)).reason == "left its validity"
 
 
 def test_a_ship_without_a_file_step_ends_its_own_step_before(lengths: Lengths) -> None:
     from seatrial.simulate.approach import time_step
 
     lengths.fails_at = 40.0
-    simulate(L7, "turning", speed=1.0)
+    simulate(L7, "turning", begin=Approach(1.0))
     assert lengths.asked[-1] == pytest.approx(40.0 - time_step(L7))
 
 
 @pytest.mark.slow
 def test_what_the_model_does_not_feel_or_hold_for_is_said() -> None:
     notes: list[str] = []
-    simulate(NOMOTO, "turning", rps=1.0, duration=20.0, note=notes.append)
+    simulate(NOMOTO, "turning", begin=Approach(rps=1.0), span=Span(20.0), note=notes.append)
     assert any("--rps: revolutions do not enter the model of mariner_nomoto" in line for line in notes)
     notes.clear()
-    simulate(L7, "turning", rps=10.0, duration=3.0, note=notes.append)
+    simulate(L7, "turning", begin=Approach(rps=10.0), span=Span(3.0), note=notes.append)
     assert not any("--rps" in line for line in notes)
     narrow = replace(L7, validity={**L7.validity, "delta": (-0.1, 0.1)})
-    simulate(narrow, "turning", duration=8.0, note=notes.append)
+    simulate(narrow, "turning", span=Span(8.0), note=notes.append)
     (line,) = notes
     assert line.startswith("note: delta went from 0 to 0.6109; the file of kvlcc2_l7 claims to hold within [-0.1, 0.1]")
     notes.clear()
-    simulate(narrow, "turning", side="port", duration=8.0, note=notes.append)
+    simulate(narrow, "turning", orders=Orders(side="port"), span=Span(8.0), note=notes.append)
     assert "from -0.6109 to 0" in notes[0]
 
 
@@ -219,33 +222,34 @@ def test_thrust_is_asked_for_where_it_was_measured() -> None:
     low, high = tested(OTTER)["n_port"]
     for rps in (low - 1.0, high + 1.0):
         with pytest.raises(RequestError, match=f"--rps is {rps:g}; thrust by n_port of otter was tested from"):
-            simulate(OTTER, "turning", rps=rps, duration=1.0)
-    assert simulate(OTTER, "straight", rps=high, duration=0.2).settings["rps"] == high
+            simulate(OTTER, "turning", begin=Approach(rps=rps), span=Span(1.0))
+    assert simulate(OTTER, "straight", begin=Approach(rps=high), span=Span(0.2)).settings["rps"] == high
 
 
 @pytest.mark.slow
 def test_a_seed_is_zero_or_above() -> None:
     with pytest.raises(RequestError, match="--seed is -1"):
-        simulate(L7, "random", seed=-1, duration=1.0)
-    assert simulate(L7, "random", seed=0, duration=1.0).complete
+        simulate(L7, "random", orders=Orders(seed=-1), span=Span(1.0))
+    assert simulate(L7, "random", orders=Orders(seed=0), span=Span(1.0)).complete
 
 
 @pytest.mark.slow
 def test_gusts_take_the_seed_and_blow_about_a_mean_wind() -> None:
     ship = load("kvlcc2")
-    one, same, other = (surroundings(ship, seed, wind="10,0", gusts="davenport").weather for seed in (3, 3, 4))
+    one, same, other = (surroundings(ship, Around(wind="10,0", gusts="davenport"), seed).weather for seed in (3, 3, 4))
     a, b, c = (weather.series(1.0, 50) for weather in (one, same, other))
     assert isinstance(one, Gust)
     np.testing.assert_array_equal(a, b)
     assert not np.array_equal(a, c)
     with pytest.raises(RequestError, match="--gusts need a mean wind"):
-        surroundings(ship, gusts="davenport")
-    ran = simulate(ship, "straight", seed=3, duration=2.0, wind="10,0", gusts="davenport")  # a seed of the gusts
+        surroundings(ship, Around(gusts="davenport"))
+    ran = simulate(ship, "straight", orders=Orders(seed=3), span=Span(2.0),
+                   around=Around("10,0", "davenport"))  # a seed of the gusts
     assert ran.settings["gusts"] == "davenport"
 
 
 def test_surroundings_are_told_back_in_degrees() -> None:
-    made = surroundings(load("kvlcc2_shallow"), wind="10,30", current="0.5,-90", waves="2,8,45", depth=30.0)
+    made = surroundings(load("kvlcc2_shallow"), Around("10,30", current="0.5,-90", waves="2,8,45", depth=30.0))
     assert made.settings == {
         "wind": {"speed": 10.0, "from": pytest.approx(30.0)},
         "current": {"speed": 0.5, "towards": pytest.approx(-90.0)},
@@ -265,19 +269,19 @@ def test_surroundings_are_told_back_in_degrees() -> None:
 ])  # fmt: skip
 def test_surroundings_that_cannot_be_are_refused(given: dict[str, Any], told: str) -> None:
     with pytest.raises(RequestError, match=told):
-        surroundings(load("kvlcc2_shallow"), **given)
+        surroundings(load("kvlcc2_shallow"), Around(**given))
 
 
 def test_edges_of_what_surrounds_a_ship_are_taken() -> None:
     ship = load("kvlcc2_shallow")
     notes: list[str] = []
-    surroundings(ship, wind="150,0", current="15,0", waves="0,8,0", depth=1.001 * SHALLOWEST * 20.8, note=notes.append)
+    surroundings(ship, Around("150,0", None, "15,0", "0,8,0", 1.001 * SHALLOWEST * 20.8), note=notes.append)
     assert notes == []
-    surroundings(ship, depth=0.999 * SHALLOWEST * 20.8, note=notes.append)
+    surroundings(ship, Around(depth=0.999 * SHALLOWEST * 20.8), note=notes.append)
     assert notes[0].startswith(f"note: --depth: h/d is {0.999 * SHALLOWEST:.3g}; corrections end at {SHALLOWEST:g}")
     for option, given in (("--wind", {"wind": "5,0"}), ("--waves", {"waves": "1,8,0"}), ("--depth", {"depth": 9.0})):
         with pytest.raises(RequestError, match=f"{option}: kvlcc2_l7 has no force of"):
-            surroundings(L7, **given)
+            surroundings(L7, Around(**given))
 
 
 def test_a_folder_of_results_is_not_that_of_the_trials(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from seatrial.belief.drawn import read_draws
 from seatrial.belief.reading import posterior
 from seatrial.identify import StudyError
 from seatrial.workflow import RequestError
+from seatrial.workflow.asked import Bands, Orders
 from seatrial.workflow.campaigns.reading import campaign_of
 from seatrial.workflow.evidence.bands import simulate_with_bands
 from seatrial.workflow.evidence.calibrate import calibrate
@@ -79,7 +80,7 @@ def _scaled(out: Path, to: Path, factor: float, **other: object) -> Path:
 def test_bands_are_those_of_the_draws_and_as_wide_as_these(run, tmp_path):
     _, out = run
     wide = _scaled(out, tmp_path / "wide", 1.5)
-    made = {at: simulate_with_bands(str(at), "turning", 90.0, draws=400, extrapolate=True, rudder=35.0).sailed
+    made = {at: simulate_with_bands(str(at), "turning", Bands(90.0, 400, extrapolate=True), orders=Orders(35.0)).sailed
             for at in (out / "model.toml", wide)}  # fmt: skip
     one, other = (np.nanquantile(each.bands.indices["advance"], [0.05, 0.95]) for each in made.values())
     assert all("drawn from the 400 samples of the posterior beside the model" in each.caveats for each in made.values())
@@ -161,7 +162,7 @@ def test_trials_left_out_in_turn_are_kept_beside_the_fit(run, tmp_path):
     assert held.power.factor == told["factor"]
     assert posterior(model, weighed=False).power is None
     assert found.level == 0.75  # three recordings show no more
-    few, wide = (Drawing.of(str(model), level, None, extrapolate=False) for level in (75.0, 95.0))
+    few, wide = (Drawing.of(str(model), Bands(level, None)) for level in (75.0, 95.0))
     assert few.found is not None
     assert wide.found is None
     bands = tmp_path / "run" / "model.bands.json"

@@ -26,6 +26,8 @@ from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.validate.fit_first import Beginning
 from seatrial.workflow import Silent, harbour, seaway
+from seatrial.workflow.asked import Bands as Asked
+from seatrial.workflow.asked import Draws
 from seatrial.workflow.evidence import calibrate as calibrating
 from seatrial.workflow.evidence import designed, fans, judged
 from seatrial.workflow.evidence.fans import Banding, write_fan
@@ -52,8 +54,7 @@ def held(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def banding(model: Path, **more: Any) -> Banding:
-    made = Banding.of(str(model), 90.0, draws=60, extrapolate=more.pop("extrapolate", False))
-    assert made is not None
+    made = Banding.of(str(model), Asked(90.0, 60, extrapolate=more.pop("extrapolate", False)))
     return replace(made, **more)
 
 
@@ -336,7 +337,7 @@ def test_draws_before_and_after_a_design_are_made_once_a_run(monkeypatch: pytest
     monkeypatch.setattr(designed, "imo_table", lambda ship: table)
     free = (Free("hull.Y_v", -0.3, prior=-0.3, sigma=0.1),)
     plan: Any = SimpleNamespace(free=free, information=np.array([[300.0]]))
-    made = designed.foreseen(L7, plan, 80.0, draws=400)
+    made = designed.foreseen(L7, plan, Draws(80.0, 400))
     assert [one.name for one in made] == ["A", "B", "C"]
     assert [given["duration"] for given in seen] == pytest.approx([52.0, 13.0, 52.0, 13.0])  # 1.3 times the run
     assert (seen[0]["speed"], seen[0]["dt"], seen[0]["held"]) == (1.5, 0.25, False)

@@ -8,6 +8,7 @@ import pytest
 
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
+from seatrial.workflow.asked import Around
 from seatrial.workflow.request import DEGREE, finite, numbers, positive, speed_of, surroundings, vector
 
 
@@ -74,10 +75,10 @@ def test_as_many_numbers_as_the_form_has() -> None:
 def test_wind_comes_from_and_current_goes_towards() -> None:
     """Components of where the wind is from, and of where the water goes; a wind from port pushes to starboard."""
     ship = load("esso_osaka_3m")
-    now = surroundings(ship, wind="5,0", current="0.3,90").weather.now()
+    now = surroundings(ship, Around("5,0", current="0.3,90")).weather.now()
     assert (now.wind_x, now.wind_y) == pytest.approx((5.0, 0.0), abs=1e-12)
     assert (now.current_x, now.current_y) == pytest.approx((0.0, 0.3), abs=1e-12)
-    abeam = surroundings(ship, wind="5,270").weather.now()
+    abeam = surroundings(ship, Around(wind="5,270")).weather.now()
     still = (0.0,) * 6
     pushed = ship.model.derivative(still, (0.0,) * len(ship.model.controls), abeam)
     assert pushed[4] > 0.0

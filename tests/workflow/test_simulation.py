@@ -9,6 +9,7 @@ import pytest
 from seatrial.data.trialfile import read_trial
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
+from seatrial.workflow.asked import Orders
 from seatrial.workflow.data import resample
 from seatrial.workflow.judging import design
 from seatrial.workflow.simulation import known, simulate
@@ -17,8 +18,9 @@ from seatrial.workflow.simulation import known, simulate
 @pytest.mark.slow
 def test_a_manoeuvre_is_a_value(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     notes: list[str] = []
-    by_name = simulate("kvlcc2_l7", "turning", rudder=20.0, side="port", out=tmp_path / "run.csv", note=notes.append)
-    by_ship = simulate(load("kvlcc2_l7"), "turning", rudder=20.0, side="port")
+    by_name = simulate("kvlcc2_l7", "turning", orders=Orders(20.0, side="port"), out=tmp_path / "run.csv",
+                       note=notes.append)  # fmt: skip
+    by_ship = simulate(load("kvlcc2_l7"), "turning", orders=Orders(20.0, side="port"))
     assert by_name.complete
     assert by_name.indices["advance"].value == by_ship.indices["advance"].value > 0.0
     assert by_name.settings["rudder"] == pytest.approx(20.0)
@@ -31,7 +33,7 @@ def test_a_manoeuvre_is_a_value(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 def test_what_a_manoeuvre_does_not_take_is_refused_with_what_it_takes() -> None:
     with pytest.raises(RequestError, match=r"--seed.*--rudder"):
-        simulate("kvlcc2_l7", "turning", seed=3)
+        simulate("kvlcc2_l7", "turning", orders=Orders(seed=3))
     with pytest.raises(RequestError, match="zigzag"):
         simulate("kvlcc2_l7", "zagzig")
     assert "zigzag" in known()

@@ -128,10 +128,10 @@ class Program(click.Group):
             self.whole()
         return super().resolve_command(ctx, args)
 
-    def whole(self) -> Mapping[str, click.Command]:
+    def whole(self) -> Mapping[str, Command]:
         """Every command by name."""
         with click.Context(self) as context:
-            return {name: cast("click.Command", self.get_command(context, name)) for name in self._functions}
+            return {name: cast("Command", self.get_command(context, name)) for name in self._functions}
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The first line of each command's help, by section."""

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from click.exceptions import Exit
 
 from ..workflow import Outcome, RequestError, Sink
+from ..workflow.asked import Bands, Predicting, Serving
 from . import options as o
 from .render import emit, live, note
 from .render import show as draw
@@ -47,7 +48,7 @@ def check(
 def identify(
     study: o.StudyFile, out: o.RunFolder, quick: o.Quick = False, only: o.OnlyFits = (),
     free_suspects: o.FreeSuspects = False, dask: o.Dask = None, sample: o.Sample = None,
-    page: o.FitPage = False, port: o.FitPort = None, json: bool = False,
+    *, serving: Serving, json: bool = False,
 ) -> None:  # fmt: skip
     """Fit a ship to trials; write the model and a report."""
     from ..identify import FitError
@@ -55,7 +56,7 @@ def identify(
     from ..workflow.identify import resumes
     from ..workflow.request import Stopped
 
-    with watching(port_of(page, port)) as sink:
+    with watching(port_of(serving, PORT)) as sink:
         try:
             outcome = run(study, out, quick=quick, only=only, free_suspects=free_suspects, dask=dask,
                           sample=sample, sink=sink)  # fmt: skip
@@ -69,38 +70,25 @@ def identify(
 
 
 def predict(
-    model: o.ShipName, trials: o.Trials, out: o.PredictionFolder, restart: o.Restart = None,
-    smooth_start: o.SmoothStart = None, current: o.Current = None, fit_first: o.FitFirst = None,
-    history: o.History = None, instruments: o.Instruments = None, bands: o.Bands = None, draws: o.Draws = None,
-    extrapolate: o.Extrapolate = False, json: bool = False,
+    model: o.ShipName, trials: o.Trials, out: o.PredictionFolder, *, how: Predicting, bands: Bands,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Predict trials from their controls and initial states."""
-    from ..workflow.request import positive
     from ..workflow.validate import predict as run
 
-    positive(restart=restart, smooth_start=smooth_start, history=history)
-    outcome = run(model, trials, out, restart=restart, smooth_start=smooth_start, current=current,
-                  fit_first=fit_first, history=history, instruments=instruments, bands=bands, draws=draws,
-                  extrapolate=extrapolate, sink=Terminal())  # fmt: skip
-    end(outcome, json)
+    end(run(model, trials, out, how=how, bands=bands, sink=Terminal()), json)
 
 
 def validate(
-    model: o.ShipName, trials: o.Trials, out: o.Report = None, restart: o.Restart = None,
-    smooth_start: o.SmoothStart = None, scale: o.Scale = None, current: o.Current = None,
-    fit_first: o.FitFirst = None, history: o.History = None, instruments: o.Instruments = None,
-    purpose: o.FitFor = None, limit: o.Limit = None, bands: o.Bands = None, draws: o.Draws = None,
-    extrapolate: o.Extrapolate = False, json: bool = False,
+    model: o.ShipName, trials: o.Trials, out: o.Report = None, scale: o.Scale = None, purpose: o.FitFor = None,
+    limit: o.Limit = None, *, how: Predicting, bands: Bands, json: bool = False,
 ) -> None:  # fmt: skip
     """Validate a model on trials beside two baselines."""
     from ..workflow.comparing import STATUS
-    from ..workflow.request import positive
     from ..workflow.validate import validate as run
 
-    positive(restart=restart, smooth_start=smooth_start, history=history)
-    outcome = run(model, trials, out=out, restart=restart, smooth_start=smooth_start, scale=scale, current=current,
-                  fit_first=fit_first, history=history, instruments=instruments, purpose=purpose, limits=limit,
-                  bands=bands, draws=draws, extrapolate=extrapolate, sink=Terminal())  # fmt: skip
+    outcome = run(model, trials, out=out, how=how, scale=scale, purpose=purpose, limits=limit, bands=bands,
+                  sink=Terminal())  # fmt: skip
     end(outcome, json)
     if outcome.result.fitness is not None:
         raise Exit(STATUS[outcome.result.fitness.verdict])
@@ -120,15 +108,15 @@ def end(outcome: Outcome[Any], json: bool) -> None:
         raise Exit(1)
 
 
-def port_of(page: bool, port: int | None) -> int | None:
+def port_of(serving: Serving, usual: int) -> int | None:
     """The port of the page that was asked for; None where none was.
 
     Raises:
         RequestError: a port without a page.
     """
-    if port is not None and not page:
-        raise RequestError(f"--port {port} is of the page; add --page")
-    return (PORT if port is None else port) if page else None
+    if serving.port is not None and not serving.page:
+        raise RequestError(f"--port {serving.port} is of the page; add --page")
+    return (usual if serving.port is None else serving.port) if serving.page else None
 
 
 class Terminal(Sink):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..workflow.asked import Foreign
 from . import options as o
 from .fits import Terminal, end, show
 
@@ -11,20 +12,19 @@ _STUDY = Path("study.toml")
 
 
 def trials(
-    folder: o.Folder, out: o.SurveyPage = None, format: o.FolderFormat = None, mapping: o.Mapping = None,
-    json: bool = False,
-) -> None:  # fmt: skip
+    folder: o.Folder, out: o.SurveyPage = None, *, logs: Foreign, json: bool = False
+) -> None:
     """Show what is in a folder of trials: kinds, ranges, tracks."""
     from ..workflow.folders.survey import trials as run
 
-    end(run(folder, format=format, mapping=mapping, out=out, sink=Terminal()), json)
+    end(run(folder, logs, out=out, sink=Terminal()), json)
 
 
 def study(
-    action: o.StudyAction, ship: o.ShipName, folder: o.Folder, out: o.NewStudy = _STUDY,
-    format: o.FolderFormat = None, mapping: o.Mapping = None, json: bool = False,
+    action: o.StudyAction, ship: o.ShipName, folder: o.Folder, out: o.NewStudy = _STUDY, *,
+    logs: Foreign, json: bool = False,
 ) -> None:  # fmt: skip
     """Write a study of a ship and a folder, with trials held out."""
     from ..workflow.folders.drafting import new_study
 
-    show(new_study(action, ship, folder, out, format=format, mapping=mapping, sink=Terminal()), json)
+    show(new_study(action, ship, folder, out, logs, sink=Terminal()), json)

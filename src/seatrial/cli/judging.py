@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..report.blocks import table
+from ..workflow.asked import Bands, Draws
 from . import options as o
 from .render import emit, figure, note, say_lines, show
 
@@ -36,21 +37,20 @@ def models(purpose: o.Purpose = None, json: bool = False) -> None:
 
 def design(
     ship: o.ShipName, free: o.FreeParameters, budget: o.Budget = 60.0, noise: o.Noise = None,
-    interval: o.Interval = None, repeats: o.Repeats = 1, bands: o.Bands = None, draws: o.DesignDraws = None,
-    json: bool = False,
+    interval: o.Interval = None, repeats: o.Repeats = 1, *, bands: Draws, json: bool = False,
 ) -> None:  # fmt: skip
     """Design sea trials that determine parameters of a ship."""
     from ..workflow.judging import design as run
 
-    made = run(ship, free, budget=budget, noise=noise, interval=interval, repeats=repeats, bands=bands, draws=draws,
+    made = run(ship, free, budget=budget, noise=noise, interval=interval, repeats=repeats, bands=bands,
                note=note)  # fmt: skip
     if json:
-        more = {} if bands is None else {"bands": _bands_document(made.foreseen, bands)}
+        more = {} if bands.level is None else {"bands": _bands_document(made.foreseen, bands.level)}
         emit({"ship": made.ship.name, "budget": budget, "noise": made.noise, **_plan_document(made.plan), **more})
         return
     _show_plan(made.ship.name, made.plan)
-    if bands is not None:
-        _show_foreseen(made.foreseen, bands)
+    if bands.level is not None:
+        _show_foreseen(made.foreseen, bands.level)
 
 
 def _bands_document(found: Sequence[Foreseen], level: float) -> Any:
@@ -69,26 +69,24 @@ def _show_foreseen(found: Sequence[Foreseen], level: float) -> None:
 
 
 def imo(
-    ship: o.ShipName, out: o.Page = None, bands: o.Bands = None, draws: o.Draws = None,
-    extrapolate: o.Extrapolate = False, json: bool = False,
-) -> None:  # fmt: skip
+    ship: o.ShipName, out: o.Page = None, *, bands: Bands, json: bool = False
+) -> None:
     """Judge a ship by the criteria of IMO MSC.137(76)."""
     from ..report.judging.imo import brief, numbers
     from ..workflow.judging import imo as run
 
-    found = run(ship, out, note, bands=bands, draws=draws, extrapolate=extrapolate)
+    found = run(ship, out, note, bands=bands)
     emit(numbers(found)) if json else show(brief(found))
 
 
 def requirements(
-    ship: o.ShipName, scope: o.Scope = "collision-avoidance", out: o.Page = None, bands: o.Bands = None,
-    examined: o.Examined = None, json: bool = False,
-) -> None:  # fmt: skip
+    ship: o.ShipName, scope: o.Scope = "collision-avoidance", out: o.Page = None, *, bands: Draws, json: bool = False
+) -> None:
     """Judge a ship by the requirements of Sawada 2024 section 6."""
     from ..report.judging.requirements import brief, numbers
     from ..workflow.judging import requirements as run
 
-    found = run(ship, scope, out, note, bands=bands, draws=examined)
+    found = run(ship, scope, out, note, bands=bands)
     emit(numbers(found)) if json else show(brief(found))
 
 

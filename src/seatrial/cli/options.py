@@ -23,7 +23,6 @@ def _manoeuvres() -> list[str]:
 
     return list(known())
 
-
 # What a command works on.
 ShipName = Annotated[
     str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.", offers=_ships)
@@ -68,7 +67,6 @@ Report = Annotated[Path | None, Option("-o", "--out", help="Write the report to 
 CoveragePage = Annotated[Path | None, Option("-o", "--out", help="Write a page on --against to this file (.html).")]
 SurveyPage = Annotated[Path | None, Option("-o", "--out", help="Write the page to this file (.html).")]
 NewStudy = Annotated[Path, Option("-o", "--out", help="Write the study to this file (.toml).")]
-FolderFormat = Annotated[str | None, Option("--format", help="Name the format of the logs, as of import.")]
 TrialOut = Annotated[Path | None, Option("-o", "--out", help="Write the run to this trial file (.csv).")]
 TrialFolder = Annotated[Path, Option("-o", "--out", help="Write the trial files to this folder.")]
 LogFolder = Annotated[Path, Option("-o", "--out", help="Write the logs to this folder.")]
@@ -85,40 +83,16 @@ Sources = Annotated[bool, Option("--sources", help="Show the source of each valu
 Listed = Annotated[bool, Option("--list", help="List the peers and measure nothing.")]
 
 # Manoeuvres.
-Rudder = Annotated[float | None, Option(help="Set the rudder angle, magnitude [deg].")]
-Steer = Annotated[float | None, Option(help="Set the steering demand of a craft without rudder [%].")]
-HeadingChange = Annotated[float | None, Option(help="Set the heading change, such as of a zigzag [deg].")]
-Side = Annotated[str | None, Option(help="Turn first to port or starboard.")]
-Seed = Annotated[int | None, Option(help="Seed a random manoeuvre and the gusts.")]
 HarbourRun = Annotated[str, Argument(metavar="RUN", help="Name a run: berthing, unberthing, lock, canal, meeting.")]
 HarbourShip = Annotated[str | None, Option("--ship", help="Name a ship or give its file; kvlcc2_harbour unless given.")]
 Chart = Annotated[str | None, Option(help="Name a chart or give its file (.geojson).")]
 HarbourSpeed = Annotated[float | None, Option("--speed", help="Set the speed in a lock or canal [m/s].")]
 Start = Annotated[str | None, Option(help="Set the start X,Y,DEG: north and east [m], heading.")]
-ApproachSpeed = Annotated[float | None, Option(help="Set the approach speed [m/s].")]
-Rps = Annotated[float | None, Option(help="Set the propeller revolutions [1/s].")]
-Throttle = Annotated[float | None, Option(help="Set the throttle of a craft driven by throttle [%].")]
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
-TimeStep = Annotated[float | None, Option(help="Set the time step [s].")]
-Bands = Annotated[
-    float | None, Option("--bands", metavar="PERCENT", help="Set the level of bands of a fitted ship, such as 95 [%].")
-]  # fmt: skip
-Draws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 1000).")]
-DesignDraws = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 400).")]
-Examined = Annotated[int | None, Option("--draws", help="Set the number of draws for --bands (default: 100).")]
-Extrapolate = Annotated[
-    bool, Option("--extrapolate", help="Allow --bands beyond the ranges of the trials of the fit.")
-]  # fmt: skip
 Device = Annotated[str, Option(help="Run on the processor, cpu, or on a GPU: cuda, cuda:1 ...")]
 
 # What is around the ship.
 Wind = Annotated[str | None, Option(help="Set the true wind M/S,DEG: speed and direction it comes from.")]
-Gusts = Annotated[str | None, Option(help="Add gusts of a spectrum such as davenport.")]
-Current = Annotated[str | None, Option(help="Set the current M/S,DEG: speed and direction it flows towards.")]
-Waves = Annotated[str | None, Option(help="Set waves M,S,DEG: height, mean period, direction they come from.")]
-Sea = Annotated[str | None, Option(help="Set an irregular sea: a file, or M,S,DEG (JONSWAP, peak period).")]
-RaoFile = Annotated[Path | None, Option("--rao", help="Read operators of the motion in waves: .nc or .csv.")]
-RollDamping = Annotated[float | None, Option(help="Add damping of roll to an .nc file, as a share of critical.")]
 Metacentric = Annotated[float, Option("--gm", help="Set the metacentric height [m].")]
 GravityAboveKeel = Annotated[float, Option("--kg", help="Set the centre of gravity above the keel [m].")]
 Midship = Annotated[float, Option(help="Set the coefficient of the midship section.")]
@@ -128,7 +102,6 @@ OwnRollDamping = Annotated[
     float | None, Option("--roll-damping", help="Set damping of roll besides waves, as a share of critical.")
 ]  # fmt: skip
 AddedMass = Annotated[str, Option(help="Use the added masses in surge, sway and yaw of the ship, or of the data.")]
-Depth = Annotated[float | None, Option(help="Set the water depth [m]; deep water unless given.")]
 
 # Trials and predictions.
 NewStep = Annotated[float, Option(help="Set the new time step [s].")]
@@ -141,17 +114,6 @@ Remedies = Annotated[
     Path | None, Option("--remedy", help="Write the steps of the remedies to this .toml file.")
 ]  # fmt: skip
 Steps = Annotated[Path, Option("--by", help="Read this file of steps, as check --remedy writes.")]
-Restart = Annotated[float | None, Option(help="Reset to the measured state every N seconds.")]
-SmoothStart = Annotated[float | None, Option(help="Estimate initial states from the last N seconds of data.")]
-FitFirst = Annotated[
-    float | None, Option(metavar="S", help="Estimate start, current and biases on S seconds; predict the rest.")
-]  # fmt: skip
-History = Annotated[
-    float | None, Option(metavar="S", help="Add what acted beyond the model in the S seconds before each start.")
-]  # fmt: skip
-Instruments = Annotated[
-    str | None, Option(metavar="MODEL", help="Use the instrument errors of the fit of this model.toml.")
-]  # fmt: skip
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
 Sample = Annotated[int | None, Option("--sample", metavar="N", help="Add N samples of the posterior of the fit.")]
 FitFor = Annotated[
@@ -161,8 +123,6 @@ Limit = Annotated[str | None, Option(metavar="NAME=VALUE", help="Set limits of -
 Scale = Annotated[str | None, Option(help="Divide errors as in the fit of this model.toml.")]
 Quick = Annotated[bool, Option("--quick", help="Run the rehearsal of a table of fits.")]
 OnlyFits = Annotated[tuple[str, ...], Option("--only", help="Run only this fit of a table of fits. Repeatable.")]
-FitPage = Annotated[bool, Option("--page", help="Show the running fit on a local page.")]
-FitPort = Annotated[int | None, Option(help="Serve --page at this port, 0 for a free one (default: 8021).")]
 FittedModel = Annotated[str, Argument(metavar="MODEL", help="Name the model.toml of a fit.")]
 Unseen = Annotated[
     tuple[Path, ...], Option("--trials", help="Judge on these trials (default: kept back). Repeatable.")
@@ -244,8 +204,6 @@ Drifting = Annotated[
 Estimator = Annotated[str, Option(help="Choose ekf, or mhe for moving horizon estimation.")]
 RowRate = Annotated[float, Option("--rate", help="Set the rows a second of sentences by UDP [Hz].")]
 LogFactor = Annotated[float, Option("--factor", help="Set the time of a log over real time; inf for the fastest.")]
-TwinPage = Annotated[bool, Option("--page", help="Show the twin on a local page.")]
-TwinPort = Annotated[int, Option("--port", help="Serve --page at this port; 0 takes a free one.")]
 
 # Campaigns.
 CampaignSource = Annotated[str, Argument(metavar="CAMPAIGN", help="Name a campaign file, or the folder of one.")]

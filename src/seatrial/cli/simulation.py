@@ -12,10 +12,10 @@ from click.exceptions import Exit
 
 from ..core.errors import RequestError, RunError
 from ..report.blocks import table
-from ..workflow.asked import Around, Bands, Departure, InWaves, Page, Sailing, Wire
+from ..workflow.asked import Approach, Around, Bands, Departure, InWaves, Orders, Page, Sailing, Serving, Span, Wire
 from . import options as o
 from .evidence import show_bands
-from .fits import show
+from .fits import port_of, show
 from .render import emit, figure, hand_on, note, say, say_lines
 from .render import show as draw
 
@@ -26,49 +26,41 @@ if TYPE_CHECKING:
     from ..workflow.simulation import Simulated
 
 DEGREE = math.pi / 180.0
+TWIN_PORT = 8022
 
 
 def simulate(
-    ship: o.ShipOrRun, name: o.ManoeuvreOrNone = None, rudder: o.Rudder = None, heading: o.HeadingChange = None,
-    steer: o.Steer = None, side: o.Side = None, seed: o.Seed = None, speed: o.ApproachSpeed = None, rps: o.Rps = None,
-    throttle: o.Throttle = None, duration: o.Duration = None, dt: o.TimeStep = None, wind: o.Wind = None,
-    gusts: o.Gusts = None, current: o.Current = None, waves: o.Waves = None, depth: o.Depth = None,
-    sea: o.Sea = None, rao: o.RaoFile = None, roll_damping: o.RollDamping = None,
-    device: o.Device = "cpu", bands: o.Bands = None, draws: o.Draws = None, extrapolate: o.Extrapolate = False,
-    out: o.TrialOut = None, of: o.FromCampaign = None, json: bool = False,
+    ship: o.ShipOrRun, name: o.ManoeuvreOrNone = None, device: o.Device = "cpu", out: o.TrialOut = None,
+    of: o.FromCampaign = None, *, orders: Orders, begin: Approach, span: Span, around: Around, waves: InWaves,
+    bands: Bands, json: bool = False,
 ) -> None:  # fmt: skip
     """Simulate a manoeuvre and print its indices."""
-    if bands is not None and of is not None:
+    from ..workflow.request import banded
+
+    with_bands = banded(bands)
+    if with_bands and of is not None:
         raise RequestError("--bands: a run of a campaign has none; leave --from out")
-    if bands is None and (draws is not None or extrapolate):
-        raise RequestError("--draws and --extrapolate are of bands; add --bands 95")
     if of is not None:
         _replay(of, ship, name, out, json)
         return
     if name is None:
         raise RequestError("name a manoeuvre after the ship; seatrial simulate --help lists them")
-    if bands is not None:
+    if with_bands:
         from ..workflow.evidence.bands import simulate_with_bands
 
-        if sea is not None or rao is not None or roll_damping is not None:
+        if waves != InWaves():
             raise RequestError("--sea and --rao: bands are of the motion without waves; leave them or --bands out")
         if device != "cpu":
             raise RequestError(f"--device {device}: bands are computed on the processor; leave the option out")
-        banded = simulate_with_bands(
-            ship, name, bands, draws=draws, extrapolate=extrapolate, out=out,
-            rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps, duration=duration, dt=dt,
-            wind=wind, gusts=gusts, current=current, waves=waves, depth=depth, steer=steer, throttle=throttle,
-            note=note,
-        )  # fmt: skip
-        show_bands(banded, json)
-        _incomplete(banded.run)
+        made = simulate_with_bands(ship, name, bands, orders=orders, begin=begin, span=span, around=around, out=out,
+                                   note=note)  # fmt: skip
+        show_bands(made, json)
+        _incomplete(made.run)
         return
     from ..workflow.simulation import simulate as run
 
-    ran = run(ship, name, rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps,
-              duration=duration, dt=dt, device=device, out=out, note=note, wind=wind, gusts=gusts, current=current,
-              waves=waves, depth=depth, steer=steer, throttle=throttle, sea=sea, rao=rao,
-              roll_damping=roll_damping)  # fmt: skip
+    ran = run(ship, name, orders=orders, begin=begin, span=span, around=around, waves=waves, device=device, out=out,
+              note=note)  # fmt: skip
     indices = {key: index_document(index) for key, index in ran.indices.items()}
     if json:
         emit({"ship": ran.ship.name, "manoeuvre": name, "settings": ran.settings, "complete": ran.complete,
@@ -248,14 +240,15 @@ def _show_range(ran: Voyage, document: dict[str, Any]) -> None:
 def twin(
     model: o.ShipName, nmea: o.NmeaLog = None, mcap: o.McapLog = None, trial: o.TrialLog = None,
     mapping: o.Mapping = None, antenna: o.Antenna = None, out: o.TwinFolder = None, free: o.Drifting = (),
-    estimator: o.Estimator = "ekf", rate: o.RowRate = 10.0, factor: o.LogFactor = math.inf, page: o.TwinPage = False,
-    port: o.TwinPort = 8022, json: bool = False,
+    estimator: o.Estimator = "ekf", rate: o.RowRate = 10.0, factor: o.LogFactor = math.inf, *, serving: Serving,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Run a twin on the log of a ship; name faults."""
     from ..realtime.listening import HERE, address, listen
     from ..workflow.live.twin import twin as run
 
-    listening = listen(HERE, port, anywhere=False) if page else None
+    port = port_of(serving, TWIN_PORT)
+    listening = None if port is None else listen(HERE, port, anywhere=False)
     try:
         if listening is not None:
             note(f"page: {address(listening)}")

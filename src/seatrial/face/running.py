@@ -15,7 +15,8 @@ from ..environment import Uniform
 from ..manoeuvres import Index, Manoeuvre, Policy, decimals
 from ..ships import Ship as AnyShip
 from ..simulate.run import simulate as run_policy
-from ..workflow.request import DEGREE, Around, Note, Surroundings, ship_of, silent, surroundings
+from ..workflow.asked import Approach, Around, Orders, Span
+from ..workflow.request import DEGREE, Note, Surroundings, ship_of, silent, surroundings
 from ..workflow.simulation import simulate as simulated
 from .orders import Order, Weather
 from .tables import Cell, Table, Tabular, html, table_of
@@ -148,8 +149,9 @@ def ran(
             return _steered(vessel, what, speed, duration, dt, weather, lines)
         options: dict[str, Any] = {"seed": weather.seed} if weather.gusts else {}
         options |= options_of(what) if isinstance(what, Order) else {}
-        done = simulated(vessel, what.kind if isinstance(what, Order) else what, speed=speed, rps=n_P,
-                         duration=duration, dt=dt, note=lines.append, **options, **_around(weather))  # fmt: skip
+        done = simulated(vessel, what.kind if isinstance(what, Order) else what, orders=Orders(**options),
+                         begin=Approach(speed, n_P), span=Span(duration, dt), around=_around(weather),
+                         note=lines.append)  # fmt: skip
     except RequestError as error:
         raise RequestError(here(str(error))) from None
     return Run(*_parts(done.trial), ship=done.ship, policy=done.policy, settings=done.settings,
@@ -175,7 +177,7 @@ def weather_of(ship: AnyShip, weather: Weather, note: Note = silent) -> Surround
         RequestError: what the ship has no force for, or what cannot be.
     """
     try:
-        return surroundings(ship, weather.seed, note, **_around(weather))
+        return surroundings(ship, _around(weather), weather.seed, note)
     except RequestError as error:
         raise RequestError(here(str(error))) from None
 
@@ -196,7 +198,7 @@ def _around(weather: Weather) -> Around:
     current = f"{weather.current!r},{weather.current_towards_deg!r}" if weather.current else None
     sea = f"{weather.wave_height!r},{weather.wave_period!r},{weather.waves_from_deg!r}"
     waves = sea if weather.wave_height else None
-    return {"wind": wind, "gusts": weather.gusts, "current": current, "waves": waves, "depth": weather.depth}
+    return Around(wind, weather.gusts, current, waves, weather.depth)
 
 
 def here(line: str) -> str:

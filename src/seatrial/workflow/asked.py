@@ -164,6 +164,36 @@ class Wire:
 
 
 @dataclass(frozen=True)
+class Span:
+    """Time."""
+
+    duration: Annotated[float | None, Option(help="Set the length of the run [s].")] = None
+    dt: Annotated[float | None, Option(help="Set the time step [s].")] = None
+
+
+@dataclass(frozen=True)
+class Predicting:
+    """How trials are predicted."""
+
+    restart: Annotated[float | None, Option(help="Reset to the measured state every N seconds.")] = None
+    smooth_start: Annotated[
+        float | None, Option(help="Estimate initial states from the last N seconds of data.")
+    ] = None
+    current: Annotated[
+        str | None, Option(help="Set the current M/S,DEG: speed and direction it flows towards.")
+    ] = None
+    fit_first: Annotated[
+        float | None, Option(metavar="S", help="Estimate start, current and biases on S seconds; predict the rest.")
+    ] = None
+    history: Annotated[
+        float | None, Option(metavar="S", help="Add what acted beyond the model in the S seconds before each start.")
+    ] = None
+    instruments: Annotated[
+        str | None, Option(metavar="MODEL", help="Use the instrument errors of the fit of this model.toml.")
+    ] = None
+
+
+@dataclass(frozen=True)
 class Page:
     """Page and links."""
 
@@ -195,3 +225,19 @@ class Sailing:
     out: Annotated[
         Path | None, Option("-o", "--out", help="Record to this .csv file; of the page to this folder.")
     ] = None
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """Logs of other tools."""
+
+    format: Annotated[str | None, Option(help="Name the format of the logs, as of import.")] = None
+    mapping: Annotated[Path | None, Option(help="Read a mapping file: csv, nmea, mcap, rosbag2.")] = None
+
+
+@dataclass(frozen=True)
+class Serving:
+    """A page on this machine."""
+
+    page: Annotated[bool, Option(help="Show the work on a local page while it runs.")] = False
+    port: Annotated[int | None, Option(help="Serve --page at this port, 0 for a free one (else 8021 or 8022).")] = None

@@ -17,6 +17,7 @@ from ..ships import Ship
 from ..ships.files import library, load
 from ..validate import Comparison
 from . import RequestError, Sink
+from .asked import Predicting
 from .request import positive, vector
 
 if TYPE_CHECKING:
@@ -29,21 +30,6 @@ if TYPE_CHECKING:
 _MOST_CURRENT = 15.0
 # What is estimated on the first seconds is listed beyond so many of its standard deviations; all of it acts.
 _CLEAR = 2.0
-
-
-@dataclass(frozen=True)
-class Around:
-    """What trials are predicted with beside their logs, as the options of these names give it.
-
-    Attributes:
-        current: "M/S,DEG", speed and the direction it flows towards, in place of what was logged or estimated.
-        fit_first: estimate current, biases and initial state on so many first seconds, and predict the rest [s].
-        instruments: model.toml of a fit whose errors of instruments correct every trial.
-    """
-
-    current: str | None = None
-    fit_first: float | None = None
-    instruments: str | None = None
 
 
 @dataclass(frozen=True)
@@ -108,22 +94,22 @@ def compared(
     return tuple(found), tuple(failed)
 
 
-def carrier_of(ship: Ship, history: float | None, fit_first: float | None) -> Carrier | None:
+def carrier_of(ship: Ship, how: Predicting) -> Carrier | None:
     """The ship with what acted before each start carried on; None where no history is asked for.
 
     Raises:
         RequestError: with --fit-first, or a model in discrete time.
     """
-    if history is None:
+    if how.history is None:
         return None
-    if fit_first is not None:
+    if how.fit_first is not None:
         raise RequestError("--history: --fit-first already estimates how a trial begins; give one of the two")
     if isinstance(ship.model, Sampled):
         raise RequestError(f"--history: {ship.name} is a model in discrete time, which has no accelerations to carry "
                            "on; leave the option out")  # fmt: skip
     from ..simulate.carried import Carrier
 
-    return Carrier.of(ship, history)
+    return Carrier.of(ship, how.history)
 
 
 def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mapping[str, float]:
@@ -157,12 +143,12 @@ def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str,
         else "the spread of these trials"
 
 
-def judged(ship: Ship, model: str, trials: Sequence[Trial], around: Around, sink: Sink) -> Judged:
+def judged(ship: Ship, model: str, trials: Sequence[Trial], how: Predicting, sink: Sink) -> Judged:
     """The trials as they are predicted, with a note on each change.
 
     Those that the model was fitted to are corrected by all that the fit estimated of them: the errors of instruments
     that they share, and their own currents and biases.  On other trials nothing of it is assumed, unless the errors of
-    instruments are asked for.  With `Around.fit_first` currents and biases are estimated anew on every trial.
+    instruments are asked for.  With `how.fit_first` currents and biases are estimated anew on every trial.
 
     Args:
         model: as the user named the ship.
@@ -171,27 +157,27 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], around: Around, sink
         RequestError: a current that cannot be, no such fit, or a model in discrete time that is to be fitted first.
         DataError: a trial is too short for it.
     """
-    positive(fit_first=around.fit_first)
-    speed, towards = vector("--current", around.current, _MOST_CURRENT)
-    if around.fit_first is not None and isinstance(ship.model, Sampled):
+    positive(fit_first=how.fit_first)
+    speed, towards = vector("--current", how.current, _MOST_CURRENT)
+    if how.fit_first is not None and isinstance(ship.model, Sampled):
         raise RequestError(f"--fit-first: {ship.name} is a model in discrete time, which has no sensitivities to "
                            "fit with; leave the option out")  # fmt: skip
-    right, changes = _corrected(ship, model, trials, around)
+    right, changes = _corrected(ship, model, trials, how)
     begun: dict[str, Beginning] = {}
-    if around.current is not None:
+    if how.current is not None:
         north, east = speed * np.cos(towards), speed * np.sin(towards)
         right = [t.having(U_C=np.full(len(t), np.hypot(north, east)), gamma_C=np.full(len(t), np.arctan2(east, north)))
                  for t in right]  # fmt: skip
-        changes.append(f"--current: {around.current.replace(',', ' m/s towards ')} deg acts on every trial")
-    if around.fit_first is not None:
+        changes.append(f"--current: {how.current.replace(',', ' m/s towards ')} deg acts on every trial")
+    if how.fit_first is not None:
         from ..study.store import summary_beside
         from ..validate.fit_first import between_trials, fit_first
 
         said = summary_beside(model)
         differing = between_trials(said.nuisances if said else {})
-        begun = {t.name: fit_first(ship, t, around.fit_first, current=around.current is None, differing=differing)
+        begun = {t.name: fit_first(ship, t, how.fit_first, current=how.current is None, differing=differing)
                  for t in right}  # fmt: skip
-        changes += [one for t in right for one in _begun_words(ship, begun[t.name], around.fit_first)]
+        changes += [one for t in right for one in _begun_words(ship, begun[t.name], how.fit_first)]
         right = [begun[t.name].trial for t in right]
     for one in changes:
         sink.note(f"note: {one}")
@@ -199,7 +185,7 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], around: Around, sink
 
 
 def _corrected(
-    ship: Ship, model: str, trials: Sequence[Trial], around: Around
+    ship: Ship, model: str, trials: Sequence[Trial], how: Predicting
 ) -> tuple[list[Trial], list[str]]:  # fmt: skip
     """The trials without the errors that a fit estimated, and a line on each that was corrected or was not."""
     from ..study.store import summary_beside
@@ -207,28 +193,28 @@ def _corrected(
 
     said = summary_beside(model)
     found = said.nuisances if said else {}
-    fit = model if around.instruments is None else around.instruments
+    fit = model if how.instruments is None else how.instruments
     other = said if fit == model else summary_beside(fit)
     every = shared_by_all(other.nuisances if other else {})
-    if around.instruments is not None and not every:
+    if how.instruments is not None and not every:
         raise RequestError(f"--instruments: {fit}: no fit beside it has estimated an error of an instrument or a "
                            "current of all trials ([nuisance.common], --free-suspects); name the model.toml of one "
                            "that has")  # fmt: skip
-    anew = around.current is not None or around.fit_first is not None
+    anew = how.current is not None or how.fit_first is not None
     shared = {name: size for name, size in every.items() if not (anew and name.startswith("current."))}
     names = {*provenance(ship).get("trained_on", ()), *found}
     names |= {one.name for one in said.grounds.trials} if said else set()
-    own = found if around.fit_first is None else {}
+    own = found if how.fit_first is None else {}
     out: list[Trial] = []
     lines: list[str] = []
     for trial in trials:
         mine = {name: size for name, size in of_trial(trial.name, own, ()).items()
-                if not (around.current and name.startswith("current."))}  # fmt: skip
+                if not (how.current and name.startswith("current."))}  # fmt: skip
         if any(mine.values()):
             lines.append(f"{trial.name}: {words(mine, ship.model, trial)}, taken as the fit estimated")
-        errors = shared if trial.name in names or around.instruments else {}
+        errors = shared if trial.name in names or how.instruments else {}
         out.append(corrected(trial, summed(errors, mine), ship.model))
-    right = [trial.name for trial in trials if trial.name in names or around.instruments]
+    right = [trial.name for trial in trials if trial.name in names or how.instruments]
     others = [trial.name for trial in trials if trial.name not in right]
     if right and shared:
         lines.append(f"{_named(right)}: corrected by {words(shared, ship.model, trials[0])}, as the fit of {fit} "

@@ -15,7 +15,8 @@ from ..models import STATES
 from ..ships import Ship
 from ..ships.classes import foreign
 from . import RequestError
-from .request import DEGREE, PAGES, Note, check_output, positive, ship_of, silent
+from .asked import Bands, Draws
+from .request import DEGREE, PAGES, Note, banded, check_output, positive, ship_of, silent
 
 if TYPE_CHECKING:
     from ..choosing.purposes import Advice, Purpose
@@ -263,8 +264,7 @@ class Design:
 
 def design(
     ship: str | Path | Ship, free: Sequence[str], *, budget: float = 60.0, noise: str | None = None,
-    interval: float | None = None, repeats: int = 1, bands: float | None = None, draws: int | None = None,
-    note: Note = silent,
+    interval: float | None = None, repeats: int = 1, bands: Draws = Draws(), note: Note = silent,
 ) -> Design:  # fmt: skip
     """Choose manoeuvres that determine the parameters `free` of a ship, by Fisher information.
 
@@ -272,8 +272,7 @@ def design(
         ship: a name of the library, a ship file or a ship.
         free: patterns of parameter paths, such as ``hull.*``.
         budget, noise, interval, repeats: as the options of `seatrial design`; no noise assumes good sensors.
-        bands: level [%] of bands of the IMO indices before and after the trials; None makes none.
-        draws: of the parameters, for bands; None takes 400.
+        bands: of the IMO indices before and after the trials.
         note: takes assumptions, and manoeuvres that are left out.
 
     Raises:
@@ -293,13 +292,12 @@ def design(
     )
     for line in found.left_out:
         note(f"note: left out: {line}")
-    if bands is None:
-        _no_draws(draws, extrapolate=False)
+    if not banded(bands):
         return Design(vessel, deviations, found)
     from .evidence.designed import foreseen
 
     model = None if isinstance(ship, Ship) else ship
-    return Design(vessel, deviations, found, foreseen(vessel, found, bands, draws=draws, model=model, note=note))
+    return Design(vessel, deviations, found, foreseen(vessel, found, bands, model=model, note=note))
 
 
 def _noise(text: str) -> dict[str, float]:
@@ -330,14 +328,12 @@ def _in_words(deviations: Mapping[str, float]) -> str:
 
 
 def imo(
-    ship: str | Path | Ship, out: Path | None = None, note: Note = silent, *, bands: float | None = None,
-    draws: int | None = None, extrapolate: bool = False,
-) -> ImoTable:  # fmt: skip
+    ship: str | Path | Ship, out: Path | None = None, note: Note = silent, *, bands: Bands = Bands()
+) -> ImoTable:
     """Judge a ship by the criteria of IMO MSC.137(76); writes a page where `out` is given.
 
     Args:
-        bands: level [%] at which draws of a fitted ship judge; None judges its numbers.
-        draws, extrapolate: with `bands`, see `judged.imo_with_bands`.
+        bands: with these, draws of a fitted ship judge, see `judged.imo_with_bands`; else its numbers.
 
     Raises:
         RequestError: an output that is no page, or whose folder does not exist; draws without bands.
@@ -347,12 +343,10 @@ def imo(
     from ..report.judging.imo import page
     from ..validate.imo import imo_table
 
-    if bands is not None:
+    if banded(bands):
         from .evidence.judged import imo_with_bands
 
-        model = _fitted(ship, bands)
-        return imo_with_bands(model, bands, draws=draws, extrapolate=extrapolate, out=out, note=note)
-    _no_draws(draws, extrapolate=extrapolate)
+        return imo_with_bands(_fitted(ship, bands), bands, out=out, note=note)
     check_output(out, PAGES, "the page of the criteria")
     table = imo_table(ship_of(ship))
     _write(out, lambda: page(table), note)
@@ -361,13 +355,12 @@ def imo(
 
 def requirements(
     ship: str | Path | Ship, scope: str = "collision-avoidance", out: Path | None = None, note: Note = silent, *,
-    bands: float | None = None, draws: int | None = None,
+    bands: Draws = Draws(),
 ) -> Table:  # fmt: skip
     """Judge a ship by Sawada 2024 section 6; writes a page where `out` is given.
 
     Args:
-        bands: level [%] at which draws of a fitted ship judge; None judges its numbers.
-        draws: their number; None takes 100.
+        bands: with these, draws of a fitted ship judge; else its numbers.
 
     Raises:
         RequestError: an unknown scope, an output that is no page or whose folder does not exist, draws without bands.
@@ -383,28 +376,22 @@ def requirements(
         raise RequestError(f"--scope is '{scope}'; known: {', '.join(SCOPES)}")
     check_output(out, PAGES, "the page of the requirements")
     elsewhere = {"3": connection, "4": equations, "N2": equations}
-    if bands is not None:
+    if banded(bands):
         from .evidence.judged import requirements_with_bands
 
-        found = requirements_with_bands(_fitted(ship, bands), scope, bands, elsewhere, draws=draws, note=note)
+        found = requirements_with_bands(_fitted(ship, bands), scope, bands, elsewhere, note=note)
     else:
-        _no_draws(draws, extrapolate=False)
         found = judge(ship_of(ship), scope, elsewhere=elsewhere)
     _write(out, lambda: page(found), note)
     return found
 
 
-def _fitted(ship: str | Path | Ship, bands: float) -> str:
+def _fitted(ship: str | Path | Ship, bands: Draws) -> str:
     """The file of a fitted ship, whose posterior lies beside it."""
     if isinstance(ship, Ship):
-        raise RequestError(f"bands of {bands:g} percent are of a fitted ship's file, not of a ship in memory: name it")
+        raise RequestError(f"bands of {bands.level:g} percent are of a fitted ship's file, not of a ship in memory: "
+                           "name it")  # fmt: skip
     return str(ship)
-
-
-def _no_draws(draws: int | None, *, extrapolate: bool) -> None:
-    """Refuse options that belong to bands."""
-    if draws is not None or extrapolate:
-        raise RequestError(f"{'--draws' if draws is not None else '--extrapolate'} needs --bands, such as --bands 95")
 
 
 def _write(out: Path | None, page: Callable[[], Page], note: Note) -> None:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypedDict, Unpack
 
 from ..core.files import REACH, in_reach
 from ..data import DataError
@@ -15,6 +14,7 @@ from ..forces.shallow import SHALLOWEST
 from ..ships import Ship
 from ..ships.felt import feels
 from . import RequestError
+from .asked import Around, Draws
 
 DEGREE = math.pi / 180.0
 
@@ -52,6 +52,29 @@ def positive(**options: float | None) -> None:
             raise RequestError(f"{option} is {value:g}; it must be above zero")
         if value is not None and not in_reach(value):
             raise RequestError(f"{option} is {value:g}; {REACH}")
+
+
+def level_of(asked: Draws) -> float:
+    """The level of bands [%].
+
+    Raises:
+        RequestError: one that makes no band.
+    """
+    level = asked.level or 0.0
+    if not 0.0 < level < 100.0:
+        raise RequestError(f"--bands is {level:g} percent; it is above 0 and below 100, such as 95")
+    return level
+
+
+def banded(asked: Draws) -> bool:
+    """Whether bands are asked for.
+
+    Raises:
+        RequestError: they are not, but what belongs to them.
+    """
+    if asked.level is None and asked != type(asked)():
+        raise RequestError(f"{'--extrapolate' if asked.count is None else '--draws'} needs --bands: add --bands 95")
+    return asked.level is not None
 
 
 def finite(**options: float | None) -> None:
@@ -143,17 +166,7 @@ class Surroundings:
     settings: Mapping[str, object]
 
 
-class Around(TypedDict, total=False):
-    """Weather and depth as the options of these names give them; each may be missing or None."""
-
-    wind: str | None
-    gusts: str | None
-    current: str | None
-    waves: str | None
-    depth: float | None
-
-
-def surroundings(ship: Ship, seed: int = 1, note: Note = silent, **around: Unpack[Around]) -> Surroundings:
+def surroundings(ship: Ship, around: Around = Around(), seed: int = 1, note: Note = silent) -> Surroundings:
     """What is `around` a ship, with the seed of its gusts.
 
     Raises:
@@ -161,10 +174,10 @@ def surroundings(ship: Ship, seed: int = 1, note: Note = silent, **around: Unpac
     """
     from ..environment.weather import Gust
 
-    depth, gusts = around.get("depth"), around.get("gusts")
-    U_T, gamma_T = vector("--wind", around.get("wind"), 150.0)
-    U_C, gamma_C = vector("--current", around.get("current"), 15.0)
-    H_S, T_W, gamma_W = _waves(around.get("waves"))
+    depth, gusts = around.depth, around.gusts
+    U_T, gamma_T = vector("--wind", around.wind, 150.0)
+    U_C, gamma_C = vector("--current", around.current, 15.0)
+    H_S, T_W, gamma_W = _waves(around.waves)
     base = Uniform(U_T, gamma_T, U_C, gamma_C, H_S, T_W, gamma_W, depth or math.inf)
     needs = (("--wind", U_T, "wind_x", "wind"), ("--waves", H_S, "wave_x", "waves"),
              ("--depth", depth or 0.0, "per_depth", "shallow water"))  # fmt: skip

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +28,8 @@ from ..ships.felt import driven
 from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.approach import approach, step_doubt, surge_balance, time_step
 from . import RequestError
-from .request import DEGREE, Around, Note, doubts, finite, make_folder, positive, ship_of, silent, surroundings
+from .asked import Approach, Around, InWaves, Orders, Span
+from .request import DEGREE, Note, doubts, finite, make_folder, positive, ship_of, silent, surroundings
 from .seaway import Motion, Seaway, bound_for
 
 # A manoeuvre that is not over after this many ship lengths of way never will be.
@@ -138,50 +139,48 @@ class Simulated:
 
 
 def simulate(
-    ship: str | Path | Ship, manoeuvre: str | Manoeuvre, *, rudder: float | None = None, heading: float | None = None,
-    side: str | None = None, seed: int | None = None, speed: float | None = None, rps: float | None = None,
-    duration: float | None = None, dt: float | None = None, device: str = "cpu", out: Path | None = None,
-    note: Note = silent, steer: float | None = None, throttle: float | None = None, sea: str | None = None,
-    rao: Path | None = None, roll_damping: float | None = None, **around: Unpack[Around],
+    ship: str | Path | Ship, manoeuvre: str | Manoeuvre, *, orders: Orders = Orders(), begin: Approach = Approach(),
+    span: Span = Span(), around: Around = Around(), waves: InWaves = InWaves(), device: str = "cpu",
+    out: Path | None = None, note: Note = silent,
 ) -> Simulated:  # fmt: skip
     """Run a manoeuvre; without a duration until it holds all its indices.
 
     Args:
         ship: a name of the library, a ship file or a ship.
         manoeuvre: its kind, see `known`, or the manoeuvre itself, which takes no rudder, heading or side.
-        steer, throttle: what stands for `rudder` and `rps` where the ship has neither [%].
-        note: takes warnings.
-        sea, rao, roll_damping: an irregular sea and the operators of the ship's motion in it, see `seaway`.
+        orders, begin, span: of the manoeuvre, the approach and the time; without a duration it is as long as it takes.
         around: weather and depth, see `surroundings`.
-
-    The others are the options of `seatrial simulate`, whose help has their meaning and units.
+        waves: an irregular sea and the operators of the ship's motion in it, see `seaway`.
+        device: where it runs.
+        out: trial file of the run.
+        note: takes warnings.
 
     Raises:
         RequestError, ShipError: a request that cannot be carried out.
         SimulationError: a run that fails at its very beginning.
     """
-    positive(speed=speed, duration=duration, dt=dt, depth=around.get("depth"))
+    dt, side = span.dt, orders.side
+    positive(speed=begin.speed, duration=span.duration, dt=dt, depth=around.depth)
     device_of(device)
-    finite(rps=rps)
-    _check_seed(seed)
+    finite(rps=begin.rps)
+    seed = _seed(orders)
     takes = manoeuvre.takes if isinstance(manoeuvre, Manoeuvre) else find(manoeuvre).takes
     vessel = ship_of(ship)
-    if isinstance(manoeuvre, str):
-        rudder = helm_of(vessel, manoeuvre, rudder, steer)
-    rps = ahead_of(vessel, rps, throttle)
+    rudder = helm_of(vessel, manoeuvre, orders) if isinstance(manoeuvre, str) else orders.rudder
+    rps = ahead_of(vessel, begin)
     _check_revolutions(vessel, rps)
     for line in doubts(vessel):
         note(f"warning: {line}")
     if dt is not None and (doubt := step_doubt(vessel, dt)) is not None:
         note(f"warning: --dt: {doubt}")
-    U, n_P = approach(vessel, speed, rps)
-    seaway = bound_for(vessel, sea, rao, roll_damping, 1 if seed is None else seed, around, note, U)
-    place = surroundings(vessel, 1 if seed is None else seed, note, **seaway.around)
-    given = {"rudder": rudder, "heading": heading, "side": side,
-             "seed": seed if not (around.get("gusts") or sea) or "seed" in takes else None}  # fmt: skip
+    U, n_P = approach(vessel, begin.speed, rps)
+    seaway = bound_for(vessel, waves, seed, around, note, U)
+    place = surroundings(vessel, seaway.around, seed, note)
+    given = {"rudder": rudder, "heading": orders.heading, "side": side,
+             "seed": orders.seed if not (around.gusts or waves.sea) or "seed" in takes else None}  # fmt: skip
     options = {key: value for key, value in given.items() if value is not None}
     policy = manoeuvre if isinstance(manoeuvre, Manoeuvre) else order(manoeuvre, vessel, U, n_P, options)
-    run, reason = _run(vessel, policy, U, duration, dt, place.weather, device, seaway)
+    run, reason = _run(vessel, policy, U, span, place.weather, device, seaway)
     for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
         note(line)
     run, motions = seaway.seen(run, note)
@@ -197,17 +196,19 @@ def simulate(
     return Simulated(vessel, policy, run, settings, reason is None, reason, motions)
 
 
-def _check_seed(seed: int | None) -> None:
-    if seed is not None and seed < 0:
-        raise RequestError(f"--seed is {seed}; it is zero or above")
+def _seed(orders: Orders) -> int:
+    if orders.seed is not None and orders.seed < 0:
+        raise RequestError(f"--seed is {orders.seed}; it is zero or above")
+    return 1 if orders.seed is None else orders.seed
 
 
-def helm_of(ship: Ship, manoeuvre: str, rudder: float | None, steer: float | None) -> float | None:
+def helm_of(ship: Ship, manoeuvre: str, orders: Orders) -> float | None:
     """The helm [deg] of a rudder angle [deg] or a steering demand [%], whichever the ship has.
 
     Raises:
         RequestError: the other one, or a demand beyond 100 percent.
     """
+    rudder, steer = orders.rudder, orders.steer
     if rudder is not None and not by_angle(ship):
         raise RequestError(f"--rudder: {ship.name} has no rudder; give --steer, a demand in percent of its greatest")
     if steer is None:
@@ -221,12 +222,13 @@ def helm_of(ship: Ship, manoeuvre: str, rudder: float | None, steer: float | Non
     return steer / 100.0 * HARD_OVER / DEGREE
 
 
-def ahead_of(ship: Ship, rps: float | None, throttle: float | None) -> float | None:
+def ahead_of(ship: Ship, begin: Approach) -> float | None:
     """The order ahead [1/s] of revolutions [1/s] or a throttle [%], whichever the ship has.
 
     Raises:
         RequestError: the other one, or a throttle beyond 100 percent.
     """
+    rps, throttle = begin.rps, begin.throttle
     if rps is not None and throttled(ship):
         raise RequestError(f"--rps: {ship.name} is driven by throttle; give --throttle in percent of full ahead")
     if throttle is None:
@@ -239,12 +241,12 @@ def ahead_of(ship: Ship, rps: float | None, throttle: float | None) -> float | N
 
 
 def _run(
-    ship: Ship, policy: Manoeuvre, speed: float, duration: float | None, dt: float | None, around: Weather, device: str,
-    seaway: Seaway,
-) -> tuple[Trial, str | None]:  # fmt: skip
+    ship: Ship, policy: Manoeuvre, speed: float, span: Span, around: Weather, device: str, seaway: Seaway
+) -> tuple[Trial, str | None]:
     """The run, and why it is not complete; without a duration it grows until it holds all its indices."""
     from ..simulate.run import simulate as run_once
 
+    duration, dt = span.duration, span.dt
     length = duration or _FIRST * ship.L_pp / max(speed, 1e-3)
     limit = length if duration else _LAST * ship.L_pp / max(speed, 1e-3)
     begin = 0.0 if policy.from_rest else speed
@@ -258,7 +260,7 @@ def _run(
         try:
             run = once(duration=length)
         except SimulationError as error:
-            return _until(ship, policy, once, dt, duration, error)
+            return _until(ship, policy, once, span, error)
         complete = policy.complete(run) or (duration is not None and policy.timed)
         if complete or 2 * length > limit:
             return run, None if complete else f"not over after {run.duration:g} s"
@@ -266,20 +268,19 @@ def _run(
 
 
 def _until(
-    ship: Ship, policy: Manoeuvre, once: Callable[..., Trial], dt: float | None, duration: float | None,
-    error: SimulationError,
-) -> tuple[Trial, str | None]:  # fmt: skip
+    ship: Ship, policy: Manoeuvre, once: Callable[..., Trial], span: Span, error: SimulationError
+) -> tuple[Trial, str | None]:
     """The run up to where it left the ship's validity or diverged.
 
     Raises:
         SimulationError: at its very beginning.
     """
-    step = dt or time_step(ship)
+    step = span.dt or time_step(ship)
     end = 0.0 if error.time is None else error.time - step
     if end < 2.0 * step:
         raise error
     run = once(duration=end)
-    whole = duration is None and not policy.timed and policy.complete(run)
+    whole = span.duration is None and not policy.timed and policy.complete(run)
     return run, None if whole else str(error)
 
 

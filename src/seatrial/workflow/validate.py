@@ -28,8 +28,8 @@ from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_
 from ..simulate.steering import filled_words
 from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink
+from .asked import Bands, Predicting
 from .comparing import (
-    Around,
     Judged,
     carrier_of,
     compared,
@@ -41,7 +41,7 @@ from .comparing import (
     scales_asked,
 )
 from .reports import comparisons as table_of
-from .request import PAGES, make_folder, separate
+from .request import PAGES, banded, make_folder, positive, separate
 
 if TYPE_CHECKING:
     from ..belief.bands.prediction import Fan
@@ -139,11 +139,9 @@ def _compared(
 
 
 def validate(
-    model: str, paths: Sequence[Path], *, out: Path | None = None, restart: float | None = None,
-    smooth_start: float | None = None, scale: str | None = None, current: str | None = None,
-    fit_first: float | None = None, history: float | None = None, instruments: str | None = None,
-    purpose: str | None = None, limits: str | None = None, bands: float | None = None, draws: int | None = None,
-    extrapolate: bool = False, sink: Sink = SILENT,
+    model: str, paths: Sequence[Path], *, out: Path | None = None, how: Predicting = Predicting(),
+    scale: str | None = None, purpose: str | None = None, limits: str | None = None, bands: Bands = Bands(),
+    sink: Sink = SILENT,
 ) -> Outcome[Report]:  # fmt: skip
     """Compare a model and its baselines with trials, and judge it for a purpose where one is named.
 
@@ -151,11 +149,10 @@ def validate(
         model: a name of the library, or a ship file.
         paths: trial files, or folders of them.
         out: page to write, with its numbers beside it.
-        restart, smooth_start, scale, current, fit_first, history, instruments, limits: as the options of
-            `seatrial validate`.
+        how: the trials are predicted.
+        scale, limits: as the options of `seatrial validate`.
         purpose: as its option --for; the verdict is `Report.fitness`.
-        bands: level of bands of the predictions [%], whose coverage is `Report.bands`; None for none.
-        draws, extrapolate: of the bands.
+        bands: of the predictions, whose coverage is `Report.bands`.
 
     Returns:
         The report; a prediction that blew up is in `errors`.
@@ -165,9 +162,9 @@ def validate(
     """
     if out is not None and out.suffix.lower() not in PAGES:
         raise RequestError(f"{out}: a report ends in .html; its numbers go beside it as .json")
-    wanted = _purpose(purpose, limits, fit_first)
-    banding = _banding(model, bands, draws, extrapolate, history=history, fit_first=fit_first,
-                       smooth_start=smooth_start)  # fmt: skip
+    wanted = _purpose(purpose, limits, how.fit_first)
+    positive(restart=how.restart, smooth_start=how.smooth_start, history=how.history)
+    banding = _banding(model, bands, how)
     ship, trials = _read(model, paths, sink)
     made = provenance(ship)
     seen = tuple(made.get("trained_on", ()))
@@ -175,24 +172,22 @@ def validate(
         refuse(wanted, ship, trials, seen)
     sigma, origin = scales_asked(trials, scale)
     scaled = f"{scale_words(sigma)} ({origin})"
-    asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
-    carrier = carrier_of(ship, history, fit_first)
+    asked = judged(ship, model, trials, how, sink)
+    carrier = carrier_of(ship, how)
     comparisons, failed = compared(
-        ship, asked.trials, restart, sigma, smooth_start=smooth_start, begun=asked.begun,
-        carrier=carrier if banding is None or history is None else banding,
+        ship, asked.trials, how.restart, sigma, smooth_start=how.smooth_start, begun=asked.begun,
+        carrier=carrier if banding is None or how.history is None else banding,
     )  # fmt: skip
-    held = None if banding is None else _held(banding, asked, restart, sink)
+    held = None if banding is None else _held(banding, asked, how.restart, sink)
     spread = spread_of(model, ship, trials, sink)
-    fit = None if wanted is None else fitness(wanted, ship, asked.trials, seen, smooth_start)
+    fit = None if wanted is None else fitness(wanted, ship, asked.trials, seen, how.smooth_start)
     report = Report(
         f"{ship.name}: validation", comparisons, trained_on=seen, fitness=fit,
         findings=(*(str(s) for s in spread if s.verdict != "inside"),
                   *(str(f) for f in check_folder(trials) if f.severity != "info")),
-        assumptions=assumptions(ship), fit_first=fit_first, changes=asked.changes, bands=held,
+        assumptions=assumptions(ship), fit_first=how.fit_first, changes=asked.changes, bands=held,
         provenance={"model": model, "version": f"seatrial {__version__}", "trials": ", ".join(map(str, paths)),
-                    "errors divided by": scaled, "restart": "none" if restart is None else f"{restart:g} s",
-                    **({} if smooth_start is None else {"starts": f"from the readings of {smooth_start:g} s"}),
-                    **({} if history is None else {"carried on": f"what acted in {history:g} s before each start"}),
+                    "errors divided by": scaled, **_told(how),
                     **{k: str(made[k]) for k in ("study", "digest", "date") if k in made}},
     )  # fmt: skip
     if out is not None:
@@ -204,6 +199,16 @@ def validate(
     shown += brief(fit) if fit else ()
     shown += held_table(held.rows) + line(words(held.rows, held.level)) if held else ()
     return Outcome(report, document, shown, failed, leads)
+
+
+def _told(how: Predicting) -> Mapping[str, str]:
+    """How the trials were predicted, for the report."""
+    told = {"restart": "none" if how.restart is None else f"{how.restart:g} s"}
+    if how.smooth_start is not None:
+        told["starts"] = f"from the readings of {how.smooth_start:g} s"
+    if how.history is not None:
+        told["carried on"] = f"what acted in {how.history:g} s before each start"
+    return told
 
 
 def _purpose(purpose: str | None, limits: str | None, fit_first: float | None) -> Purpose | None:
@@ -222,9 +227,7 @@ def _purpose(purpose: str | None, limits: str | None, fit_first: float | None) -
 
 
 def predict(
-    model: str, paths: Sequence[Path], out: Path, *, restart: float | None = None, smooth_start: float | None = None,
-    current: str | None = None, fit_first: float | None = None, history: float | None = None,
-    instruments: str | None = None, bands: float | None = None, draws: int | None = None, extrapolate: bool = False,
+    model: str, paths: Sequence[Path], out: Path, *, how: Predicting = Predicting(), bands: Bands = Bands(),
     sink: Sink = SILENT,
 ) -> Outcome[tuple[Trial, ...]]:  # fmt: skip
     """Predict trials on their own rows, and write the predictions as trial files to `out`; other arguments as above.
@@ -237,25 +240,25 @@ def predict(
     Raises:
         RequestError, ShipError, DataError: what is asked for cannot be done; `out` would overwrite the trials.
     """
-    banding = _banding(model, bands, draws, extrapolate, history=history, fit_first=fit_first,
-                       smooth_start=smooth_start)  # fmt: skip
+    positive(restart=how.restart, smooth_start=how.smooth_start, history=how.history)
+    banding = _banding(model, bands, how)
     ship, trials = _read(model, paths, sink, out)
     predictions: list[Trial] = []
     fans: list[Fan] = []
     failed: list[str] = []
-    asked = judged(ship, model, trials, Around(current, fit_first, instruments), sink)
-    carrier = carrier_of(ship, history, fit_first)
+    asked = judged(ship, model, trials, how, sink)
+    carrier = carrier_of(ship, how)
     for trial in asked.trials:
         first = asked.begun.get(trial.name)
         begin = None if first is None else (first.t, first.state)
         try:
             if banding is not None:
-                one, made = banding.predicted(trial, restart, sink.note, first)
+                one, made = banding.predicted(trial, how.restart, sink.note, first)
                 fans.append(made)
             elif carrier is not None:
-                one = carrier.replay(trial, restart=restart, smooth_start=smooth_start)
+                one = carrier.replay(trial, restart=how.restart, smooth_start=how.smooth_start)
             else:
-                one = replay(ship, trial, restart=restart, smooth_start=smooth_start, begin=begin)
+                one = replay(ship, trial, restart=how.restart, smooth_start=how.smooth_start, begin=begin)
             predictions.append(one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state"))
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
@@ -266,26 +269,22 @@ def predict(
     written = (*(str(out / f"{one.name}.csv") for one in predictions), *(str(write_fan(one, out)) for one in fans))
     spread = spread_of(model, ship, trials, sink)
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
-    document = {"model": ship.name, "restart": restart, **({} if history is None else {"history": history}),
+    document = {"model": ship.name, "restart": how.restart, **({} if how.history is None else {"history": how.history}),
                 "written": list(written), **begun, **spread_numbers(spread)}
     return Outcome(tuple(predictions), document, joined(map(line, written)), tuple(failed))
 
 
-def _banding(
-    model: str, bands: float | None, draws: int | None, extrapolate: bool, *, history: float | None,
-    fit_first: float | None, smooth_start: float | None,
-) -> Banding | None:  # fmt: skip
+def _banding(model: str, bands: Bands, how: Predicting) -> Banding | None:
     """What bands are made with; None where none are asked for.
 
     Raises:
         RequestError, StudyError: as of `Banding.of`.
     """
-    if bands is None and draws is None and not extrapolate:
+    if not banded(bands):
         return None
     from .evidence.fans import Banding
 
-    return Banding.of(model, bands, draws=draws, extrapolate=extrapolate, history=history, fit_first=fit_first,
-                      smooth_start=smooth_start)  # fmt: skip
+    return Banding.of(model, bands, how)
 
 
 def _held(banding: Banding, asked: Judged, restart: float | None, sink: Sink) -> BandsHeld | None:

@@ -14,6 +14,7 @@ from seatrial.belief.bands.calibration import load, save
 from seatrial.belief.bands.indexing.scores import LeftIndices
 from seatrial.belief.reading import posterior
 from seatrial.manoeuvres.told import seen
+from seatrial.workflow.asked import Bands, Orders
 from seatrial.workflow.evidence.bands import simulate_with_bands
 
 NAMES = (("turning", "advance"), ("turning", "transfer"), ("zigzag", "first_overshoot"))
@@ -72,7 +73,7 @@ def test_they_are_kept_beside_the_model_and_bands_stand_on_them(tmp_path: Path) 
         assert again is not None
         assert again.names == given.names
         np.testing.assert_allclose(again.error, size * given.error, rtol=1e-3)
-        sailed = simulate_with_bands(str(run), "turning", 90.0, draws=300, rudder=35.0)
+        sailed = simulate_with_bands(str(run), "turning", Bands(90.0, 300), orders=Orders(35.0))
         _, low, high = (one.value for one in sailed.indices["transfer"])
         widths.append(high - low)
         assert any(line.startswith("advance, transfer: calibrated on the same") for line in sailed.sailed.caveats)

@@ -29,7 +29,6 @@ from ..asked import Around, Bands, Departure, InWaves, Page, Wire
 from ..asked import Sailing as Run
 from ..evidence.ahead import path_ahead
 from ..request import DEGREE, Note, finite, numbers, pair, positive, ship_of, silent, speed_of, surroundings
-from ..request import Around as Given
 from ..seaway import bound_for
 from ..simulation import known, lacks, order
 from .scenarios import read_scenario
@@ -149,9 +148,8 @@ def _scene(
     if departure.mmsi is not None and not 200_000_000 <= mmsi <= 799_999_999:
         raise RequestError(f"--mmsi is {mmsi}; that of a ship has nine digits, the first 2 to 7")
     antenna = None if departure.antenna is None else pair("--antenna", departure.antenna, "FORWARD,STARBOARD in metres")
-    given = cast("Given", vars(around))
-    seaway = bound_for(ship, waves.sea, waves.rao, waves.roll_damping, departure.seed, given, note)
-    weather = surroundings(ship, departure.seed, note, **seaway.around).weather
+    seaway = bound_for(ship, waves, departure.seed, around, note)
+    weather = surroundings(ship, seaway.around, departure.seed, note).weather
     steady = cast("Uniform", weather.base if isinstance(weather, Gust) else weather).now()
     x, y, psi = _begun(departure) if ghost is None else ghost.start[:3]
     sailing = Sailing(x, y, psi, speed_of(ship, departure.speed), (), mmsi)

@@ -33,6 +33,7 @@ from ...realtime.range.schema import (
 )
 from ...ships import Ship
 from .. import RequestError
+from ..asked import Around, InWaves
 from ..request import DEGREE, ship_of, silent, speed_of, surroundings
 from ..seaway import Seaway, bound_for
 
@@ -75,8 +76,9 @@ def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
         raise RequestError(f"traffic.{OWN}: is the own ship; choose another name")
     _check_times(table)
     start = table.start if table.start.tzinfo is not None else table.start.replace(tzinfo=UTC)
-    seaway = bound_for(own, _beside(path, table.sea), _beside(path, table.rao), table.roll_damping, table.seed, {},
-                       silent)  # fmt: skip
+    rao = _beside(path, table.rao)
+    waves = InWaves(_beside(path, table.sea), None if rao is None else Path(rao), table.roll_damping)
+    seaway = bound_for(own, waves, table.seed, Around(), silent)
     return Scenario(
         table.title or path.stem, table.duration,
         Own(own, _sailing("own", table.own, own, datum), table.own.instruments == "usual",
@@ -206,7 +208,7 @@ def _beside(path: Path, name: str | None) -> str | None:
 
 def _weather(own: Ship, tables: Sequence[WeatherTable], seaway: Seaway) -> tuple[Weather, ...]:
     """The weather by time, in which a sea gives the waves of the mean drift from the start on."""
-    now, end = cast("Uniform", surroundings(own, **seaway.around).weather).now(), 0.0
+    now, end = cast("Uniform", surroundings(own, seaway.around).weather).now(), 0.0
     found = [Weather(0.0, 0.0, now)] if now != CALM else list[Weather]()
     for k, one in enumerate(tables, 1):
         key = f"weather {k}"
@@ -216,7 +218,7 @@ def _weather(own: Ship, tables: Sequence[WeatherTable], seaway: Seaway) -> tuple
             raise RequestError(f"{key}.waves: the sea gives the mean drift already; leave one of waves and sea out")
         given = {name: value for name, value in vars(one).items() if name in _CHANNELS and value is not None}
         try:
-            uniform = cast("Uniform", surroundings(own, **given).weather)
+            uniform = cast("Uniform", surroundings(own, Around(**given)).weather)
         except ValueError as error:
             raise RequestError(f"{key}: {error}") from None
         changed = uniform.now()._asdict()

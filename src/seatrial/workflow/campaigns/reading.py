@@ -25,6 +25,7 @@ from ...ships import Ship, ShipError
 from ...simulate.approach import approach, time_step
 from ...study.store import MODEL
 from .. import RequestError
+from ..asked import Approach, Around, Orders, Span
 from ..request import Note, ship_of, silent, surroundings
 from ..simulation import ahead_of, helm_of, order, simulate
 
@@ -80,7 +81,7 @@ def _ship(path: Path, name: str) -> Ship:
 def _weather(table: CampaignFile, ships: list[Ship], note: Note) -> tuple[Uniform, str | None]:
     """Steady weather, and the spectrum of gusts; every ship must feel what is given."""
     given = {key: value for key, value in vars(table.weather).items() if key != "gusts"}
-    places = [surroundings(ship, note=note, **given) for ship in ships]
+    places = [surroundings(ship, Around(**given), note=note) for ship in ships]
     found = cast("Uniform", places[0].weather)  # without gusts it is steady
     if table.weather.gusts is not None and not (found.U_T or "U_T" in table.inputs):
         raise RequestError("weather.gusts need a mean wind to blow about; give weather.wind or the input U_T")
@@ -90,17 +91,17 @@ def _weather(table: CampaignFile, ships: list[Ship], note: Note) -> tuple[Unifor
 def case_of(ship: Ship, one: ManoeuvreTable, ships: bool, manoeuvres: bool, around: Uniform) -> Case:
     """A ship in a manoeuvre; without a duration the run lasts as long as `seatrial simulate` lets it."""
     device_of(one.device, one.precision)
-    U, n_P = approach(ship, one.speed, ahead_of(ship, one.rps, one.throttle))
-    rudder = helm_of(ship, one.kind, one.rudder, one.steer)
+    orders = Orders(one.rudder, one.steer, one.heading, one.side, one.seed)
+    begin = Approach(one.speed, one.rps, one.throttle)
+    U, n_P = approach(ship, one.speed, ahead_of(ship, begin))
+    rudder = helm_of(ship, one.kind, orders)
     given = {"rudder": rudder, "heading": one.heading, "side": one.side, "seed": one.seed}
     policy = order(one.kind, ship, U, n_P, {key: value for key, value in given.items() if value is not None})
     speed = 0.0 if policy.from_rest else U
     dt = one.dt or time_step(ship)
     duration = one.duration
     if duration is None:
-        duration = simulate(ship, one.kind, rudder=one.rudder, heading=one.heading, side=one.side, seed=one.seed,
-                            speed=one.speed, rps=one.rps, dt=dt, steer=one.steer,
-                            throttle=one.throttle).trial.duration  # fmt: skip
+        duration = simulate(ship, one.kind, orders=orders, begin=begin, span=Span(dt=dt)).trial.duration
     parts = ([ship.name] if ships or not manoeuvres else []) + ([one.name or one.kind] if manoeuvres else [])
     return Case(" ".join(parts) or ship.name, ship, policy, speed, duration, dt, one.method, one.indices == "all",
                 one.device, one.precision)  # fmt: skip

@@ -10,6 +10,7 @@ from ...report.judging.bands import reach
 from ...ships import Ship
 from .. import RequestError
 from ..asked import Bands
+from ..request import banded
 from .drawn import Drawing
 
 # An ellipse takes the covariance of the draws, which so many give to a twentieth.
@@ -23,14 +24,11 @@ def path_ahead(ship: str | Path | Ship | None, bands: Bands) -> Open | None:
         RequestError: a level or number of draws that makes no band, or options of bands without them.
         StudyError: the model has no posterior (says which command makes one), or the calibration of another fit.
     """
-    if bands.level is None:
-        if bands != Bands():
-            raise RequestError("--draws and --extrapolate are of bands; add --bands 95")
+    if not banded(bands):
         return None
     if ship is None:
         raise RequestError("--bands: are those of a fitted ship; name its file before the scenario")
-    count = _DRAWS if bands.count is None else bands.count
-    asked = Drawing.of(str(ship), bands.level, count, extrapolate=bands.extrapolate)
+    asked = Drawing.of(str(ship), bands, _DRAWS)
     if asked.ungrounded:
         raise RequestError(f"--bands: {asked.ungrounded}")
 

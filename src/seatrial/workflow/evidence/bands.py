@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from ...report.judging.bands import page
 from ...report.page import write
 from ...ships.steering import by_angle
 from .. import RequestError
-from ..request import Around, Note, make_folder, silent, surroundings
+from ..asked import Approach, Around, Bands, Orders, Span
+from ..request import Note, make_folder, silent, surroundings
 from ..simulation import Simulated, simulate
 from .drawn import Drawing, Sailed
 
@@ -57,37 +58,32 @@ class Banded:
 
 
 def simulate_with_bands(
-    model: str, manoeuvre: str, level: float, *, draws: int | None = None, extrapolate: bool = False,
-    out: Path | None = None, rps: float | None = None, throttle: float | None = None, rudder: float | None = None,
-    heading: float | None = None, side: str | None = None, seed: int | None = None, speed: float | None = None,
-    duration: float | None = None, dt: float | None = None, steer: float | None = None, note: Note = silent,
-    **around: Unpack[Around],
+    model: str, manoeuvre: str, asked: Bands, *, orders: Orders = Orders(), begin: Approach = Approach(),
+    span: Span = Span(), around: Around = Around(), out: Path | None = None, note: Note = silent,
 ) -> Banded:  # fmt: skip
     """Run a manoeuvre of a fitted ship, and again with draws of what is not known of it.
 
     Args:
-        level: of the bands [%].
-        draws: number of runs; None takes 1000.
-        extrapolate: give bands where the run leaves the ranges of the trials of the fit; else it is refused, but for
-            motions and controls of a fit whose posterior left-out trials have widened.
+        asked: the bands; 1000 draws unless it says another number.  A run that leaves the ranges of the trials of the
+            fit is refused unless it extrapolates, but for motions and controls of a fit whose posterior left-out trials
+            have widened.
         out: trial file of the run; bands go beside it as .bands.npz, .bands.html and .bands.json.
 
-    The others are the options of `seatrial simulate`.
+    The others are those of `simulate`.
 
     Raises:
         RequestError: a level or number of draws that makes no band, or a run beyond the trials of the fit.
         StudyError: the model has no posterior, or the calibration of another fit.
     """
-    asked = Drawing.of(model, level, draws, extrapolate=extrapolate)
+    drawing = Drawing.of(model, asked)
     if out is not None and out.suffix.lower() != ".csv":
         raise RequestError(f"{out}: a run with bands ends in .csv; its bands go beside it")
-    ran = simulate(model, manoeuvre, rudder=rudder, heading=heading, side=side, seed=seed, speed=speed, rps=rps,
-                   duration=duration, dt=dt, steer=steer, throttle=throttle, note=note, **around)  # fmt: skip
-    place = surroundings(ran.ship, 1 if seed is None else seed, **around)
+    ran = simulate(model, manoeuvre, orders=orders, begin=begin, span=span, around=around, note=note)
+    place = surroundings(ran.ship, around, 1 if orders.seed is None else orders.seed)
     settings: Mapping[str, Any] = ran.settings
-    sailed = asked.sail(ran.ship, ran.policy, ran.trial, speed=settings["speed"], dt=settings["dt"],
-                        weather=place.weather, balanced=rps is None and throttle is None)  # fmt: skip
-    banded = Banded(ran, asked.level, asked.held, sailed)
+    sailed = drawing.sail(ran.ship, ran.policy, ran.trial, speed=settings["speed"], dt=settings["dt"],
+                          weather=place.weather, balanced=begin.rps is None and begin.throttle is None)  # fmt: skip
+    banded = Banded(ran, drawing.level, drawing.held, sailed)
     for line in banded.sailed.caveats:
         note(f"note: {line}")
     if out is not None:

@@ -32,7 +32,8 @@ from ...validate import Comparison
 from ...validate.ahead import Ahead, ahead, by_kind
 from ...validate.fitness import Fitness
 from .. import SILENT, Outcome, RequestError, Sink, figure
-from ..comparing import Around, compared, fitness, judged, refuse, scales
+from ..asked import Predicting
+from ..comparing import compared, fitness, judged, refuse, scales
 from ..request import PAGES, positive
 from .carded import calibrated_of
 
@@ -65,7 +66,7 @@ def card(
     fit, ship = load_fit(where.parent), _posterior(model, sink)
     unseen, missing, span = _unseen(summary, trials, sink)
     seconds = restart or span or rounded_down(_LENGTHS * fit.ship.L_pp / max(fit.ship.speed, 1e-3))
-    right = judged(fit.ship, model, unseen, Around(), sink).trials if unseen else ()
+    right = judged(fit.ship, model, unseen, Predicting(), sink).trials if unseen else ()
     sigma = scales(right, summary.scale)
     comparisons, failed = compared(fit.ship, right, seconds, sigma)
     ahead_of, lost = _ahead(ship, right, seconds)

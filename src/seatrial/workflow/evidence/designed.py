@@ -23,7 +23,8 @@ from ...identify.design.excitation import Plan, before
 from ...ships import Ship
 from ...validate.imo import Criterion, ImoTable, imo_table
 from .. import RequestError
-from ..request import Note, silent
+from ..asked import Draws
+from ..request import Note, level_of, silent
 
 DRAWS, _LEAST, _MOST = 400, 100, 20_000
 _SEED, _MARGIN = 1, 1.3
@@ -54,22 +55,18 @@ class Foreseen:
 
 
 def foreseen(
-    ship: Ship, plan: Plan, level: float, *, draws: int | None = None, model: str | Path | None = None,
-    note: Note = silent,
-) -> tuple[Foreseen, ...]:  # fmt: skip
+    ship: Ship, plan: Plan, asked: Draws, *, model: str | Path | None = None, note: Note = silent
+) -> tuple[Foreseen, ...]:
     """Bands of the IMO indices before and after the trials of a plan.
 
     Args:
-        level: of the bands [%].
-        draws: number of runs; None takes 400.
+        asked: the bands; 400 draws unless it says another number.
         model: file of the ship, whose posterior is taken where it is fitted.
 
     Raises:
         RequestError: a level or number of draws that makes no band.
     """
-    if not 0.0 < level < 100.0:
-        raise RequestError(f"--bands is {level:g} percent; it is above 0 and below 100, such as 95")
-    count = DRAWS if draws is None else draws
+    level, count = level_of(asked), DRAWS if asked.count is None else asked.count
     if not _LEAST <= count <= _MOST:
         raise RequestError(f"--draws is {count}; bands of a design take {_LEAST} to {_MOST}")
     mean = np.array([one.start for one in plan.free])

@@ -27,6 +27,8 @@ from ...simulate.run import recorded
 from ...study.grounds import SURROUNDINGS, Beyond, beyond, kind_of
 from ...study.store import read_summary
 from .. import RequestError
+from ..asked import Bands as Asked
+from ..request import level_of
 
 DRAWS, MOST = 1000, 20_000
 # A quantile is worth its name with so many draws beyond it.
@@ -80,16 +82,15 @@ class Drawing:
     explained: bool
 
     @staticmethod
-    def of(model: str, level: float, draws: int | None, *, extrapolate: bool) -> Drawing:
-        """From the options, `level` in percent.
+    def of(model: str, asked: Asked, usual: int = DRAWS) -> Drawing:
+        """From the options, with the `usual` number of draws.
 
         Raises:
             RequestError: a level or number of draws that makes no band, or too few recordings for it.
             StudyError: the model has no posterior (says which command makes one), or the calibration of another fit.
         """
-        if not 0.0 < level < 100.0:
-            raise RequestError(f"--bands is {level:g} percent; it is above 0 and below 100, such as 95")
-        count, least = DRAWS if draws is None else draws, round(_TAIL * 200.0 / (100.0 - level) + 0.5)
+        level, count = level_of(asked), usual if asked.count is None else asked.count
+        least = round(_TAIL * 200.0 / (100.0 - level) + 0.5)
         if not least <= count <= MOST:
             raise RequestError(f"--draws is {count}; bands of {level:g} percent take {least} to {MOST}")
         held = posterior(model)
@@ -98,7 +99,7 @@ class Drawing:
             found.factors(0.01 * level)
         elif found is not None:  # too few recordings for this level: the widened posterior has it
             found = None
-        return Drawing(held, found, 0.01 * level, count, extrapolate,
+        return Drawing(held, found, 0.01 * level, count, asked.extrapolate,
                        read_summary(Path(model).parent).explained)  # fmt: skip
 
     def beyond(self, run: Trial) -> tuple[Beyond, ...]:

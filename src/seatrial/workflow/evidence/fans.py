@@ -25,7 +25,8 @@ from ...simulate.replay import replay
 from ...study.grounds import beyond
 from ...validate.fit_first import Beginning
 from .. import RequestError
-from ..request import DEGREE, Note, make_folder
+from ..asked import Bands, Predicting
+from ..request import DEGREE, Note, level_of, make_folder
 
 FOLDER = "bands"
 """Folder of the bands, below that of the predictions."""
@@ -57,39 +58,32 @@ class Banding:
 
     @staticmethod
     def of(
-        model: str, level: float | None, *, draws: int | None, extrapolate: bool, history: float | None = None,
-        fit_first: float | None = None, smooth_start: float | None = None,
-    ) -> Banding | None:  # fmt: skip
-        """From the options; None where no bands are asked for.
+        model: str, bands: Bands, how: Predicting = Predicting()
+    ) -> Banding:
+        """From the options.
 
         Args:
-            level: of the bands [%].
-            history, fit_first, smooth_start: how predictions begin; bands do not know the last one.
+            bands: those that are asked for; 1000 draws unless it says another number.
+            how: predictions begin; bands do not know a smooth start.
 
         Raises:
             RequestError: a level or number of draws that makes no band, or too few recordings for it.
             StudyError: the model has no posterior or calibration; says which command makes one.
         """
-        if level is None:
-            if draws is not None or extrapolate:
-                raise RequestError("--draws and --extrapolate are of bands; ask for them with --bands 95")
-            return None
-        if not 0.0 < level < 100.0:
-            raise RequestError(f"--bands is {level:g} percent; it is above 0 and below 100, such as 95")
-        many = DRAWS if draws is None else draws
+        level, many = level_of(bands), DRAWS if bands.count is None else bands.count
         if not _FEWEST <= many <= _MOST:
             raise RequestError(f"--draws is {many}; bands take {_FEWEST} to {_MOST}")
-        if smooth_start is not None:
+        if how.smooth_start is not None:
             raise RequestError("--bands: they are calibrated on starts as measured; leave --smooth-start out")
-        if history is not None and fit_first is not None:
+        if how.history is not None and how.fit_first is not None:
             raise RequestError("--history: --fit-first already estimates how a trial begins; give one of the two")
         held = posterior(model)
-        found = load(model, held, begin_of(history, fit_first))
+        found = load(model, held, begin_of(how.history, how.fit_first))
         found.factors(0.01 * level)
-        if history is None:
-            return Banding(held, found, 0.01 * level, many, extrapolate)
-        filters = Filter.of(held.ship, found.disturbance, found.noise, history, found.doubt)
-        return Banding(held, found, 0.01 * level, many, extrapolate, load(model, held), filters)
+        if how.history is None:
+            return Banding(held, found, 0.01 * level, many, bands.extrapolate)
+        filters = Filter.of(held.ship, found.disturbance, found.noise, how.history, found.doubt)
+        return Banding(held, found, 0.01 * level, many, bands.extrapolate, load(model, held), filters)
 
     def refuse(self, trial: Trial, predicted: Trial) -> None:
         """Refuse a prediction that leaves the ranges of the trials of the fit, before anything is written.

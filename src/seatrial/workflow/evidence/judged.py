@@ -27,7 +27,8 @@ from ...validate.requirements import Elsewhere, Table
 from ...validate.requirements.draws import judged_by
 from ...validate.requirements.scopes import judge
 from .. import RequestError
-from ..request import PAGES, Note, check_output, silent
+from ..asked import Bands, Draws
+from ..request import PAGES, Note, check_output, level_of, silent
 from .drawn import DRAWS, SEED, UNKNOWN, Drawing, Sailed
 
 _DEGREE = math.degrees(1.0)
@@ -39,15 +40,13 @@ _TOLD = 20
 
 
 def imo_with_bands(
-    model: str, level: float, *, draws: int | None = None, extrapolate: bool = False, out: Path | None = None,
-    note: Note = silent,
-) -> ImoTable:  # fmt: skip
+    model: str, bands: Bands, *, out: Path | None = None, note: Note = silent
+) -> ImoTable:
     """Judge a fitted ship by IMO MSC.137(76), each criterion by all draws; writes a page where `out` is given.
 
     Args:
-        level: of the bands [%].
-        draws: their number; None takes 1000.
-        extrapolate: give bands where a run leaves the trials of the fit; else its criteria are undecided.
+        bands: those that are asked for; criteria of a run that leaves the trials of the fit are undecided unless it
+            extrapolates.
 
     Raises:
         RequestError: a level or number of draws that makes no band, or an output that is no page.
@@ -55,13 +54,13 @@ def imo_with_bands(
         ShipError: a ship without a steady approach.
     """
     check_output(out, PAGES, "the page of the criteria")
-    asked = Drawing.of(model, level, draws, extrapolate=extrapolate)
+    asked = Drawing.of(model, bands)
     table = imo_table(asked.held.ship)
     caveats: dict[str, None] = {}
     rows = tuple(_rows(table, asked, note, caveats))
     found = replace(
         table, rows=rows, caveats=(*caveats, *table.caveats),
-        conditions={**table.conditions, "bands": f"{level:g} % of {asked.count} draws", "fit": asked.held.digest},
+        conditions={**table.conditions, "bands": f"{bands.level:g} % of {asked.count} draws", "fit": asked.held.digest},
     )  # fmt: skip
     if out is not None:
         note(f"wrote {write(out, page(found))}")
@@ -69,25 +68,22 @@ def imo_with_bands(
 
 
 def requirements_with_bands(
-    model: str, scope: str, level: float, elsewhere: Elsewhere, *, draws: int | None = None, note: Note = silent
+    model: str, scope: str, bands: Draws, elsewhere: Elsewhere, *, note: Note = silent
 ) -> Table:
     """Judge a fitted ship by Sawada 2024 section 6, each item of its motion by all draws.
 
     The draws are those of the parameters alone: the items ask for physics that is there or not, not for a track.
 
     Args:
-        level: of the bands [%].
+        bands: those that are asked for; 100 draws unless it says another number.
         elsewhere: checks of interfaces, by item.
-        draws: their number; None takes 100.
 
     Raises:
         RequestError: a level or number of draws that makes no band.
         StudyError: the model has no posterior (says which command makes one).
     """
-    count = EXAMINED if draws is None else draws
-    least = round(200.0 / (100.0 - level) + 0.5) if 0.0 < level < 100.0 else 0
-    if not least:
-        raise RequestError(f"--bands is {level:g} percent; it is above 0 and below 100, such as 95")
+    level, count = level_of(bands), EXAMINED if bands.count is None else bands.count
+    least = round(200.0 / (100.0 - level) + 0.5)
     if not least <= count <= DRAWS:
         raise RequestError(f"--draws is {count}; requirements at {level:g} percent take {least} to {DRAWS}")
     held = posterior(model)

@@ -13,18 +13,19 @@ from ...report.blocks import joined, line, table
 from ...ships.files import load
 from ...study.drafting.draft import Draft, draft
 from .. import SILENT, Outcome, RequestError, Sink
+from ..asked import Foreign
 from ..request import check_output, make_folder
 
 
 def new_study(
-    action: str, ship: str, folder: Path, out: Path, *, format: str | None = None, mapping: Path | None = None,
-    sink: Sink = SILENT,
-) -> Outcome[Draft]:  # fmt: skip
+    action: str, ship: str, folder: Path, out: Path, logs: Foreign = Foreign(), *, sink: Sink = SILENT
+) -> Outcome[Draft]:
     """Write a first study of a ship and a folder of recordings.
 
     Args:
         action: "new"; no other is known.
         out: the study; it is not overwritten.
+        logs: how recordings of other tools are read.
 
     Raises:
         RequestError: another action, or a file that is there already or cannot be written.
@@ -35,9 +36,9 @@ def new_study(
     check_output(out, (".toml",), "a study")
     if out.exists():
         raise RequestError(f"{out}: is there already; choose another file with -o, or delete it")
-    read = read_folder(folder, format, mapping)
+    read = read_folder(folder, logs.format, logs.mapping)
     named = os.path.relpath(Path(ship).resolve(), out.resolve().parent) if ship.endswith(".toml") else ship
-    made = draft(named, load(ship), read, out, mapping)
+    made = draft(named, load(ship), read, out, logs.mapping)
     if made.cut:
         parts = out.with_name(f"{out.stem}_trials")
         make_folder(parts)

@@ -9,13 +9,13 @@ from ...data.folder import read_folder
 from ...report.blocks import joined, line, table
 from ...validate.folder import Entry, Survey, survey
 from .. import SILENT, Outcome, Sink
+from ..asked import Foreign
 from ..request import PAGES, check_output
 
 
 def trials(
-    folder: Path, *, format: str | None = None, mapping: Path | None = None, out: Path | None = None,
-    sink: Sink = SILENT,
-) -> Outcome[Survey]:  # fmt: skip
+    folder: Path, logs: Foreign = Foreign(), *, out: Path | None = None, sink: Sink = SILENT
+) -> Outcome[Survey]:
     """Survey a folder of recordings, and write a page of it where one is asked for.
 
     Raises:
@@ -25,7 +25,7 @@ def trials(
     from ...report.trials import numbers, page, warnings
 
     check_output(out, PAGES, "a page")
-    found = survey(read_folder(folder, format, mapping))
+    found = survey(read_folder(folder, logs.format, logs.mapping))
     if out is not None:
         from ...report.page import write
 

@@ -26,6 +26,7 @@ from ...simulate.approach import approach, straight
 from ...simulate.contacts import contact_indices, keel_indices
 from ...simulate.place import Other, Place, place_of
 from ...simulate.run import simulate
+from ..asked import Around
 from ..request import numbers, surroundings
 
 SHIP = "kvlcc2_harbour"
@@ -86,7 +87,7 @@ def harbour(
         if value is not None and not 0.0 < value < _MOST:
             raise RequestError(f"{option} is {value:g}; it is above zero, and below {_MOST:g}")
     vessel, there = load(ship), load_chart(chart or usual)
-    around = surroundings(vessel, wind=wind)
+    around = surroundings(vessel, Around(wind))
     plan = plan_of(vessel, there, speed)
     begun = plan.start if start is None else (*_pose(start), *plan.start[3:])
     place = place_of(vessel, there, other=plan.other)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,8 @@ from ...models.unified import Unified
 from ...ships import Ship
 from ...ships.felt import feels
 from .. import RequestError
-from ..request import Around, Note
+from ..asked import Around, InWaves
+from ..request import Note
 
 _MOST_ROLL = math.radians(30.0)
 
@@ -88,10 +89,9 @@ class Seaway:
 
 
 def bound_for(
-    ship: Ship, sea: str | None, rao: str | Path | None, roll_damping: float | None, seed: int, around: Around,
-    note: Note, speed: float = 0.0,
-) -> Seaway:  # fmt: skip
-    """A sea by `sea` and operators by the file `rao`; neither of them is calm water.
+    ship: Ship, waves: InWaves, seed: int, around: Around, note: Note, speed: float = 0.0
+) -> Seaway:
+    """A sea and a file of operators; neither of them is calm water.
 
     A ship in six degrees of freedom takes wave forces from the file, others the operators of their motion, at the speed
     ahead [m/s].  The sea's height and mean period also make the mean drift of a ship that has a force for it.
@@ -102,13 +102,14 @@ def bound_for(
     """
     from ...environment.sea.reading import read_rao, read_sea
 
-    if sea is None and rao is None and roll_damping is None:
+    sea, rao, roll_damping = waves.sea, waves.rao, waves.roll_damping
+    if waves == InWaves():
         return Seaway(around)
     if sea is None or rao is None:
         raise RequestError(
             "--sea and --rao go together: a sea, and the operators of the ship's motion in it; give both"
         )
-    if around.get("waves") is not None:
+    if around.waves is not None:
         raise RequestError("--waves: the sea gives the mean drift already; leave one of --waves and --sea out")
     there, own = read_sea(sea, seed), _forces(ship, rao, roll_damping)
     operators = read_rao(rao, roll_damping, speed) if own is None else own.rao(speed, further=_further(ship))
@@ -123,7 +124,7 @@ def bound_for(
         note(f"note: --sea: {ship.name} has no force of waves; it moves in the sea and does not drift")
         return Seaway(around, there, operators, forces, asked)
     drift = f"{moments.H_S!r},{moments.T_01!r},{math.degrees(there.gamma_W)!r}"
-    return Seaway({**around, "waves": drift}, there, operators, forces, asked)
+    return Seaway(replace(around, waves=drift), there, operators, forces, asked)
 
 
 def _forces(ship: Ship, path: str | Path, roll_damping: float | None) -> Hydrodynamics | None:
