@@ -39,7 +39,8 @@ UNITS = {"n": "1/s", "alpha": "rad", "U_T": "m/s", "gamma_T": "rad"}
 
 def sailed() -> st.virtual.VirtualTrials:
     """The twelve manoeuvres, the wind in their logs."""
-    virtual = st.virtual.read(st.StudyFile.model_validate(tomllib.loads(STUDY.read_text(encoding="utf-8"))).virtual)
+    table = tomllib.loads(STUDY.read_text(encoding="utf-8"))["virtual"]
+    virtual = st.virtual.read(st.filled(st.VirtualTable, table, STUDY))
     sails = {name: sail for name, sail in virtual.sails.items() if not name.startswith("unseen")}
     return replace(virtual, sails=sails, known=("wind",), bench=PULL)
 

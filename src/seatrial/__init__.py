@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .core.errors import SeatrialError as SeatrialError
     from .core.files import read_toml as read_toml
     from .core.parameters import Free as Free
+    from .core.records import filled as filled
     from .data import Array as Array
     from .data import DataError as DataError
     from .data import kinds as kinds
@@ -183,7 +184,7 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .simulate.run import campaign as _run_lanes
     from .simulate.run import simulate as _run_policy
     from .study import virtual as virtual
-    from .study.schema import StudyFile as StudyFile
+    from .study.schema import VirtualTable as VirtualTable
     from .validate import Comparison as Comparison
     from .validate import comparison as comparison
     from .validate import metrics as metrics
