@@ -144,7 +144,7 @@ def test_a_current_and_a_time_that_cannot_be_are_refused(command: str, fitted: P
 
 def test_the_rest_is_compared_from_one_state_for_all(fitted: Path, capsys) -> None:
     """Nothing that the fit found on trial a is assumed; current and start come from its first 30 s."""
-    report = validate(str(fitted / "run" / "model.toml"), [fitted / "logs"], fit_first=30.0).result
+    report = validate(str(fitted / "run" / "model.toml"), [fitted / "logs"], how=Predicting(fit_first=30.0)).result
     for found in report.trials.values():
         assert set(found) == {"fitted", "untuned", "constant velocity"}
         starts = [[c.predicted[name][0] for name in ("x", "y", "psi", "u", "v_m", "r")] for c in found.values()]
@@ -157,7 +157,8 @@ def test_the_rest_is_compared_from_one_state_for_all(fitted: Path, capsys) -> No
 
 
 def test_predictions_begin_after_the_seconds_that_were_fitted(fitted: Path, tmp_path: Path) -> None:
-    outcome = predict(str(fitted / "mine.toml"), [fitted / "logs" / "b.csv"], tmp_path / "p", fit_first=20.0)
+    outcome = predict(str(fitted / "mine.toml"), [fitted / "logs" / "b.csv"], tmp_path / "p",
+                      how=Predicting(fit_first=20.0))  # fmt: skip
     (one,) = outcome.result
     assert one.t[0] == 20.0
     assert read_trial(tmp_path / "p" / "b.csv").t[0] == 20.0
