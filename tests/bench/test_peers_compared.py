@@ -58,9 +58,9 @@ def short(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A turn of 20 s by four lanes."""
     monkeypatch.setattr(turn, "DURATION", 20.0)
     monkeypatch.setattr(turn, "LANES", 4)
-    turn.engine.cache_clear()
+    turn.turns.cache_clear()
     yield
-    turn.engine.cache_clear()
+    turn.turns.cache_clear()
 
 
 @pytest.mark.usefixtures("short")

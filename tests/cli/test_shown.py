@@ -511,13 +511,6 @@ def test_foreseen_bands_are_shown_before_and_after(capsys: Said) -> None:
     assert "bands of 95 %" in out
 
 
-def test_a_criterion_is_shown_with_its_limit() -> None:
-    row: Any = SimpleNamespace(name="advance", side="", value=3.14159, limit=4.5, unit="L", verdict="pass", reason="x")
-    assert judging._criterion(row, ("3", "3.3")) == ("advance", "–", "3.142", "3", "3.3", "4.5", "L", "pass", "x")
-    row.side, row.value = "port", None
-    assert judging._criterion(row, ()) == ("advance", "port", "–", "4.5", "L", "pass", "x")
-
-
 # data
 
 

@@ -15,7 +15,7 @@ from seatrial.core.errors import RequestError, RunError, SeatrialError
 
 PACKAGE = Path(errors.__file__).parents[1]
 ENDS = re.compile(r"class [^:]*(?:Error|Exception)\s*,?\s*\)")  # what may be an error class, before a file is parsed
-CLASSES = [getattr(errors, name) for name in errors.__all__ if name != "Reason"]
+CLASSES = [one for name in errors.__all__ if isinstance(one := getattr(errors, name), type) and name != "Reason"]
 ROOMS = {
     "core.files": ("BusyError", "TomlError"), "core.parameters": ("ParameterError",), "engine": ("SimulationError",),
     "engine.cache": ("CompilerError",), "data": ("DataError",), "data.nmea.sentences": ("NmeaError",),

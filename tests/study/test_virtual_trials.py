@@ -150,5 +150,5 @@ def test_a_study_that_shares_no_trials_is_refused(tmp_path, named, said):
     rest = SHORT[SHORT.index("[free]") :]
     (tmp_path / "itself.toml").write_text(head.replace("[data]", f'virtual = "{named}"\n[data]') + rest)
     (tmp_path / "ship.toml").write_text('schema = "seatrial-ship/1"\n')
-    with pytest.raises(StudyError, match=f"virtual: {named}.*{said}"):
+    with pytest.raises(StudyError, match=f"virtual: .*{named}.*{said}"):
         read_study(tmp_path / "itself.toml")
