@@ -32,6 +32,7 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 from seatrial.workflow import RequestError
+from seatrial.workflow.asked import Draws
 
 TEN = math.radians(10.0)
 NOISE = {"x": 2.0, "y": 2.0, "psi": math.radians(0.5), "u": 0.05, "v_m": 0.05, "r": math.radians(0.02)}
@@ -203,12 +204,12 @@ def test_usual_candidates_keep_to_the_rudder_and_name_their_lengths(l7):
 
 @pytest.mark.slow
 def test_the_command_prints_a_plan_and_refuses_bad_words(capsys):
-    cli_design.design("mariner_nomoto", ["K", "T"], budget=30.0)
+    cli_design.design("mariner_nomoto", ["K", "T"], bands=Draws(), budget=30.0)
     out = capsys.readouterr()
     assert "together" in out.out
     assert "[104]" in out.out
     assert "good sensors are assumed" in out.err
-    cli_design.design("mariner_nomoto", ["*"], budget=30.0, noise="psi=0.2,r=0.01", json=True)
+    cli_design.design("mariner_nomoto", ["*"], bands=Draws(), budget=30.0, noise="psi=0.2,r=0.01", json=True)
     import json
 
     document = json.loads(capsys.readouterr().out)
@@ -216,8 +217,8 @@ def test_the_command_prints_a_plan_and_refuses_bad_words(capsys):
     assert document["noise"]["psi"] == pytest.approx(math.radians(0.2))
     assert set(document["parameters"]) == set(values(load("mariner_nomoto").model))
     with pytest.raises(RequestError, match="no channel 'z'"):
-        cli_design.design("mariner_nomoto", ["K"], noise="z=1")
+        cli_design.design("mariner_nomoto", ["K"], bands=Draws(), noise="z=1")
     with pytest.raises(RequestError, match="above zero"):
-        cli_design.design("mariner_nomoto", ["K"], budget=-1.0)
+        cli_design.design("mariner_nomoto", ["K"], bands=Draws(), budget=-1.0)
     with pytest.raises(RequestError, match="no deviation"):
-        cli_design.design("mariner_nomoto", ["K"], noise="psi=a")
+        cli_design.design("mariner_nomoto", ["K"], bands=Draws(), noise="psi=a")

@@ -301,7 +301,7 @@ def test_a_calibration_tells_its_half_widths_in_si_and_shows_them_in_degrees(hel
     assert float(table.rows[0][6]) == pytest.approx(width["u"][0], rel=0.06)
     assert table.words == ()
     assert lines[0] == Line("half widths of usual bands of 95 %, by kind of manoeuvre")
-    assert lines[1].startswith(f"bands hold up to {found.reach(0.95):.4g} s")
+    assert lines[1].text.startswith(f"bands hold up to {found.reach(0.95):.4g} s")
     later: Any = replace(found, begin="history")
     assert calibrating._begun(later) == "; predictions by --history"
 

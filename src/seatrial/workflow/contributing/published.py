@@ -22,6 +22,7 @@ from ...core.errors import SeatrialError
 from ...core.parameters import unknown
 from ...ships import Ship
 from .. import RequestError
+from ..asked import Approach, Around, Orders, Span
 from ..simulation import Simulated, simulate
 
 SETTINGS = ("rudder", "heading", "side", "speed", "rps", "steer", "throttle", "duration", "depth")
@@ -127,7 +128,11 @@ def reproduce(ship: Ship, wanted: tuple[Published, ...]) -> tuple[Reproduced, ..
 
 def _run(ship: Ship, one: Published) -> Simulated | str:
     try:
-        return simulate(ship, one.manoeuvre, **one.settings)
+        orders, begin, span, around = (
+            group(**{key: value for key, value in one.settings.items() if key in group.__dataclass_fields__})
+            for group in (Orders, Approach, Span, Around)
+        )
+        return simulate(ship, one.manoeuvre, orders=orders, begin=begin, span=span, around=around)
     except RequestError:
         raise
     except SeatrialError as error:
