@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar
 
 from ...core.errors import SeatrialError
 from ...core.parameters import unknown
@@ -25,6 +25,7 @@ from .. import RequestError
 from ..asked import Approach, Around, Orders, Span
 from ..simulation import Simulated, simulate
 
+Group = TypeVar("Group", Orders, Approach, Span, Around)
 SETTINGS = ("rudder", "heading", "side", "speed", "rps", "steer", "throttle", "duration", "depth")
 _KEYS = ("manoeuvre", *SETTINGS, "index", "value", "unit", "over_L", "within", "source")
 _DEGREES = math.degrees(1.0)
@@ -128,15 +129,18 @@ def reproduce(ship: Ship, wanted: tuple[Published, ...]) -> tuple[Reproduced, ..
 
 def _run(ship: Ship, one: Published) -> Simulated | str:
     try:
-        orders, begin, span, around = (
-            group(**{key: value for key, value in one.settings.items() if key in group.__dataclass_fields__})
-            for group in (Orders, Approach, Span, Around)
-        )
-        return simulate(ship, one.manoeuvre, orders=orders, begin=begin, span=span, around=around)
+        return simulate(ship, one.manoeuvre, orders=_some(Orders, one), begin=_some(Approach, one),
+                        span=_some(Span, one), around=_some(Around, one))  # fmt: skip
     except RequestError:
         raise
     except SeatrialError as error:
         return str(error)
+
+
+def _some(group: type[Group], one: Published) -> Group:
+    """The settings of an entry that belong to a group."""
+    own = {field.name for field in fields(group)}
+    return group(**{key: value for key, value in one.settings.items() if key in own})
 
 
 def _found(ship: Ship, one: Published, ran: Simulated | str) -> Reproduced:
