@@ -7,6 +7,7 @@ import inspect
 import pkgutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_origin
 
 import seatrial
 from equations import literal
@@ -16,7 +17,9 @@ _HIDDEN = {"cli", "bench"}
 
 def write(out: Path) -> list[str]:
     """Write a page of the names of `seatrial`, and one for each room; their names."""
-    names = [one for one in dir(seatrial) if not one.startswith("_") and callable(getattr(seatrial, one))]
+    offered = {one: getattr(seatrial, one) for one in dir(seatrial) if not one.startswith("_")}
+    # an alias of types has the docstring of another package
+    names = [one for one, found in offered.items() if callable(found) and get_origin(found) is None]
     body = "".join(f"\n```{{eval-rst}}\n{_public(one)}```\n" for one in names)
     (out / "seatrial.md").write_text(f"# The names of `seatrial`\n\n`import seatrial as st`.\n{body}", encoding="utf-8")
     rooms = list(_rooms())
