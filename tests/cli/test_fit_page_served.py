@@ -6,7 +6,7 @@ import json
 import math
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -38,14 +38,15 @@ class Page:
 
     made: list[Page]
 
-    def __init__(self, board: Board, listening: Any) -> None:
+    def __init__(self, board: Board, static: Path, listening: Any) -> None:
+        assert (static / "index.html").exists()
         self.board, self.listening, self.did = board, listening, []
         self.made.append(self)
 
-    def start(self) -> None:
+    def __enter__(self) -> None:
         self.did.append("start")
 
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         self.did.append("close")
 
 
@@ -64,7 +65,8 @@ def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr("seatrial.realtime.listening.listen", listen)
     monkeypatch.setattr("seatrial.realtime.listening.address", lambda one: f"http://here:{one.port}")
     monkeypatch.setattr("seatrial.realtime.fit_page.board.Board", Board)
-    monkeypatch.setattr("seatrial.realtime.fit_page.server.Page", Page)
+    monkeypatch.setattr("seatrial.realtime.fit_page.board.Tracker", nullcontext)
+    monkeypatch.setattr("seatrial.realtime.watching.Watched", Page)
     return asked
 
 
@@ -124,7 +126,7 @@ def test_at_a_terminal_the_page_stays_until_ctrl_c(
 
 
 def test_a_page_without_its_extra_is_refused(served: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "seatrial.realtime.fit_page.server", None)
+    monkeypatch.setitem(sys.modules, "seatrial.realtime.watching", None)
     with pytest.raises(RequestError, match="--page needs"), fits.watching(9001):
         pass
     assert served

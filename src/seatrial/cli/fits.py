@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from ..identify import Problem, Progress
     from ..realtime.fit_page.board import Board
-    from ..realtime.fit_page.server import Page
+    from ..realtime.watching import Watched
 
 PORT = 8021
 """Where the page of a fit is served; the bridge has the port before."""
@@ -122,10 +122,10 @@ def port_of(serving: Serving, usual: int) -> int | None:
 class Terminal(Sink):
     """Notes and progress on standard error, and the page of the fits where a socket is given."""
 
-    def __init__(self, listening: socket | None = None, page: type[Page] | None = None) -> None:
+    def __init__(self, listening: socket | None = None, page: type[Watched] | None = None) -> None:
         self._listening, self._kind = listening, page
         self._board: Board | None = None
-        self._page: Page | None = None
+        self._shown = ExitStack()
         self._live: Callable[[str], None] | None = None
 
     def note(self, line: str) -> None:
@@ -178,17 +178,16 @@ class Terminal(Sink):
         """End the page, in another state than `stay` has left."""
         if self._board is not None and state:
             self._board.end(state, text)
-        if self._page is not None:
-            self._page.close()
+        self._shown.close()
 
     def _serve(self, title: str, files: Mapping[str, Path], before: Sequence[str]) -> None:
         if self._listening is None or self._kind is None:
             return
-        from ..realtime.fit_page.board import Board
+        from ..realtime.fit_page.board import STATIC, Board, Tracker
 
         self._board = Board(title, files, before=before)
-        self._page = self._kind(self._board, self._listening)
-        self._page.start()
+        self._shown.enter_context(self._kind(self._board, STATIC, self._listening))
+        self._shown.enter_context(Tracker(self._board))
         note(f"page: {self._address}")
 
     @property
@@ -257,10 +256,10 @@ def watching(port: int | None) -> Generator[Terminal, None, None]:
 
     with listen(HERE, port, False) as listening:
         try:
-            from ..realtime.fit_page.server import Page
+            from ..realtime.watching import Watched
         except ImportError as error:
             raise RequestError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
-        watch = Terminal(listening, Page)
+        watch = Terminal(listening, Watched)
         try:
             yield watch
         except KeyboardInterrupt:

@@ -6,7 +6,8 @@ drift, takes orders from any thread, clips and reports them, and counts late tic
 trial file that is valid at any moment, with the orders in a second file, from which `recording.rerun` reproduces the
 run bit for bit.  `afloat.afloat` is the one way to let a `range.scenario.Scenario` run, with a page, a wire, links and
 a recording or without.  `on_wire.OnWire` connects a ship to NMEA 0183; `range` has traffic, faults, alarms and
-criteria, `links` the wire and other protocols; `bridge` and `fit_page` are pages, served by `pages` (extra `web`).
+criteria, `links` the wire and other protocols; `bridge`, `fit_page` and `twin.page` are pages, served by `pages`
+(extra `web`).
 """
 
 __all__: list[str] = []

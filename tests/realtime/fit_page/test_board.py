@@ -32,7 +32,6 @@ from seatrial.realtime.fit_page.board import (
     STOPPED,
     WAITING,
     Board,
-    Parts,
     Seen,
     Tracker,
     predicted,
@@ -135,7 +134,7 @@ def test_ranges_hold_bounds_priors_and_starts(problem: Problem) -> None:
 def test_a_table_says_what_has_become_of_each_fit(problem: Problem, tmp_path: Path) -> None:
     files = {name: tmp_path / name for name in ("a", "b", "c")}
     board, told = Board("table", files), []
-    both = Parts(board, None, lambda *row: told.append(row), lambda name: lambda *row: told.append((name, *row)))
+    both = Words(told.append, board=board)
     seen = part(both, "a", problem, None)
     assert seen is not None
     seen(1, 2.0, 3.0)
@@ -146,7 +145,7 @@ def test_a_table_says_what_has_become_of_each_fit(problem: Problem, tmp_path: Pa
     files["c"].touch()
     board.end(REPORTING)
     assert board.news(Seen())["parts"][2] == ["c", DONE]
-    assert told == [("a", 1, 2.0, 3.0)]
+    assert told == ["a: iteration 1: objective 2, validation 3"]
     assert Board("table", files).news(Seen())["parts"][0] == ["a", WAITING]
     assert part(print, "a", problem, None) is None
 
@@ -247,15 +246,13 @@ def test_the_tracker_works_only_while_somebody_looks(problem: Problem) -> None:
     threads = []
     one.at(lambda: threads.append(threading.current_thread().name) or SHIP)
     one(1, 1.0, math.nan)
-    tracker = Tracker(board)
-    tracker.start()
-    time.sleep(0.7)
-    assert one.tracks is None
-    board.looked = True
-    end = time.monotonic() + 10.0
-    while one.tracks is None and time.monotonic() < end:
-        time.sleep(0.05)
-    tracker.close()
+    with Tracker(board):
+        time.sleep(0.7)
+        assert one.tracks is None
+        board.looked = True
+        end = time.monotonic() + 10.0
+        while one.tracks is None and time.monotonic() < end:
+            time.sleep(0.05)
     assert one.tracks is not None
     assert one.tracks["iteration"] == 1
     assert set(threads) == {"tracks"}

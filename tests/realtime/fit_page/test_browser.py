@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import socket
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,8 @@ from seatrial.core.parameters import Free
 from seatrial.identify import Problem
 from seatrial.identify.watch import with_values
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.realtime.fit_page.board import DONE, Board, Part
-from seatrial.realtime.fit_page.server import Page
+from seatrial.realtime.fit_page.board import DONE, STATIC, Board, Part, Tracker
+from seatrial.realtime.watching import Watched
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 
@@ -28,18 +29,18 @@ FREE = Free("rudder.t_R", 0.5, 0.1, 0.9), Free("hull.Y_v", -0.3, prior=-0.3, sig
 
 
 @pytest.fixture
-def served() -> Iterator[tuple[str, Board, Page, Part]]:
+def served() -> Iterator[tuple[str, Board, ExitStack, Part]]:
     trial = simulate(SHIP, Zigzag(10.42, 0.35, 0.35), dt=0.5, duration=120.0, name="zigzag_20_20")
     board = Board("a run", {"one": Path("nowhere"), "two": Path("nowhere")})
     with socket.create_server(("127.0.0.1", 0)) as listening:
-        page = Page(board, listening)
-        page.start()
         part = board.begin("one", Problem(SHIP, (trial,), FREE), 60.0)
-        yield f"http://127.0.0.1:{listening.getsockname()[1]}/", board, page, part
-        page.close()
+        with ExitStack() as page:
+            page.enter_context(Watched(board, STATIC, listening))
+            page.enter_context(Tracker(board))
+            yield f"http://127.0.0.1:{listening.getsockname()[1]}/", board, page, part
 
 
-def test_the_page_follows_the_fit(served: tuple[str, Board, Page, Part], tmp_path: Path) -> None:
+def test_the_page_follows_the_fit(served: tuple[str, Board, ExitStack, Part], tmp_path: Path) -> None:
     url, board, page, part = served
     with Browser(tmp_path / "browser") as browser:
         browser.open(url)

@@ -25,6 +25,11 @@ FITTING, REPORTING, DONE, FAILED, STOPPED = "fitting", "writing the report", "do
 
 WAITING, BEFORE = "waiting", "done before"
 
+STATIC = Path(__file__).with_name("static")
+
+_QUIET = 2.0
+"""Time after which a browser is told that there is no news [s]."""
+
 _ROWS = 4000
 """Largest number of rows of a history; beyond it every second row is removed."""
 
@@ -195,27 +200,19 @@ class Board:
             seen.tracks = said["tracks"] = part.tracks
         return said
 
+    def pictures(self) -> Callable[[bool], dict[str, Any] | None]:
+        """For one browser, as `watching.Source` says: its news, where more than the clock has changed."""
+        seen, last, told = Seen(), dict[str, Any](), 0.0
 
-class Parts:
-    """Several fits of a run, each reported separately (see `identify.watch.part`).
+        def following(closing: bool) -> dict[str, Any] | None:
+            nonlocal last, told
+            news, now = self.news(seen), time.monotonic()
+            if {**news, "elapsed": 0.0} == {**last, "elapsed": 0.0} and not closing and now <= told + _QUIET:
+                return None
+            last, told = news, now
+            return {**news, "over": closing}
 
-    Rows of the whole run go to `told`, those of a fit to the receiver that `beside` has for its name.
-    """
-
-    def __init__(
-        self, board: Board, restart: float | None, told: Callable[..., None], beside: Callable[[str], Progress]
-    ) -> None:
-        self._board, self._restart, self._told, self._beside = board, restart, told, beside
-
-    def __call__(self, *row: Any) -> None:
-        """Report progress of the whole run."""
-        self._told(*row)
-
-    def part(self, name: str, problem: Problem) -> Part:
-        """Begin a fit."""
-        part = self._board.begin(name, problem, self._restart)
-        part.beside = self._beside(name)
-        return part
+        return following
 
 
 def _row(row: Row) -> list[float | int | None]:
@@ -293,11 +290,11 @@ class Tracker:
         self._done: tuple[Part | None, Any] = None, None
         self._thread = threading.Thread(target=self._run, name="tracks", daemon=True)
 
-    def start(self) -> None:
+    def __enter__(self) -> None:
         """Start the thread."""
         self._thread.start()
 
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         """Predict a last time, if that is due, and end the thread."""
         self._over.set()
         self._thread.join(5.0)

@@ -20,7 +20,7 @@ from ...realtime.twin.card import page as card
 from ...realtime.twin.card import parameters, unseen
 from ...realtime.twin.likely import likeliest
 from ...realtime.twin.live import Live
-from ...realtime.twin.page.screen import Screen
+from ...realtime.twin.page.screen import STATIC, Screen
 from ...realtime.twin.saved import learnt, load_state, provenance, save_state
 from ...realtime.twin.settings import NOISE, usual
 from ...realtime.twin.sources import Ear, Row, channels_of, noise_of, rows_from, rows_of
@@ -228,10 +228,10 @@ def _served(screen: Screen, listening: socket.socket | None) -> Any:
     if listening is None:
         return nullcontext()
     try:
-        from ...realtime.twin.page.server import Server
+        from ...realtime.watching import Watched
     except ImportError as error:
         raise RequestError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
-    return Server(screen, listening)
+    return Watched(screen, STATIC, listening)
 
 
 def _shown(live: Live, log: str) -> Body:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from ..ahead import LEVEL, forecast
 from ..card import alarm, parameters, unseen
 from ..follow import Follower
 from ..live import Live
+
+STATIC = Path(__file__).with_name("static")
 
 # Time between two pictures by the clock, and between two forecasts [s].
 _PERIOD, _AGAIN = 0.25, 2.0
@@ -70,6 +73,20 @@ class Screen:
         self._last = now
         if self.live.follower is not None:
             self.picture = self._picture(self.live.follower, now, force)
+
+    def pictures(self) -> Callable[[bool], dict[str, Any] | None]:
+        """For one browser, as `watching.Source` says: the latest picture, once."""
+        last: dict[str, Any] | None = None
+
+        def following(closing: bool) -> dict[str, Any] | None:
+            nonlocal last
+            picture = self.picture
+            if not picture or (picture is last and not closing):
+                return None
+            last = picture
+            return {**picture, "over": picture["over"] or closing}
+
+        return following
 
     def _picture(self, follower: Follower, now: float, force: bool) -> dict[str, Any]:
         live = self.live

@@ -1,4 +1,7 @@
-"""The page of a twin: a server in a thread of its own; needs the extra `web`."""
+"""A page that shows and asks nothing: pictures of one source for every browser; needs the extra `web`.
+
+The server runs in a thread of its own.  What is shown never waits for it, and is not affected by its failures.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +9,13 @@ import asyncio
 import socket
 import threading
 import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from fastapi import WebSocket
 
-from ...pages import MOST, Client, application, attend, close, server
-from .screen import Screen
-
-STATIC = Path(__file__).with_name("static")
+from .pages import MOST, Client, application, attend, close, server
 
 _PERIOD = 0.25
 """Time between two pictures [s]."""
@@ -23,18 +24,37 @@ _BEHIND = 40
 """Unread pictures after which a browser is disconnected."""
 
 
-class Server:
-    """Shows the pictures of a screen at a listening socket while its context lasts; the twin never waits for it."""
+class Source(Protocol):
+    """What a page shows.
 
-    def __init__(self, screen: Screen, listening: socket.socket) -> None:
-        self._screen, self._listening = screen, listening
+    Attributes:
+        looked: whether a browser is connected; the page keeps it.
+    """
+
+    looked: bool
+
+    def pictures(self) -> Callable[[bool], Mapping[str, Any] | None]:
+        """For one browser: gives its next picture, or None without news; told whether it will be the last."""
+        ...
+
+
+class Watched:
+    """Shows a source at a listening socket while its context lasts.
+
+    Args:
+        source: of the pictures.
+        static: folder of the page's own files.
+    """
+
+    def __init__(self, source: Source, static: Path, listening: socket.socket) -> None:
+        self._source, self._listening = source, listening
         self._clients: set[Client] = set()
         self._closing = False
-        self._server = server(application(STATIC, self._talk))
-        self._thread = threading.Thread(target=self._serve, name="twin page", daemon=True)
+        self._server = server(application(static, self._talk))
+        self._thread = threading.Thread(target=self._serve, name="page", daemon=True)
 
-    def __enter__(self) -> Server:
-        """Start it."""
+    def __enter__(self) -> Watched:
+        """Start the server; returns when it has started, so that this does not slow the first pictures."""
         self._thread.start()
         end = time.monotonic() + 5.0
         while not self._server.started and self._thread.is_alive() and time.monotonic() < end:
@@ -60,21 +80,20 @@ class Server:
             return
         client = Client(ws, _BEHIND)
         self._clients.add(client)
-        self._screen.looked = True
+        self._source.looked = True
         try:
             await client.attend(self._show(client), self._hear(client))
         finally:
             self._clients.discard(client)
-            self._screen.looked = bool(self._clients)
+            self._source.looked = bool(self._clients)
             await close(ws)
 
     async def _show(self, client: Client) -> None:
-        last: dict[str, Any] | None = None
+        following = self._source.pictures()
         while not client.deaf:
-            closing, picture = self._closing, self._screen.picture
-            if picture and (picture is not last or closing):
-                await client.show({**picture, "over": picture["over"] or closing}, 5.0)
-                last = picture
+            closing = self._closing
+            if (picture := following(closing)) is not None:
+                await client.show(picture, 5.0)
             if closing:
                 return
             await asyncio.sleep(_PERIOD)
