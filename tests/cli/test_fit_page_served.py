@@ -66,7 +66,7 @@ def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr("seatrial.realtime.listening.address", lambda one: f"http://here:{one.port}")
     monkeypatch.setattr("seatrial.realtime.fit_page.board.Board", Board)
     monkeypatch.setattr("seatrial.realtime.fit_page.board.Tracker", nullcontext)
-    monkeypatch.setattr("seatrial.realtime.watching.Watched", Page)
+    monkeypatch.setattr("seatrial.realtime.pages.Watched", Page)
     return asked
 
 
@@ -126,7 +126,7 @@ def test_at_a_terminal_the_page_stays_until_ctrl_c(
 
 
 def test_a_page_without_its_extra_is_refused(served: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "seatrial.realtime.watching", None)
+    monkeypatch.setitem(sys.modules, "seatrial.realtime.pages", None)
     with pytest.raises(RequestError, match="--page needs"), fits.watching(9001):
         pass
     assert served

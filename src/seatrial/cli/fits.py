@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from ..identify import Problem, Progress
     from ..realtime.fit_page.board import Board
-    from ..realtime.watching import Watched
+    from ..realtime.pages import Watched
 
 PORT = 8021
 """Where the page of a fit is served; the bridge has the port before."""
@@ -256,7 +256,7 @@ def watching(port: int | None) -> Generator[Terminal, None, None]:
 
     with listen(HERE, port, False) as listening:
         try:
-            from ..realtime.watching import Watched
+            from ..realtime.pages import Watched
         except ImportError as error:
             raise RequestError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
         watch = Terminal(listening, Watched)

@@ -18,7 +18,7 @@ from seatrial.identify import Problem
 from seatrial.identify.watch import with_values
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.realtime.fit_page.board import DONE, STATIC, Board, Part, Tracker
-from seatrial.realtime.watching import Watched
+from seatrial.realtime.pages import Watched
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
 

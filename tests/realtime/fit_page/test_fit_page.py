@@ -30,7 +30,7 @@ from seatrial.core.parameters import Free
 from seatrial.data.trialfile import write_trial
 from seatrial.identify import Problem
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.realtime import watching
+from seatrial.realtime import pages
 from seatrial.realtime.fit_page.board import DONE, STATIC, Board, Tracker
 from seatrial.realtime.pages import SHARED
 from seatrial.ships.files import load
@@ -62,7 +62,7 @@ class Served:
         self.port = self.listening.getsockname()[1]
         self.board = Board("a run")
         self.page = ExitStack()
-        self.page.enter_context(watching.Watched(self.board, STATIC, self.listening))
+        self.page.enter_context(pages.Watched(self.board, STATIC, self.listening))
         self.page.enter_context(Tracker(self.board))
 
     def line(self, origin: str | None = None) -> ClientConnection:
@@ -145,8 +145,8 @@ def test_a_running_fit_a_reload_and_the_last_state(served: Served) -> None:
 def test_who_stops_reading_is_dropped_and_the_fit_does_not_wait(
     served: Served, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(watching, "_BEHIND", 8)
-    monkeypatch.setattr(watching, "_PERIOD", 0.02)
+    monkeypatch.setattr(pages, "_BEHIND", 8)
+    monkeypatch.setattr(pages, "_PERIOD", 0.02)
     part, row = served.board.begin("fit", PROBLEM, None), 0
     end, gone = time.monotonic() + 15.0, False
     with served.line() as deaf, served.line() as good:
@@ -199,7 +199,7 @@ def test_wrong_requests_are_told_before_anything_is_done(
         assert f"port {port} of 127.0.0.1" in wrong(capsys, *asked, "--port", port)
     assert "--port is 70000" in wrong(capsys, *asked, "--port", "70000")
     assert "add --page" in wrong(capsys, *asked[:-1], "--port", "8021")
-    for name in [n for n in sys.modules if n.startswith(("seatrial.realtime.pages", "seatrial.realtime.watching"))]:
+    for name in [n for n in sys.modules if n.startswith("seatrial.realtime.pages")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "uvicorn", None)
     assert "--page needs uvicorn; pip install 'seatrial[web]'" in wrong(capsys, *asked, "--port", "0")

@@ -201,7 +201,7 @@ class Board:
         return said
 
     def pictures(self) -> Callable[[bool], dict[str, Any] | None]:
-        """For one browser, as `watching.Source` says: its news, where more than the clock has changed."""
+        """For one browser, as `pages.Source` says: its news, where more than the clock has changed."""
         seen, last, told = Seen(), dict[str, Any](), 0.0
 
         def following(closing: bool) -> dict[str, Any] | None:

@@ -228,7 +228,7 @@ def _served(screen: Screen, listening: socket.socket | None) -> Any:
     if listening is None:
         return nullcontext()
     try:
-        from ...realtime.watching import Watched
+        from ...realtime.pages import Watched
     except ImportError as error:
         raise RequestError(f"--page needs {error.name}; pip install 'seatrial[web]'") from None
     return Watched(screen, STATIC, listening)

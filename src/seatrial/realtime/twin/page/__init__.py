@@ -1,6 +1,6 @@
 """The page of a live twin.
 
-Contract: the twin writes pictures to a `screen.Screen` and never waits; `realtime.watching` shows them to browsers.
+Contract: the twin writes pictures to a `screen.Screen` and never waits; `realtime.pages` shows them to browsers.
 """
 
 __all__: list[str] = []

@@ -75,7 +75,7 @@ class Screen:
             self.picture = self._picture(self.live.follower, now, force)
 
     def pictures(self) -> Callable[[bool], dict[str, Any] | None]:
-        """For one browser, as `watching.Source` says: the latest picture, once."""
+        """For one browser, as `pages.Source` says: the latest picture, once."""
         last: dict[str, Any] | None = None
 
         def following(closing: bool) -> dict[str, Any] | None:
