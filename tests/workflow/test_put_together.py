@@ -180,7 +180,7 @@ def test_a_calibration_leaves_parts_out_and_keeps_a_file_for_each_beginning(
     monkeypatch.setattr(calibrating, "_study", lambda *_: SimpleNamespace(estimator=None, problem=None))
     monkeypatch.setattr(calibrating, "left_out", left_out)
     monkeypatch.setattr(calibrating, "power", lambda fit, problem, estimator, out: "widened by left-out trials")
-    monkeypatch.setattr(calibrating, "Grounds", SimpleNamespace(of=lambda held, out, horizon: (
+    monkeypatch.setattr(calibrating, "Withheld", SimpleNamespace(of=lambda held, out, horizon: (
         seen.append((held.digest, held.power, out, horizon)), grounds)[1]))
     monkeypatch.setattr(calibrating, "by_history", lambda g, span: replace(first, begin=f"history {span:g}"))
     monkeypatch.setattr(calibrating, "by_first", lambda g, span, how: replace(first, begin=f"fit-first {span:g}"))

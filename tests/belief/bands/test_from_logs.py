@@ -9,7 +9,7 @@ import pytest
 from virtual_logs import NOISE, left_out, log, posterior, ship
 
 from seatrial.belief.bands.beginnings import _DOUBTS, _past, _predicted, _unlikely, by_history
-from seatrial.belief.bands.calibrating import Grounds, spread_of
+from seatrial.belief.bands.calibrating import Withheld, spread_of
 from seatrial.belief.bands.calibration import Calibration
 from seatrial.belief.bands.learning import by_trial, joined, learned
 from seatrial.belief.bands.past import LAWS, Filter
@@ -34,42 +34,42 @@ def logs() -> list[Trial]:
 
 
 @pytest.fixture(scope="module")
-def grounds(logs: list[Trial]) -> Grounds:
-    return Grounds.of(posterior(), left_out(logs, parts=2), longest=20.0)
+def withheld(logs: list[Trial]) -> Withheld:
+    return Withheld.of(posterior(), left_out(logs, parts=2), longest=20.0)
 
 
 @pytest.fixture(scope="module")
-def measured(grounds: Grounds) -> Calibration:
-    return grounds.measured()
+def measured(withheld: Withheld) -> Calibration:
+    return withheld.measured()
 
 
-def test_each_part_is_judged_by_what_the_other_lacks(grounds: Grounds, logs: list[Trial]) -> None:
-    assert grounds.trials == (*logs[::2], *logs[1::2])
-    assert grounds.dt == pytest.approx(0.5)
-    assert grounds.sigma == pytest.approx([NOISE[name] for name in STATES], rel=1.0)
-    assert grounds.horizons[-1] <= 20.0
-    assert grounds.level == pytest.approx(6.0 / 7.0)
-    first, second = grounds.parts
-    for lacks, other in zip(grounds.lacks, (second, first), strict=True):
+def test_each_part_is_judged_by_what_the_other_lacks(withheld: Withheld, logs: list[Trial]) -> None:
+    assert withheld.trials == (*logs[::2], *logs[1::2])
+    assert withheld.dt == pytest.approx(0.5)
+    assert withheld.sigma == pytest.approx([NOISE[name] for name in STATES], rel=1.0)
+    assert withheld.horizons[-1] <= 20.0
+    assert withheld.level == pytest.approx(6.0 / 7.0)
+    first, second = withheld.parts
+    for lacks, other in zip(withheld.lacks, (second, first), strict=True):
         again = learned(ship(), other.cut.error, other.found, by_trial(other.cut.trials))
         assert lacks == again
     # three currents a part: one component of .08 m/s each, the t law of four degrees takes it for .75 of its variance
-    assert all(0.3 * CURRENT < lacks.current < 2.0 * CURRENT for lacks in grounds.lacks)
+    assert all(0.3 * CURRENT < lacks.current < 2.0 * CURRENT for lacks in withheld.lacks)
 
 
-def test_a_calibration_holds_the_windows_of_each_part(grounds: Grounds, measured: Calibration) -> None:
+def test_a_calibration_holds_the_windows_of_each_part(withheld: Withheld, measured: Calibration) -> None:
     found = measured
-    cut = joined([part.cut for part in grounds.parts])
+    cut = joined([part.cut for part in withheld.parts])
     assert found.begin == "measured"
     assert found.left.trials == cut.trials == found.left.groups
     assert found.left.kinds == cut.kinds
     assert np.array_equal(found.left.error, cut.error, equal_nan=True)
-    spreads = [spread_of(part.out, part.cut.lanes, lacks, grounds.sigma)[:, part.cut.rows]
-               for part, lacks in zip(grounds.parts, grounds.lacks, strict=True)]  # fmt: skip
+    spreads = [spread_of(part.out, part.cut.lanes, lacks, withheld.sigma)[:, part.cut.rows]
+               for part, lacks in zip(withheld.parts, withheld.lacks, strict=True)]  # fmt: skip
     assert found.left.spread == pytest.approx(np.concatenate(spreads))
-    assert found.trials == {trial.name: trial_digest(trial) for trial in grounds.trials}
-    assert found.noise == pytest.approx(grounds.sigma)
-    both = grounds.parts
+    assert found.trials == {trial.name: trial_digest(trial) for trial in withheld.trials}
+    assert found.noise == pytest.approx(withheld.sigma)
+    both = withheld.parts
     every = replace(both[0].found, known=np.concatenate([one.found.known for one in both]),
                     unit=np.concatenate([one.found.unit for one in both], axis=1))  # fmt: skip
     assert found.disturbance == learned(ship(), cut.error, every, by_trial(cut.trials))
@@ -79,11 +79,11 @@ def test_a_calibration_holds_the_windows_of_each_part(grounds: Grounds, measured
     assert (size[:2] < 2.5).all()
 
 
-def test_indices_of_left_out_manoeuvres_are_those_of_the_loop(grounds: Grounds, measured: Calibration) -> None:
+def test_indices_of_left_out_manoeuvres_are_those_of_the_loop(withheld: Withheld, measured: Calibration) -> None:
     found = measured.indices
     assert found is not None
     assert set(found.kinds) == {"turning", "zigzag"}
-    trial = next(one for one in grounds.trials if one.meta["kind"] == "turning")
+    trial = next(one for one in withheld.trials if one.meta["kind"] == "turning")
     policy = seen(trial)
     assert policy is not None
     assert not isinstance(policy, Zigzag)
@@ -102,16 +102,16 @@ def test_indices_of_left_out_manoeuvres_are_those_of_the_loop(grounds: Grounds, 
     assert max(some) < 10.0 * CURRENT * 60.0
 
 
-def test_a_past_is_read_before_each_start_and_told_by_the_law_that_errs_least(grounds: Grounds) -> None:
-    found = by_history(grounds, SPAN)
+def test_a_past_is_read_before_each_start_and_told_by_the_law_that_errs_least(withheld: Withheld) -> None:
+    found = by_history(withheld, SPAN)
     assert found.begin == "history 10"
-    whole = [Filter.of(ship(), lacks, grounds.sigma, SPAN) for lacks in grounds.lacks]
-    sizes = {one: _unlikely(grounds, [replace(who, doubt=one) for who in whole]) for one in _DOUBTS}
+    whole = [Filter.of(ship(), lacks, withheld.sigma, SPAN) for lacks in withheld.lacks]
+    sizes = {one: _unlikely(withheld, [replace(who, doubt=one) for who in whole]) for one in _DOUBTS}
     assert found.doubt == min(sizes, key=lambda one: sizes[one])
     usual, errors, surprise, names = {}, {law: [] for law in LAWS}, 0.0, []
-    for part, who in zip(grounds.parts, whole, strict=True):
+    for part, who in zip(withheld.parts, whole, strict=True):
         filters = replace(who, doubt=found.doubt)
-        past = _past(filters, part, grounds.dt)
+        past = _past(filters, part, withheld.dt)
         known = past.seconds >= 0.5 * SPAN - 1e-6
         cut, some = part.cut.some(known), past.rows(known)
         names += cut.trials
@@ -130,6 +130,6 @@ def test_a_past_is_read_before_each_start_and_told_by_the_law_that_errs_least(gr
     assert found.law == min(LAWS, key=lambda law: usual[law])
     assert np.array_equal(found.left.error, np.concatenate(errors[found.law]), equal_nan=True)
     # a current that lasts is read off the past: positions err less than without it, and so are their spreads
-    bare = joined([part.cut for part in grounds.parts])
+    bare = joined([part.cut for part in withheld.parts])
     plain = np.nanmean(bare.error[:, -1, :2] ** 2)
     assert np.nanmean(found.left.error[:, -1, :2] ** 2) < plain

@@ -10,7 +10,7 @@ from known_calibration import made
 from virtual_logs import NOISE, left_out, log, posterior, ship
 
 from seatrial.belief.bands.beginnings import First, by_first, by_history
-from seatrial.belief.bands.calibrating import Grounds
+from seatrial.belief.bands.calibrating import Withheld
 from seatrial.belief.bands.calibration import Calibration, beside, load, save
 from seatrial.belief.bands.disturbance import Disturbance, Process
 from seatrial.belief.bands.held import held, windows
@@ -153,8 +153,8 @@ def test_bands_with_a_past_hold_on_new_trials_and_are_narrower_where_a_disturban
     rng = np.random.default_rng(3)
     logs = [log(ship(), k, rng, drifting(rng)) for k in range(24)]
     new = [log(ship(), k, rng, drifting(rng)) for k in range(30)]
-    grounds = Grounds.of(posterior(), left_out(logs))
-    plain, found = grounds.measured(), by_history(grounds, SPAN)
+    withheld = Withheld.of(posterior(), left_out(logs))
+    plain, found = withheld.measured(), by_history(withheld, SPAN)
     assert (plain.begin, found.begin, found.law) == ("measured", "history 20", "filtered")
     assert np.isinf(plain.surprise)
     (held_plain, wide), (held_past, narrow) = (judged(one, (4.0, 10.0)) for one in fans_of(new, plain, found))
@@ -163,7 +163,7 @@ def test_bands_with_a_past_hold_on_new_trials_and_are_narrower_where_a_disturban
     assert narrow["x"] + narrow["y"] < 0.8 * (wide["x"] + wide["y"])
     assert narrow["v_m"] < wide["v_m"]
     with pytest.raises(RequestError, match="--history 110: 0 of the left-out trials last longer"):
-        by_history(grounds, 110.0)
+        by_history(withheld, 110.0)
 
 
 @pytest.mark.long
@@ -180,8 +180,8 @@ def test_bands_of_predictions_that_fit_the_first_seconds_hold() -> None:
         row = int(np.searchsorted(one.trial.t, one.t - 1e-6))
         return First(one.trial.rows(slice(row, None)), one.state, current_of(one))
 
-    grounds = Grounds.of(posterior(), left_out(logs))
-    plain, found = grounds.measured(), by_first(grounds, SPAN, first)
+    withheld = Withheld.of(posterior(), left_out(logs))
+    plain, found = withheld.measured(), by_first(withheld, SPAN, first)
     assert found.begin == "fit-first 20"
     both: list[list[tuple[Fan, Trial]]] = [[], []]
     for trial in new:

@@ -13,7 +13,7 @@ from ...identify.record import Record, even
 from ...models import STATES
 from ...ships import Ship
 from ...simulate.lanes import run
-from .calibrating import Grounds, Part, spread_of
+from .calibrating import Part, Withheld, spread_of
 from .calibration import Calibration, begin_of
 from .conformal import needed
 from .learning import Windows, joined, windows_of
@@ -24,7 +24,7 @@ from .sailing import FreeRuns
 _DOUBTS = (1.0, 3.0, 10.0, 30.0, 100.0)
 
 
-def by_history(grounds: Grounds, span: float) -> Calibration:
+def by_history(withheld: Withheld, span: float) -> Calibration:
     """Of predictions with what the seconds before each start tell (`past`); windows without them are left out.
 
     Args:
@@ -37,12 +37,12 @@ def by_history(grounds: Grounds, span: float) -> Calibration:
     errors: dict[str, list[Array]] = {law: [] for law in LAWS}
     spreads: list[Array] = []
     surprise = 0.0
-    whole = [Filter.of(part.out.held.ship, lacks, grounds.sigma, span)
-             for part, lacks in zip(grounds.parts, grounds.lacks, strict=True)]  # fmt: skip
-    doubt = min(_DOUBTS, key=lambda one: _unlikely(grounds, [replace(who, doubt=one) for who in whole]))
-    for part, who in zip(grounds.parts, whole, strict=True):
+    whole = [Filter.of(part.out.held.ship, lacks, withheld.sigma, span)
+             for part, lacks in zip(withheld.parts, withheld.lacks, strict=True)]  # fmt: skip
+    doubt = min(_DOUBTS, key=lambda one: _unlikely(withheld, [replace(who, doubt=one) for who in whole]))
+    for part, who in zip(withheld.parts, whole, strict=True):
         filters = replace(who, doubt=doubt)
-        past = _past(filters, part, grounds.dt)
+        past = _past(filters, part, withheld.dt)
         known = past.seconds >= ENOUGH * span * (1.0 - 1e-6)
         if not known.any():
             continue
@@ -51,18 +51,18 @@ def by_history(grounds: Grounds, span: float) -> Calibration:
         for law, own in errors.items():
             own.append(_predicted(filters, cut.lanes, past, law)[:, cut.rows] - cut.measured)
         lacks = who.disturbance
-        spreads.append(spread_of(part.out, cut.lanes, lacks, grounds.sigma, past)[:, cut.rows])
+        spreads.append(spread_of(part.out, cut.lanes, lacks, withheld.sigma, past)[:, cut.rows])
         surprise = max(surprise, float(past.surprise.max()))
-    _check(cuts, f"--history {span:g}", grounds.level)
-    made = {law: grounds.made(begin_of(span, None), cuts, own, spreads) for law, own in errors.items()}
+    _check(cuts, f"--history {span:g}", withheld.level)
+    made = {law: withheld.made(begin_of(span, None), cuts, own, spreads) for law, own in errors.items()}
     first = made[LAWS[0]].left.usual
     best = min(LAWS, key=lambda law: float(np.nanmean(np.log(made[law].left.usual / first))))
     return replace(made[best], surprise=surprise, law=best, doubt=doubt)
 
 
-def _unlikely(grounds: Grounds, filters: list[Filter]) -> float:
+def _unlikely(withheld: Withheld, filters: list[Filter]) -> float:
     """How unlikely the innovations of a usual left-out past are; the median, as some are much unlike the others."""
-    every = [_past(who, part, grounds.dt) for who, part in zip(filters, grounds.parts, strict=True)]
+    every = [_past(who, part, withheld.dt) for who, part in zip(filters, withheld.parts, strict=True)]
     found = np.concatenate([past.unlikely[past.seconds > 0.0] for past in every])
     return float(np.median(found)) if found.size else 0.0
 
@@ -98,7 +98,7 @@ class First:
     current: float
 
 
-def by_first(grounds: Grounds, span: float, first: Callable[[Ship, Trial], First]) -> Calibration:
+def by_first(withheld: Withheld, span: float, first: Callable[[Ship, Trial], First]) -> Calibration:
     """Of predictions whose start, current and biases are estimated on the first seconds of a trial.
 
     Args:
@@ -110,23 +110,24 @@ def by_first(grounds: Grounds, span: float, first: Callable[[Ship, Trial], First
     """
     cuts: list[Windows] = []
     spreads: list[Array] = []
-    for part, lacks in zip(grounds.parts, grounds.lacks, strict=True):
+    for part, lacks in zip(withheld.parts, withheld.lacks, strict=True):
         own: list[Windows] = []
         for trial in part.out.trials:
             try:
                 one = first(part.out.held.ship, trial)
-                cut = windows_of(part.out.held.ship, [one.trial], grounds.horizons, grounds.dt, {trial.name: one.state})
+                cut = windows_of(part.out.held.ship, [one.trial], withheld.horizons, withheld.dt,
+                                 {trial.name: one.state})  # fmt: skip
             except DataError:  # too short: it says nothing of such predictions
                 continue
             own.append(cut)
-            runs = spread_of(part.out, cut.lanes, disturbing(lacks, one.current), grounds.sigma)
+            runs = spread_of(part.out, cut.lanes, disturbing(lacks, one.current), withheld.sigma)
             here = cut.rows < runs.shape[1]
             spread = np.full(cut.error.shape, np.nan)
             spread[:, here] = runs[:, cut.rows[here]]
             spreads.append(spread)
         cuts += [joined(own)] if own else []
-    _check(cuts, f"--fit-first {span:g}", grounds.level)
-    return grounds.made(begin_of(None, span), cuts, [cut.error for cut in cuts], spreads)
+    _check(cuts, f"--fit-first {span:g}", withheld.level)
+    return withheld.made(begin_of(None, span), cuts, [cut.error for cut in cuts], spreads)
 
 
 def _check(cuts: list[Windows], option: str, level: float) -> None:

@@ -60,7 +60,7 @@ def horizons_of(trials: Sequence[Trial], time: float, longest: float | None) -> 
 
 
 @dataclass(frozen=True)
-class Grounds:
+class Withheld:
     """What calibrations of one fit are made of: left-out trials, and what a model without each part lacks.
 
     Attributes:
@@ -82,7 +82,7 @@ class Grounds:
     dt: float
 
     @staticmethod
-    def of(held: Posterior, parts: Iterable[LeftOut], longest: float | None = None) -> Grounds:
+    def of(held: Posterior, parts: Iterable[LeftOut], longest: float | None = None) -> Withheld:
         """Arguments and errors as of `calibrated`."""
         every = list(parts)
         trials = [trial for part in every for trial in part.trials]
@@ -94,7 +94,7 @@ class Grounds:
             cut = windows_of(out.held.ship, out.trials, h, dt)
             made.append(Part(out, cut, variances(out, cut, sigma)))
         lacks = tuple(_learned([other for other in made if other is not one]) for one in made)
-        return Grounds(held, tuple(trials), tuple(made), h, lacks, sigma, dt)
+        return Withheld(held, tuple(trials), tuple(made), h, lacks, sigma, dt)
 
     def measured(self) -> Calibration:
         """Of predictions that begin in measured states."""
@@ -140,7 +140,7 @@ def calibrated(held: Posterior, parts: Iterable[LeftOut], *, longest: float | No
         RequestError: too few recordings.
         DataError: a trial lacks a channel.
     """
-    return Grounds.of(held, parts, longest).measured()
+    return Withheld.of(held, parts, longest).measured()
 
 
 def _learned(parts: Sequence[Part]) -> Disturbance:

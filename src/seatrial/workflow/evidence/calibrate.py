@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...belief.bands.beginnings import First, by_first, by_history
-from ...belief.bands.calibrating import Grounds
+from ...belief.bands.calibrating import Withheld
 from ...belief.bands.calibration import LEVEL, MEASURED, Calibration, beside, save
 from ...belief.bands.conformal import needed
 from ...belief.parts import left_out
@@ -83,12 +83,12 @@ def calibrate(
             held = replace(held, power=power(fit, study.problem, study.estimator, out))
         except StudyError as error:
             sink.note(f"beyond the trials of the fit no bands are known: {error}")
-        grounds = Grounds.of(held, out, horizon)
-        made = [grounds.measured()]
+        withheld = Withheld.of(held, out, horizon)
+        made = [withheld.measured()]
         if history is not None:
-            made.append(by_history(grounds, history))
+            made.append(by_history(withheld, history))
         if first is not None:
-            made.append(by_first(grounds, first, partial(_first, first, between_trials(fit.nuisances))))
+            made.append(by_first(withheld, first, partial(_first, first, between_trials(fit.nuisances))))
         for one in made:
             sink.note(f"wrote {save(one, beside(model, one.begin))}")
     shutil.rmtree(folder, ignore_errors=True)
