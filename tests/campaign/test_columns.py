@@ -104,7 +104,7 @@ def test_each_file_has_the_unit_of_each_column(folder: Path) -> None:
     for file in (folder / part_name(1, "tracks"), folder.parent / "merged.tracks.parquet"):
         held = json.loads(pl.read_parquet_metadata(file)["seatrial.units"])
         assert held == {"run": "-", "t": "s", "psi": "rad", "delta": "rad"}
-    assert open_folder(folder).document["units"]["u"] == "m/s"
+    assert open_folder(folder).manifest.units["u"] == "m/s"
 
 
 @pytest.mark.slow

@@ -140,7 +140,7 @@ def test_merged_tracks_are_one_file(whole: Path, tmp_path: Path) -> None:
     assert (tmp_path / "all.tracks.parquet").exists()
     assert tracks["run"].is_sorted()
     assert tracks["run"].n_unique() == 180
-    assert tracks.height == 90 * (43 + 29) == open_folder(whole).document["tracks"]["rows"]
+    assert tracks.height == 90 * (43 + 29) == open_folder(whole).manifest.tracks.rows
 
 
 def test_a_disk_too_small_for_the_tracks_is_refused(campaign: Campaign, tmp_path: Path) -> None:

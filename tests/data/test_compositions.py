@@ -88,11 +88,14 @@ def test_an_unknown_reference_is_refused_with_the_known_ones(entry, words):
     ("text", "words"),
     [
         ('schema = "x"', "this version reads 'seatrial-sets/1'"),
-        ("[", "not readable as TOML"),
-        ('schema = "seatrial-sets/1"', "no set"),
-        ('schema = "seatrial-sets/1"\nset = 1\n[sets.A]\nT = ["a"]', "set"),
+        ("[", "cannot be read as TOML"),
+        ('schema = "seatrial-sets/1"', "sets is missing"),
+        ('schema = "seatrial-sets/1"\n[sets]', "sets is {}; it must be a table of 1 or more"),
+        ('schema = "seatrial-sets/1"\n[sets.A]', r"sets\.A is {}; it must be a table of 1 or more"),
+        ('schema = "seatrial-sets/1"\nset = 1\n[sets.A]\nT = ["a"]', "set: no key 'set'; near: sets"),
         ('schema = "seatrial-sets/1"\n[sets]\nA = 1', "must be a table"),
-        ('schema = "seatrial-sets/1"\n[sets.A]\nT = "a"', "must be a list of names"),
+        ('schema = "seatrial-sets/1"\n[sets.A]\nT = "a"', r"sets\.A\.T is 'a'; it must be a list"),
+        ('schema = "seatrial-sets/1"\n[sets.A]\nT = ["a", 1]', r"sets\.A\.T\.1 is 1; it must be a text"),
         ('schema = "seatrial-sets/1"\n[sets.A]\nT = ["a"]\nZ = ["a"]', "is in T already"),
     ],
 )
@@ -103,7 +106,7 @@ def test_a_wrong_file_of_sets_is_refused_in_one_line(tmp_path, text, words):
 
 
 def test_no_file_of_sets(tmp_path):
-    with pytest.raises(DataError, match="no such file of sets"):
+    with pytest.raises(DataError, match=r"sets\.toml: cannot be read"):
         read_compositions(tmp_path / "sets.toml")
 
 

@@ -12,13 +12,16 @@ its row; `inputs` and `designs` have distributions and points.  A campaign that 
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 
 from ..core.errors import CampaignError as CampaignError
+from ..core.records import Limits
 from ..core.version import __version__
 from ..data import Array
 from ..environment import Uniform
@@ -120,8 +123,8 @@ class Criterion:
     """A bound that an index is held against: met at `low` <= index <= `high` (SI units)."""
 
     index: str
-    low: float
-    high: float
+    low: Annotated[float, Limits(null=-math.inf)]
+    high: Annotated[float, Limits(null=math.inf)]
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,14 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..core.files import plain
+from ..core.records import digest, from_json, json_in
 from ..core.version import __version__
-from . import Campaign, CampaignError
+from . import Campaign, CampaignError, Criterion
 from .chunk import compute
 from .columns import about, typed, units_of
 from .places import Place, place_of
@@ -41,16 +42,68 @@ _BYTES = 8.0
 
 
 @dataclass(frozen=True)
-class Held:
+class Kept:
+    """Of a manifest: which tracks there are.
+
+    Attributes:
+        every, columns, precision: steps from sample to sample, columns, and of their numbers.
+        rows: samples of all runs.
+        samples, dt: of the runs of each case, and their time step [s].
+    """
+
+    every: int
+    columns: tuple[str, ...]
+    precision: str
+    rows: int
+    samples: tuple[int, ...]
+    dt: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Manifest:
     """What a folder says of its campaign.
 
     Attributes:
+        name, version, digest: of the campaign, the seatrial that began it, and all that defines its numbers.
+        cases, devices: name and device of each.
+        runs, rows, parts, chunk: of each case, of all, and how they are dealt.
+        design, seed, inputs, criteria: as the campaign has them.
+        columns, units: of the table of runs; units of all columns that have one.
+        tracks: None without any.
+        source, text: the file that it was read from, and what that held; None without one.
+    """
+
+    name: str
+    version: str
+    digest: str
+    cases: tuple[str, ...]
+    runs: int
+    rows: int
+    parts: int
+    chunk: int
+    design: str
+    seed: int
+    inputs: tuple[str, ...]
+    criteria: Mapping[str, Criterion]
+    columns: tuple[str, ...]
+    units: Mapping[str, str]
+    tracks: Kept | None
+    devices: tuple[str, ...]
+    source: str | None
+    text: str | None
+
+
+@dataclass(frozen=True)
+class Held:
+    """The folder of a campaign.
+
+    Attributes:
         place: where its files are.
-        document: the manifest.
+        manifest: what it says.
     """
 
     place: Place
-    document: Mapping[str, Any]
+    manifest: Manifest
 
     @property
     def folder(self) -> str:
@@ -60,12 +113,12 @@ class Held:
     @property
     def parts(self) -> int:
         """Number of parts."""
-        return int(self.document["parts"])
+        return self.manifest.parts
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of files that each part has."""
-        return (PARTS, TRACKS) if self.document.get("tracks") else (PARTS,)
+        return (PARTS, TRACKS) if self.manifest.tracks else (PARTS,)
 
     def there(self, kind: str = PARTS) -> list[int]:
         """Numbers of the parts of which that kind of file is there, in their order."""
@@ -111,22 +164,15 @@ def open_folder(where: str | Path | Place) -> Held:
     """
     place = place_of(where) if isinstance(where, str | Path) else where
     try:
-        document = json.loads(place.read(MANIFEST))
-    except CampaignError:  # the store is out of reach
-        raise
-    except (OSError, ValueError, RecursionError):
+        content = place.read(MANIFEST)
+    except OSError:
         wanted = f"seatrial campaign CAMPAIGN.toml -o {place} starts one"
         raise CampaignError(f"{place}: holds no campaign; {wanted}") from None
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise CampaignError(f"{place}/{MANIFEST}: is not of schema '{SCHEMA}'")
-    if document.pop(SEAL, None) != _sealed(document):
-        raise CampaignError(f"{place}/{MANIFEST}: was changed after it was written; put back what the campaign wrote")
-    return Held(place, document)
-
-
-def _sealed(document: Mapping[str, Any]) -> str:
-    """Digest of a manifest: whoever reads it need not ask of each key whether it is there and makes sense."""
-    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:32]
+    where = f"{place}/{MANIFEST}"
+    document = json_in(content, SCHEMA, where, CampaignError)
+    if document.pop(SEAL, None) != digest({"schema": SCHEMA, **document}):
+        raise CampaignError(f"{where}: was changed after it was written; put back what the campaign wrote")
+    return Held(place, from_json(Manifest, document, where, CampaignError))
 
 
 def begin(campaign: Campaign, where: str | Path | Place, source: Path | None = None) -> Held:
@@ -145,18 +191,16 @@ def begin(campaign: Campaign, where: str | Path | Place, source: Path | None = N
         return _again(campaign, place)
     first = _first(campaign)
     _check_room(campaign, place, len(first))
-    document: dict[str, Any] = plain({
-        "schema": SCHEMA, "name": campaign.name, "version": __version__, "digest": campaign.digest,
-        "cases": [case.name for case in campaign.cases], "runs": campaign.runs, "rows": campaign.rows,
-        "parts": campaign.parts, "chunk": campaign.chunk, "design": campaign.design, "seed": campaign.seed,
-        "inputs": [*campaign.varied, *(campaign.correlated.names if campaign.correlated else ())],
-        "criteria": {name: vars(one) for name, one in campaign.criteria.items()},
-        "columns": first, "units": units_of(campaign), "tracks": _tracks(campaign),
-        "devices": [case.device for case in campaign.cases],
-        "source": None if source is None else str(source.resolve()),
-        "text": None if source is None else source.read_text(encoding="utf-8"),
-    })  # fmt: skip
-    place.write({MANIFEST: (json.dumps({**document, SEAL: _sealed(document)}, indent=1) + "\n").encode()})
+    manifest = Manifest(
+        campaign.name, __version__, campaign.digest, tuple(case.name for case in campaign.cases), campaign.runs,
+        campaign.rows, campaign.parts, campaign.chunk, campaign.design, campaign.seed,
+        (*campaign.varied, *(campaign.correlated.names if campaign.correlated else ())), campaign.criteria,
+        tuple(first), units_of(campaign), _tracks(campaign), tuple(case.device for case in campaign.cases),
+        None if source is None else str(source.resolve()),
+        None if source is None else source.read_text(encoding="utf-8"),
+    )  # fmt: skip
+    document = {"schema": SCHEMA, **plain(manifest)}
+    place.write({MANIFEST: (json.dumps({**document, SEAL: digest(document)}, indent=1) + "\n").encode()})
     return open_folder(place)
 
 
@@ -165,25 +209,22 @@ def _again(campaign: Campaign, place: Place) -> Held:
     if not place.holds(MANIFEST):
         raise CampaignError(f"{place}: is not empty and holds no campaign; choose another folder with -o")
     held = open_folder(place)
-    theirs, version = held.document["digest"], held.document["version"]
+    theirs, version = held.manifest.digest, held.manifest.version
     if version != __version__:
         raise CampaignError(f"{place}: was begun with seatrial {version}, this is {__version__}; "
                             "go on with that version, or choose another folder with -o")  # fmt: skip
     if theirs != campaign.digest:
-        raise CampaignError(f"{place}: holds another campaign ({held.document['name']}, digest {theirs[:12]}; "
+        raise CampaignError(f"{place}: holds another campaign ({held.manifest.name}, digest {theirs[:12]}; "
                             f"this one has {campaign.digest[:12]}); choose another folder with -o")  # fmt: skip
     return held
 
 
-def _tracks(campaign: Campaign) -> dict[str, Any] | None:
+def _tracks(campaign: Campaign) -> Kept | None:
     """Of the manifest: what is kept, and how long the runs of each case are."""
     if campaign.tracks is None:
         return None
-    return {
-        "every": campaign.tracks.every, "columns": [*FIRST, *campaign.kept], "precision": campaign.tracks.precision,
-        "rows": campaign.track_rows, "samples": [case.samples for case in campaign.cases],
-        "dt": [case.dt for case in campaign.cases],
-    }  # fmt: skip
+    return Kept(campaign.tracks.every, (*FIRST, *campaign.kept), campaign.tracks.precision, campaign.track_rows,
+                tuple(case.samples for case in campaign.cases), tuple(case.dt for case in campaign.cases))  # fmt: skip
 
 
 def _first(campaign: Campaign) -> list[str]:

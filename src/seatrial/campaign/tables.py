@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import errno
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..core.files import write_together
 from . import CampaignError
 from .columns import about
-from .folder import PARTS, TRACKS, Held, part_name
+from .folder import PARTS, TRACKS, Held, Kept, part_name
 from .tracks import counts
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def merge(held: Held, out: Path) -> tuple[Path, ...]:
 def _sink(held: Held, table: pl.LazyFrame, scratch: str, out: Path) -> None:
     import polars as pl
 
-    units = held.document["units"]
+    units = held.manifest.units
     try:
         own = {name: units.get(name, "-") for name in table.collect_schema().names()}
         table.sink_parquet(scratch, compression="zstd", metadata=about(own))
@@ -93,11 +93,11 @@ def wrong_parts(held: Held) -> Iterator[str]:
                 yield from (f"{held.folder}/{part_name(number, kind)}: {fault}; delete it and run the campaign again"
                             for fault in faults)  # fmt: skip
         seen += tables[PARTS].height if PARTS in tables else 0
-        if len(tables) == len((PARTS, TRACKS)) and not _agree(held.document, **tables):
+        if held.manifest.tracks and len(tables) == len(held.kinds) and not _agree(held.manifest.tracks, **tables):
             yield (f"{held.folder}/{part_name(number, TRACKS)}: has other runs or samples than the part; delete it "
                    "and run the campaign again")  # fmt: skip
-    if not held.missing and seen != int(held.document["rows"]):
-        yield f"{held.folder}: has {seen} runs in place of {held.document['rows']}"
+    if not held.missing and seen != held.manifest.rows:
+        yield f"{held.folder}: has {seen} runs in place of {held.manifest.rows}"
 
 
 def _read(held: Held, number: int, kind: str, tables: dict[str, pl.DataFrame]) -> Iterator[str]:
@@ -110,18 +110,18 @@ def _read(held: Held, number: int, kind: str, tables: dict[str, pl.DataFrame]) -
     except (OSError, pl.exceptions.PolarsError) as error:
         yield f"cannot be read ({str(error).splitlines()[0]})"
         return
-    if told.get("seatrial.campaign") != held.document["digest"] or told.get("seatrial.part") != str(number):
+    if told.get("seatrial.campaign") != held.manifest.digest or told.get("seatrial.part") != str(number):
         yield "is of another campaign or part"
-    if list(rows.columns) != list((held.document if kind == PARTS else held.document["tracks"])["columns"]):
+    about = held.manifest
+    if tuple(rows.columns) != (about.tracks.columns if about.tracks and kind == TRACKS else about.columns):
         yield "has other columns than the campaign"
         return
     tables[kind] = rows
 
 
-def _agree(document: Mapping[str, Any], parts: pl.DataFrame, tracks: pl.DataFrame) -> bool:
+def _agree(kept: Kept, parts: pl.DataFrame, tracks: pl.DataFrame) -> bool:
     """Whether the tracks of a part have every kept sample of each of its runs, in their order."""
-    kept = document["tracks"]
     case = parts["case"].to_numpy()
-    samples, dt = (np.array(kept[name])[case] for name in ("samples", "dt"))
-    rows = counts(parts["failed"].to_numpy(), samples, dt, int(kept["every"]))
+    samples, dt = (np.array(one)[case] for one in (kept.samples, kept.dt))
+    rows = counts(parts["failed"].to_numpy(), samples, dt, kept.every)
     return np.array_equal(np.repeat(parts["run"].to_numpy(), rows), tracks["run"].to_numpy())

@@ -65,10 +65,10 @@ def _look(folder: str, verify: bool, json: bool) -> None:
     if json:
         emit(found.document)
     else:
-        about = found.held.document
-        kept = about.get("tracks")
-        told = [f"tracks of each run, every {kept['every']} samples: {', '.join(kept['columns'])}"] if kept else []
-        say_lines(f"{about['name']}: {found.done} of {found.held.parts} parts of {about['rows']} runs are done", *told,
+        about = found.held.manifest
+        kept = about.tracks
+        told = [f"tracks of each run, every {kept.every} samples: {', '.join(kept.columns)}"] if kept else []
+        say_lines(f"{about.name}: {found.done} of {found.held.parts} parts of {about.rows} runs are done", *told,
                   *([f"digest {found.digest}"] if found.digest else []))  # fmt: skip
     for fault in found.faults:
         note(f"error: {fault}")

@@ -148,11 +148,22 @@ def json_of(path: Path, schema: str, error: type[RequestError] = RequestError, r
         error: not such a file, or one of another schema.
     """
     try:
-        said = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as why:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as why:
         raise _unread(path, why, error, remedy) from None
+    return json_in(text, schema, path, error, remedy)
+
+
+def json_in(
+    text: str | bytes, schema: str, where: object, error: type[RequestError] = RequestError, remedy: str = ""
+) -> dict[str, Any]:
+    """As `json_of`, of the content of a file or of what a file holds."""
+    try:
+        said = json.loads(text)
+    except (ValueError, RecursionError) as why:
+        raise _unread(where, why, error, remedy) from None
     with _helped(error, remedy):
-        return of_schema(said, schema, path, error)
+        return of_schema(said, schema, str(where), error)
 
 
 def read_json(
@@ -225,7 +236,7 @@ def _helped(error: type[RequestError], remedy: str) -> Generator[None]:
         raise error(f"{why}{remedy and f'; {remedy}'}") from None
 
 
-def _unread(path: Path, why: Exception, error: type[RequestError], remedy: str) -> RequestError:
+def _unread(path: object, why: Exception, error: type[RequestError], remedy: str) -> RequestError:
     told = f"it has no {why}" if isinstance(why, KeyError) else " ".join(str(why).split())[:200] or type(why).__name__
     return error(f"{path}: cannot be read: {told}{remedy and f'; {remedy}'}")
 

@@ -14,10 +14,10 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any
 
-from ..core.kinds import wrong_kind
 from ..core.parameters import Free, ParameterError, read, specs, unknown
+from ..core.records import Limits, read_record
 from ..data import DataError, Trial
 from ..data.check.track import own_samples
 from ..data.documents import read_toml
@@ -235,42 +235,29 @@ class Composition:
         return tuple(name for part in self.parts.values() for name in part)
 
 
+@dataclass(frozen=True)
+class _Sets:
+    """A file of sets: recordings by the letter of their kind, set by set, and where they are from."""
+
+    sets: Annotated[Mapping[str, Annotated[Mapping[str, tuple[str, ...]], Limits(entries=1)]], Limits(entries=1)]
+    source: Any = None
+
+
 def read_compositions(path: str | Path) -> dict[str, Composition]:
     """Read a file of sets.
 
     Raises:
-        DataError: no such file, another schema, a list that holds no names, or a recording named twice in one set.
+        DataError: as `read_record`, or a recording named twice in one set.
     """
     here = Path(path)
-    if not here.exists():
-        raise DataError(f"{here}: no such file of sets")
-    document = read_toml(here)
-    if document.get("schema") != SCHEMA:
-        raise DataError(wrong_kind(here, document.get("schema"), SCHEMA))
-    stray = [key for key in document if key not in ("schema", "source", "sets")]
-    if stray:
-        raise DataError(f"{here}: {unknown(stray[0], ('schema', 'source', 'sets'), 'key')}")
-    sets = document.get("sets")
-    if not isinstance(sets, dict) or not sets:
-        raise DataError(f"{here}: no set; write [sets.NAME] with a list of recordings for each kind")
-    return {name: _composition(here, name, table) for name, table in cast("dict[str, Any]", sets).items()}
-
-
-def _composition(path: Path, name: str, table: Any) -> Composition:
-    if not isinstance(table, dict) or not table:
-        raise DataError(f"{path}: sets.{name} must be a table with a list of recordings for each kind")
-    parts: dict[str, tuple[str, ...]] = {}
-    seen: dict[str, str] = {}
-    for kind, value in cast("dict[str, Any]", table).items():
-        names = cast("list[Any]", value) if isinstance(value, list) else [value]
-        if not isinstance(value, list) or not all(isinstance(one, str) for one in names):
-            raise DataError(f"{path}: sets.{name}.{kind} must be a list of names")
-        for one in names:
-            if one in seen:
-                raise DataError(f"{path}: sets.{name}.{kind}: {one} is in {seen[one]} already; name it once")
-            seen[one] = kind
-        parts[kind] = tuple(names)
-    return Composition(name, parts)
+    found = read_record(here, _Sets, SCHEMA, DataError)
+    for name, parts in found.sets.items():
+        kinds: dict[str, str] = {}
+        for kind, one in ((kind, one) for kind, names in parts.items() for one in names):
+            if one in kinds:
+                raise DataError(f"{here}: sets.{name}.{kind}: {one} is in {kinds[one]} already; name it once")
+            kinds[one] = kind
+    return {name: Composition(name, parts) for name, parts in found.sets.items()}
 
 
 def expanded(where: str, entries: Iterable[str], sets: Mapping[str, Composition]) -> list[str]:

@@ -368,7 +368,7 @@ def test_a_saved_twin_is_the_same_twin(twin, tmp_path: Path) -> None:
     assert other.masked == one.masked == ("u_w",)
     np.testing.assert_array_equal(other.follower.cov, one.follower.cov)
     about = json.loads((tmp_path / "a.json").read_text())
-    about["alarms"][0] |= {"held": "0.5", "rate": "0.25", "over": "9.0", "score": "3.0"}
+    about["alarms"][0] |= {"held": 0.5, "rate": 0.25, "over": 9.0, "score": 3.0}
     (tmp_path / "a.json").write_text(json.dumps(about))
     load_state(other, tmp_path / "a.json")
     (alarm,) = other.alarms

@@ -7,8 +7,7 @@ them share all inputs but one with A, and would make every interval too narrow.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -125,7 +124,7 @@ class Analysis:
     @property
     def cases(self) -> tuple[str, ...]:
         """Names of the cases."""
-        return tuple(self.held.document["cases"])
+        return self.held.manifest.cases
 
     @property
     def indices(self) -> tuple[str, ...]:
@@ -135,9 +134,9 @@ class Analysis:
 
 def index_names(held: Held) -> tuple[str, ...]:
     """Columns of the table that are indices."""
-    other = {"run", "case", "failed", "complete", *WEATHER, *STATES, *held.document["inputs"]}
-    judged = {f"{name}_met" for name in held.document["criteria"]}
-    return tuple(name for name in held.document["columns"] if name not in other | judged and "." not in name)
+    other = {"run", "case", "failed", "complete", *WEATHER, *STATES, *held.manifest.inputs}
+    judged = {f"{name}_met" for name in held.manifest.criteria}
+    return tuple(name for name in held.manifest.columns if name not in other | judged and "." not in name)
 
 
 @dataclass(frozen=True)
@@ -160,10 +159,10 @@ class _Rows:
 
     def single(self, values: Array, runs: Array) -> Array:
         """Those of independent runs: all, or A and B of each block."""
-        if self.held.document["design"] != "saltelli":
+        if self.held.manifest.design != "saltelli":
             return values
-        block = len(self.held.document["inputs"]) + 2
-        return values[np.isin(runs % self.held.document["runs"] % block, (0, block - 1))]
+        block = len(self.held.manifest.inputs) + 2
+        return values[np.isin(runs % self.held.manifest.runs % block, (0, block - 1))]
 
 
 def analyse(held: Held) -> Analysis:
@@ -173,7 +172,7 @@ def analyse(held: Held) -> Analysis:
         CampaignError: no part is there, or one is damaged.
     """
     table = scan(held)
-    cases = [_Rows(held, table, number) for number in range(len(held.document["cases"]))]
+    cases = [_Rows(held, table, number) for number in range(len(held.manifest.cases))]
     runs = [rows.column("run") for rows in cases]
     figures, judged, drawn = list[Figure](), list[Judged](), dict[str, Histogram]()
     for name in index_names(held):
@@ -192,21 +191,15 @@ def analyse(held: Held) -> Analysis:
 
 def _judged(rows: _Rows, index: str, runs: Array, values: Array, alone: Array) -> Iterator[Judged]:
     """The verdicts on an index, where criteria bound it."""
-    for name, bound in rows.held.document["criteria"].items():
-        if bound["index"] != index:
+    for name, bound in rows.held.manifest.criteria.items():
+        if bound.index != index:
             continue
-        low, high = bounds(bound)
+        low, high = bound.low, bound.high
         there = alone[np.isfinite(alone)]
         counted = Proportion(int(np.count_nonzero(margin(there, low, high) < 0)), len(there))
         worst = tuple(Extreme(one.run, float(values[np.searchsorted(runs, one.run)]))
                       for one in _most(runs, -margin(values, low, high)))  # fmt: skip
         yield Judged(rows.case, name, index, low, high, counted, len(alone) - len(there), worst)
-
-
-def bounds(written: Mapping[str, Any]) -> tuple[float, float]:
-    """Bounds of a criterion as a manifest has them: an open one is null."""
-    low, high = written["low"], written["high"]
-    return -math.inf if low is None else float(low), math.inf if high is None else float(high)
 
 
 def margin(values: Array, low: float, high: float) -> Array:
@@ -225,15 +218,15 @@ def _most(runs: Array, values: Array, sign: float = 1.0) -> tuple[Extreme, ...]:
 
 
 def _sensitivity(rows: _Rows, runs: Array, values: Array) -> Sensitivity | None:
-    names, about = tuple(rows.held.document["inputs"]), rows.held.document
+    names, about = rows.held.manifest.inputs, rows.held.manifest
     if not names:
         return None
-    if about["design"] != "saltelli":
+    if about.design != "saltelli":
         # a grid is no sample of its first runs
-        last = len(values) if about["design"] == "grid" else min(len(values), _GIVEN)
+        last = len(values) if about.design == "grid" else min(len(values), _GIVEN)
         return given_data({name: rows.column(name)[:last] for name in names}, values[:last])
     block = len(names) + 2
-    place = runs % about["runs"]
+    place = runs % about.runs
     blocks, counts = np.unique(place // block, return_counts=True)
     whole = np.isin(place // block, blocks[counts == block])  # parts may be missing, and cut a block
     return saltelli(names, values[whole])

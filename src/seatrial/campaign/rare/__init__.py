@@ -20,7 +20,7 @@ from ...manoeuvres import Manoeuvre
 from .. import Campaign, CampaignError
 from .. import chunk as chunks
 from ..chunk import Runs
-from .levels import Sought, begin, cube_of, level_path, read_level, read_manifest, write_level
+from .levels import Sought, begin, cube_of, level_path, read_level, read_search, write_level
 from .subset import MOST, SHARE, Estimate, Level, estimate, first_level, next_level
 
 __all__ = ["RUNS", "Rare", "Sought", "rare", "replay"]
@@ -135,9 +135,9 @@ def replay(campaign: Campaign, folder: Path, run: int) -> tuple[Runs, Manoeuvre,
     Raises:
         CampaignError: a folder of another search, or no such run.
     """
-    document = read_manifest(folder)
-    sought = Sought(campaign, str(document["criterion"]), int(document["runs"]))
-    if document["digest"] != sought.digest:
+    about = read_search(folder)
+    sought = Sought(campaign, about.criterion, about.runs)
+    if about.digest != sought.digest:
         raise CampaignError(f"{folder}: its ships or the version have changed since the search; nothing is replayed")
     case, row = divmod(run, sought.runs)
     paths = [path for k in range(MOST) if (path := level_path(folder, case, k)).exists()]

@@ -9,26 +9,27 @@ A level names its search, so that one of another cannot be taken for it.
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
 from ... import __version__
 from ...core.files import write_together, write_whole
+from ...core.records import Limits, Positive, from_json, json_in, read_json, to_json
 from ...data import Array
 from .. import Campaign, CampaignError
 from ..analysis import margin
 from ..chunk import sailed_at
 from .subset import Level, Limit
 
-SCHEMA = "seatrial-campaign-rare/1"
-MANIFEST = "search.json"
+SCHEMA = "seatrial-campaign-rare/2"
+SEARCH = "search.json"
+_KEY = "seatrial.rare"
 
 # Cumulated probabilities stay off 0 and 1, whose quantiles may be infinite.
 _EDGE = 2.0**-53
@@ -39,6 +40,38 @@ def cube_of(points: Array) -> Array:
     from scipy.special import ndtr
 
     return np.clip(ndtr(points), _EDGE, 1.0 - _EDGE)
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the folder of a search says of it.
+
+    Attributes:
+        name, version, digest: of the campaign, the seatrial that began it, and all that defines the numbers.
+        criterion, index, runs: what is sought, the index that it bounds, runs of each level.
+        cases: names.
+        source, text: the file of the campaign, and what that held; None without one.
+    """
+
+    name: str
+    version: str
+    digest: str
+    criterion: str
+    index: str
+    runs: int
+    cases: tuple[str, ...]
+    source: str | None
+    text: str | None
+
+
+@dataclass(frozen=True)
+class _About:
+    """What the file of a level says beside its table; see `Level`."""
+
+    search: str
+    bound: Annotated[float, Limits(null=math.inf)]
+    accepted: Annotated[float, Limits(least=0.0, most=1.0)]
+    step: Positive
 
 
 @dataclass(frozen=True)
@@ -90,30 +123,26 @@ def begin(sought: Sought, folder: Path, source: Path | None = None) -> None:
     Raises:
         CampaignError: it holds something else.
     """
-    manifest = folder / MANIFEST
+    manifest = folder / SEARCH
     if manifest.exists():
-        if read_manifest(folder).get("digest") != sought.digest:
+        if read_search(folder).digest != sought.digest:
             raise CampaignError(f"{folder}: holds another search (criterion, --runs, campaign or version differ); "
                                 "choose another folder with -o")  # fmt: skip
         return
     if folder.exists() and any(path.name[0] != "." for path in folder.iterdir()):
         raise CampaignError(f"{folder}: is not empty and holds no search for a rare event; choose another with -o")
     folder.mkdir(parents=True, exist_ok=True)
-    document = {"schema": SCHEMA, "name": sought.campaign.name, "version": __version__, "digest": sought.digest,
-                "criterion": sought.criterion, "index": sought.index, "runs": sought.runs,
-                "cases": [case.name for case in sought.campaign.cases],
-                "source": None if source is None else str(source.resolve()),
-                "text": None if source is None else source.read_text(encoding="utf-8")}  # fmt: skip
-    write_whole(manifest, json.dumps(document, indent=1) + "\n")
+    found = Search(
+        sought.campaign.name, __version__, sought.digest, sought.criterion, sought.index, sought.runs,
+        tuple(case.name for case in sought.campaign.cases), None if source is None else str(source.resolve()),
+        None if source is None else source.read_text(encoding="utf-8"),
+    )  # fmt: skip
+    write_whole(manifest, to_json(found, SCHEMA))
 
 
-def read_manifest(folder: Path) -> dict[str, Any]:
-    """What the folder of a search says of it; empty where it is damaged or missing."""
-    try:
-        document: Any = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return document if isinstance(document, dict) and document.get("schema") == SCHEMA else {}
+def read_search(folder: Path) -> Search:
+    """What the folder of a search says of it; raises `CampaignError` as of `read_json`."""
+    return read_json(folder / SEARCH, Search, SCHEMA, CampaignError)
 
 
 def level_path(folder: Path, case: int, number: int) -> Path:
@@ -132,8 +161,7 @@ def write_level(sought: Sought, case: int, level: Level, path: Path) -> None:
     sailed = sought.sail(case, level.points)
     columns = {name: np.asarray(column, dtype=np.float64) for name, column in sailed.items()}
     columns |= {"margin": level.margins, **{f"z_{k}": column.copy() for k, column in enumerate(level.points.T)}}
-    about = {"seatrial.rare": sought.digest, "bound": repr(level.bound), "accepted": repr(level.accepted),
-             "step": repr(level.step)}  # fmt: skip
+    about = {_KEY: to_json(_About(sought.digest, level.bound, level.accepted, level.step), SCHEMA)}
     path.parent.mkdir(parents=True, exist_ok=True)
     write_together({path: lambda scratch: pl.DataFrame(columns).write_parquet(scratch, metadata=about)})
 
@@ -147,14 +175,15 @@ def read_level(sought: Sought, path: Path) -> tuple[Level, Mapping[str, Array]]:
     import polars as pl
 
     try:
-        about, table = pl.read_parquet_metadata(path), pl.read_parquet(path)
-        numbers = [float(about[key]) for key in ("bound", "accepted", "step")]
+        said, table = pl.read_parquet_metadata(path).get(_KEY, "null"), pl.read_parquet(path)
         points = np.column_stack([table[name].to_numpy() for name in table.columns if name.startswith("z_")])
         margins = table["margin"].to_numpy()
-    except (OSError, KeyError, ValueError, pl.exceptions.PolarsError) as error:
+    except (OSError, ValueError, pl.exceptions.PolarsError) as error:
         why = str(error).splitlines()[0]
         raise CampaignError(f"{path}: cannot be read ({why}); delete it and search again") from None
-    if about.get("seatrial.rare") != sought.digest or len(margins) != sought.runs or math.isnan(sum(numbers)):
+    remedy = "delete it and search again"
+    about = from_json(_About, json_in(said, SCHEMA, path, CampaignError, remedy), path, CampaignError)
+    if about.search != sought.digest or len(margins) != sought.runs:
         raise CampaignError(f"{path}: is of another search; delete it and search again")
     rows = {name: table[name].to_numpy() for name in table.columns if name != "margin" and not name.startswith("z_")}
-    return Level(points, margins, *numbers), rows
+    return Level(points, margins, about.bound, about.accepted, about.step), rows

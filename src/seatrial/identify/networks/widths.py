@@ -11,18 +11,20 @@ together.  Scores of the widths are kept beside a checkpoint, so that a killed r
 from __future__ import annotations
 
 import itertools
-import json
 import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
+from ...core.errors import RequestError
 from ...core.executors import Pool
 from ...core.files import write_whole
+from ...core.records import Limits, read_json, to_json
 from ...data import Trial
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..lint import linted
@@ -32,6 +34,8 @@ from ..resume import begin_anew, digest, foreign
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.shooting import Trajectory
 from ..watch import stage, start
+
+_SCHEMA = "seatrial-widths/1"
 
 
 @dataclass(frozen=True)
@@ -232,6 +236,14 @@ def _pooled(parts: Iterable[tuple[float, float]]) -> float:
     return total / max(count, 1e-300)
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """The file of the scores: of which problem, and (width, score); infinite where the model blew up."""
+
+    digest: str
+    scores: tuple[tuple[float, Annotated[float, Limits(null=math.inf)]], ...]
+
+
 @dataclass
 class Scores:
     """Score of each width; the only mutable record of the selection.
@@ -257,18 +269,16 @@ class Scores:
         if path is None or not path.exists():
             return Scores(path, digest)
         try:
-            kept = json.loads(path.read_text(encoding="utf-8"))
-            found = {float(width): float(score) for width, score in kept["scores"]}
-            same = kept["digest"] == digest
-        except (ValueError, KeyError, TypeError):
+            kept = read_json(path, _Kept, _SCHEMA)
+        except RequestError:
             begin_anew(path)
             return Scores(path, digest)
-        if not same:
+        if kept.digest != digest:
             raise foreign(path)
-        return Scores(path, digest, found)
+        return Scores(path, digest, dict(kept.scores))
 
     def note(self, width: float, score: float) -> None:
         """Note the score of a width, and write all in one step."""
         self.found[width] = score
-        if self.path is not None:  # Infinity is JSON of Python's own
-            write_whole(self.path, json.dumps({"digest": self.digest, "scores": list(self.found.items())}))
+        if self.path is not None:
+            write_whole(self.path, to_json(_Kept(self.digest, tuple(self.found.items())), _SCHEMA))

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.records import Limits
 from ...data import Array
 from ...data.prepare import turns
 from ...environment import CHANNELS
@@ -28,7 +30,7 @@ class Override:
 
     how: str
     now: float
-    rate: float = math.inf
+    rate: Annotated[float, Limits(null=math.inf)] = math.inf
 
     def acts(self, logged: float, span: float) -> float:
         """The control as it acts, for a row of `span` seconds."""

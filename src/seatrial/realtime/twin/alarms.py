@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated
 
+from ...core.records import Limits
 from .suspects import JUMP, LOST, RAMP, STUCK, Evidence, Suspect
 
 # A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
@@ -19,6 +21,9 @@ _ALIKE = 4.0
 UNEXPLAINED = "the model does not explain the readings"
 WRONG = "the model is not that of the ship, or the log is wrong"
 FROZEN = "frozen"
+
+Endless = Annotated[float, Limits(null=math.inf)]
+"""A number that may be infinite, for which a file has null."""
 
 
 @dataclass(frozen=True)
@@ -46,11 +51,11 @@ class Alarm:
     named: float
     size: tuple[float, ...] = ()
     unit: str = ""
-    score: float = math.inf
+    score: Endless = math.inf
     rivals: tuple[str, ...] = ()
-    over: float = math.inf
+    over: Endless = math.inf
     held: float = math.nan
-    rate: float = math.inf
+    rate: Endless = math.inf
 
     @property
     def text(self) -> str:

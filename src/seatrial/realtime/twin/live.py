@@ -165,15 +165,11 @@ class Live:
         """Controls and environment as they are now, and as they are believed to act."""
         return self._acted(_Kept(0.0, self._acting.now, self._acting.now), 0.0)
 
-    def held(self) -> dict[str, object]:
-        """What a saved state needs besides estimate, alarms and tallies."""
-        return {
-            "acting": self._acting.now.tolist(),
-            "masked": {self.machine.channels[k]: self.alarms.index(one) for k, one in self._masked.items()
-                       if one in self.alarms},
-            "overrides": {name: {"how": one.how, "now": one.now, "rate": one.rate}
-                          for name, one in self._overrides.items()},
-        }  # fmt: skip
+    def held(self) -> tuple[Array, Mapping[str, int], Mapping[str, Override]]:
+        """What a saved state needs besides estimate, alarms and tallies: acting, masked, overrides."""
+        masked = {self.machine.channels[k]: self.alarms.index(one) for k, one in self._masked.items()
+                  if one in self.alarms}  # fmt: skip
+        return self._acting.now, masked, self._overrides
 
     def hold(self, acting: Array, masked: Mapping[str, int], overrides: Mapping[str, Override]) -> None:
         """Set what `held` gave."""

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ...core.files import write_whole
+from ...core.records import read_json, short, to_json
+from ...data import Array
 from ...identify import StudyError
 from ...ships import Entry, Ship
 from .acting import Override
@@ -21,7 +19,36 @@ from .follow import Follower
 from .live import Live
 from .tally import Hour
 
-_FORMAT = "seatrial-twin/1"
+_FORMAT = "seatrial-twin/2"
+
+
+@dataclass(frozen=True)
+class _Saved:
+    """The file of a state.
+
+    Attributes:
+        ship, names, channels: whose it is, the entries of its state and its readings.
+        t, mean, cov: time [s] and estimate, shapes (n,) and (n, n).
+        alarms, hours, level: what was found, and how large the innovations were.
+        trust: forecasts by horizon [s].
+        acting: controls and environment as last logged; NaN before the first reading.
+        masked: number of the alarm by channel that is not believed.
+        overrides: controls at fault.
+    """
+
+    ship: str
+    names: tuple[str, ...]
+    channels: tuple[str, ...]
+    t: float
+    mean: Array
+    cov: Array
+    alarms: tuple[Alarm, ...]
+    hours: tuple[Hour, ...]
+    level: float
+    trust: Mapping[str, Score]
+    acting: Array
+    masked: Mapping[str, int]
+    overrides: Mapping[str, Override]
 
 
 def save_state(live: Live, path: Path) -> None:
@@ -29,14 +56,11 @@ def save_state(live: Live, path: Path) -> None:
     follower = live.follower
     if follower is None:
         return
-    about = {
-        "schema": _FORMAT, "ship": live.machine.ship.name, "names": list(live.machine.names),
-        "channels": list(live.machine.channels), "t": follower.t, "mean": follower.mean.tolist(),
-        "cov": follower.cov.tolist(), "alarms": [_plain(asdict(one)) for one in live.alarms],
-        "hours": [asdict(one) for one in live.tally.hours], "level": live.tally.level, **live.held(),
-        "trust": {str(h): asdict(one) for h, one in live.trust.scores.items()},
-    }  # fmt: skip
-    write_whole(path, json.dumps(_plain(about), allow_nan=False) + "\n")
+    machine = live.machine
+    found = _Saved(machine.ship.name, machine.names, machine.channels, follower.t, follower.mean, follower.cov,
+                   tuple(live.alarms), tuple(live.tally.hours), live.tally.level,
+                   {str(h): one for h, one in live.trust.scores.items()}, *live.held())  # fmt: skip
+    write_whole(path, to_json(found, _FORMAT))
 
 
 def load_state(live: Live, path: Path) -> float:
@@ -45,51 +69,22 @@ def load_state(live: Live, path: Path) -> float:
     Raises:
         StudyError: not a saved state, or one of another ship, log or choice of parameters.
     """
-    try:
-        about: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        if about["schema"] != _FORMAT:
-            raise KeyError("schema")
-        same = about["ship"] == live.machine.ship.name and about["names"] == list(live.machine.names)
-        if not same or about["channels"] != list(live.machine.channels):
-            what = "the twin of another ship, log or choice of parameters"
-            raise StudyError(f"{path}: {what}; give another folder with -o")
-        live.follower = Follower(live.machine, float(about["t"]), np.array(about["mean"]), np.array(about["cov"]))
-        live.alarms = [_alarm(one) for one in about["alarms"]]
-        live.tally.hours = [Hour(**one) for one in about["hours"]]
-        live.tally.level = float(about["level"])
-        for h, one in about["trust"].items():
-            live.trust.scores[float(h)] = Score(**one)
-        live.hold(np.array([_number(v) for v in about["acting"]]), about["masked"],
-                  {name: Override(one["how"], _number(one["now"]), _number(one["rate"]))
-                   for name, one in about["overrides"].items()})  # fmt: skip
-    except (ValueError, KeyError, TypeError, OSError) as error:
-        if isinstance(error, StudyError):
-            raise
-        raise StudyError(f"{path}: not the saved state of a twin; remove it, or give another folder with -o") from None
-    return live.follower.t
-
-
-def _plain(value: Any) -> Any:
-    """JSON has no infinity: such numbers as text."""
-    if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _number(value: Any) -> float:
-    return float(value)
-
-
-def _alarm(saved: Mapping[str, Any]) -> Alarm:
-    since, named, score, over, held, rate = (
-        float(saved[name]) for name in ("since", "named", "score", "over", "held", "rate")
-    )
-    return Alarm(
-        saved["cause"], saved["how"], tuple(saved["what"]), since, named, tuple(map(float, saved["size"])),
-        saved["unit"], score, tuple(saved["rivals"]), over, held, rate,
-    )  # fmt: skip
+    remedy = "remove it, or give another folder with -o"
+    found, machine = read_json(path, _Saved, _FORMAT, StudyError, remedy), live.machine
+    if (found.ship, found.names, found.channels) != (machine.ship.name, machine.names, machine.channels):
+        what = "the twin of another ship, log or choice of parameters"
+        raise StudyError(f"{path}: {what}; give another folder with -o")
+    size, acting = len(machine.names), len(live.held()[0])
+    if found.mean.shape != (size,) or found.cov.shape != (size, size) or found.acting.shape != (acting,):
+        raise StudyError(f"{path}: mean, cov and acting must be of {size}, {size} x {size} and {acting}; {remedy}")
+    count = len(found.alarms)
+    if stray := [name for name, k in found.masked.items() if name not in machine.channels or not 0 <= k < count]:
+        raise StudyError(f"{path}: masked.{short(stray[0])} is no channel with an alarm; {remedy}")
+    live.follower = Follower(machine, found.t, found.mean, found.cov)
+    live.alarms, live.tally.hours, live.tally.level = list(found.alarms), list(found.hours), found.level
+    live.trust.scores.update({float(h): one for h, one in found.trust.items()})
+    live.hold(found.acting, found.masked, found.overrides)
+    return found.t
 
 
 def learnt(live: Live, log: str) -> Ship:

@@ -34,7 +34,7 @@ def page(analysis: Analysis, units: Mapping[str, str], provenance: Mapping[str, 
         provenance: campaign file, version and the like.
     """
     printed = {name: Unit.of(si) for name, si in units.items()}
-    about = analysis.held.document
+    about = analysis.held.manifest
     parts = (
         Section("", _head(analysis)),
         Section("Criteria", _criteria(analysis, printed)),
@@ -45,23 +45,23 @@ def page(analysis: Analysis, units: Mapping[str, str], provenance: Mapping[str, 
         Section("Provenance", entries(provenance)),
     )
     document: dict[str, Any] = {
-        "schema": SCHEMA, "name": about["name"], "design": about["design"], "rows": analysis.rows,
-        "of": about["rows"], "cases": analysis.cases, "units": dict(units), "figures": analysis.figures,
+        "schema": SCHEMA, "name": about.name, "design": about.design, "rows": analysis.rows,
+        "of": about.rows, "cases": analysis.cases, "units": dict(units), "figures": analysis.figures,
         "histograms": analysis.histograms, "provenance": dict(provenance), "lost": analysis.lost,
         "criteria": [{**vars(one), "probability": one.violated.value, "interval": one.violated.interval,
                       "runs_for_10_percent": one.violated.needed()} for one in analysis.judged],
     }  # fmt: skip
-    return Page(f"Campaign: {about['name']}", parts, document)
+    return Page(f"Campaign: {about.name}", parts, document)
 
 
 def _head(analysis: Analysis) -> Body:
-    about, several = analysis.held.document, len(analysis.cases) > 1
+    about, several = analysis.held.manifest, len(analysis.cases) > 1
     failed = sum(one.failed.hits for one in analysis.lost)
     shown = [(f"{analysis.rows:,}".replace(",", " "), f"runs of {len(analysis.cases)} case{'s' * several}"),
              (str(failed), "failed")]  # fmt: skip
     shown += [(number(one.violated.value), f"violate {worded(one.name)}{_of(analysis, one.case)}")
               for one in analysis.judged[:4]]  # fmt: skip
-    said = f"{', '.join(analysis.cases)}; {len(about['inputs'])} inputs, design {about['design']}."
+    said = f"{', '.join(analysis.cases)}; {len(about.inputs)} inputs, design {about.design}."
     return lead(said) + tiles(shown) + note("Read with care", _warnings(analysis))
 
 
@@ -70,18 +70,18 @@ def _of(analysis: Analysis, case: int) -> str:
 
 
 def _warnings(analysis: Analysis) -> Iterator[str]:
-    about = analysis.held.document
-    if analysis.rows < about["rows"]:
-        yield f"{about['rows'] - analysis.rows} of {about['rows']} runs are not computed yet."
-    if about["design"] == "grid":
+    about = analysis.held.manifest
+    if analysis.rows < about.rows:
+        yield f"{about.rows - analysis.rows} of {about.rows} runs are not computed yet."
+    if about.design == "grid":
         yield "The runs are a grid, no sample: quantiles, probabilities and their intervals describe the grid alone."
-    if about["design"] in ("sobol", "latin-hypercube"):
+    if about.design in ("sobol", "latin-hypercube"):
         yield "The points fill the space more evenly than random ones: the intervals are wider than they need be."
-    if about["design"] == "saltelli":
+    if about.design == "saltelli":
         yield ("Distributions and probabilities are those of runs A and B of each block; the runs between them share "
                "their inputs.")  # fmt: skip
     dropped = max((one.sensitivity.dropped for one in analysis.figures if one.sensitivity), default=0)
-    if dropped and about["design"] == "saltelli":
+    if dropped and about.design == "saltelli":
         yield (f"Up to {dropped} blocks hold a run that did not reach an index, and are left out of its "
                "sensitivities.")  # fmt: skip
     cut = {worded(one.index) for one in analysis.figures
@@ -138,7 +138,7 @@ def _sensitivities(analysis: Analysis, units: Units) -> Body:
         return ()
     drawn = [figure(shares(one), f"{worded(at.index).capitalize()}{_of(analysis, at.case)}: {one.method}")
              for at, one in found if at.case < _CHARTS]  # fmt: skip
-    sobol = analysis.held.document["design"] == "saltelli"
+    sobol = analysis.held.manifest.design == "saltelli"
     head = ["index", "case", "input", "alone", "±", *(["with interactions", "±"] if sobol else ["rank correlation"])]
     rows = [
         [worded(at.index), analysis.cases[at.case], e.name, number(e.first), number(e.first_error, 2),

@@ -6,13 +6,12 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from ...campaign import Campaign, CampaignError
 from ...campaign.chunk import replay
-from ...campaign.folder import Held, open_folder
+from ...campaign.folder import Held, Manifest, open_folder
 from ...campaign.rare import replay as replay_rare
-from ...campaign.rare.levels import read_manifest
+from ...campaign.rare.levels import SEARCH, Search, read_search
 from ...campaign.running import Ran, Shard, Watch, run
 from ...campaign.tables import merge, wrong_parts
 from ...core import executors
@@ -47,9 +46,9 @@ class Status:
     @property
     def document(self) -> dict[str, object]:
         """For JSON."""
-        about: Mapping[str, Any] = self.held.document
-        return {"folder": self.held.folder, "name": about["name"], "parts": self.held.parts, "done": self.done,
-                "rows": about["rows"], "tracks": about.get("tracks"), "digest": self.digest,
+        about = self.held.manifest
+        return {"folder": self.held.folder, "name": about.name, "parts": self.held.parts, "done": self.done,
+                "rows": about.rows, "tracks": about.tracks, "digest": self.digest,
                 "faults": list(self.faults)}  # fmt: skip
 
 
@@ -150,9 +149,9 @@ class Replayed:
     complete: bool
 
 
-def _plan(document: Mapping[str, Any], folder: str) -> tuple[Campaign, str]:
+def _plan(about: Manifest | Search, folder: str) -> tuple[Campaign, str]:
     """The campaign of a manifest, and the file that it was read from."""
-    text, source = (str(document.get(key) or "") for key in ("text", "source"))
+    text, source = about.text, about.source
     if not text or not source:
         raise RequestError(f"{folder}: was not begun from a campaign file; its runs cannot be replayed from here")
     return campaign_of(toml_of(text), Path(source)), source
@@ -168,14 +167,14 @@ def replayed(where: str | Path, run_number: int, out: Path | None = None) -> Rep
         RequestError: a folder without the text of its campaign, or no run of this number.
     """
     check_output(out, (".csv", ".parquet"), "a trial file")
-    search = {} if "://" in str(where) else read_manifest(Path(where))
-    if search:
-        runs, policy, trial = replay_rare(_plan(search, str(where))[0], Path(where), run_number)
+    if "://" not in str(where) and (Path(where) / SEARCH).exists():
+        plan, _ = _plan(read_search(Path(where)), str(where))
+        runs, policy, trial = replay_rare(plan, Path(where), run_number)
     else:
         held = open_folder(where)
-        plan, source = _plan(held.document, held.folder)
-        plan = on_devices(plan, held.document["devices"])
-        if plan.digest != held.document["digest"]:
+        plan, source = _plan(held.manifest, held.folder)
+        plan = on_devices(plan, held.manifest.devices)
+        if plan.digest != held.manifest.digest:
             changed = f"the ships of {source} or the version have changed since"
             raise RequestError(f"{held.folder}: {changed}; nothing is replayed")
         runs, policy, trial = replay(plan, run_number)

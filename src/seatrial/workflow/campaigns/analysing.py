@@ -39,15 +39,15 @@ def report(where: str | Path, out: Path | None = None) -> Path:
     path = beside(held, out, REPORT)
     if held.place.path is not None and path.with_suffix(".json").resolve() == (held.place.path / MANIFEST).resolve():
         raise RequestError(f"{path}: its numbers would overwrite {held.folder}/{MANIFEST}; choose another name with -o")
-    about = held.document
-    origin = {"campaign": str(about["source"] or "Python"), "folder": str(held.place.everywhere()),
-              "seed": str(about["seed"]), "digest": about["digest"], "seatrial": about["version"]}  # fmt: skip
+    about = held.manifest
+    origin = {"campaign": str(about.source or "Python"), "folder": str(held.place.everywhere()),
+              "seed": str(about.seed), "digest": about.digest, "seatrial": about.version}  # fmt: skip
     return write(path, page(analyse(held), _units(held), origin))
 
 
 def _units(held: Held) -> dict[str, str]:
     """SI unit of each index; none of a campaign whose ships or file are gone, whose numbers remain SI."""
-    text, source = (str(held.document.get(key) or "") for key in ("text", "source"))
+    text, source = held.manifest.text, held.manifest.source
     if not text or not source:
         return {}
     try:
