@@ -69,12 +69,18 @@ def lasting(out: Path) -> dict[str, object]:
             found[name] = [line for line in path.read_text().splitlines() if not line.startswith("date = ")]
         elif path.suffix == ".npz":
             with np.load(path) as arrays:
-                found[name] = {key: arrays[key].tobytes() for key in sorted(arrays)}
+                found[name] = {key: _bytes(arrays[key]) for key in sorted(arrays)}
         elif path.suffix in (".csv", ".yaml", ".parquet") and path.name != "history.csv":
             found[name] = path.read_bytes()
         elif path.name != "history.csv":  # its rows end with the seconds
             found[name] = path.suffix
     return found
+
+
+def _bytes(array: np.ndarray) -> object:
+    """A document in an archive carries the seconds that the run took, as a JSON file does."""
+    text = str(array) if array.dtype.kind == "U" and array.ndim == 0 else ""
+    return _timeless(json.loads(text)) if text.startswith("{") else array.tobytes()
 
 
 def _timeless(value: object) -> object:

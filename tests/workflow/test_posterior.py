@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from interrupted import lasting
 from seatrial.belief.drawn import read_draws
 from seatrial.belief.reading import posterior
 from seatrial.identify import StudyError
@@ -53,6 +54,21 @@ def run(tmp_path_factory) -> tuple[Path, Path]:
     study.write_text(STUDY)
     identify(study, folder / "run", sample=400)
     return study, folder / "run"
+
+
+def test_a_run_that_ended_between_draws_and_report_ends_as_one_that_was_not(run, tmp_path, monkeypatch):
+    study, whole = run
+
+    def ended(_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as one:
+        one.setattr("seatrial.belief.drawn.inference_data", ended)
+        with pytest.raises(KeyboardInterrupt):
+            identify(study, tmp_path / "run", sample=400)
+    assert read_draws(tmp_path / "run") is not None
+    identify(study, tmp_path / "run", sample=400)
+    assert lasting(tmp_path / "run") == lasting(whole)
 
 
 def test_the_run_folder_has_draws_summary_and_section(run):

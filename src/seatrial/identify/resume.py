@@ -72,6 +72,14 @@ def kept_arrays(path: Path | None, digest: str, needed: Iterable[str]) -> dict[s
     return found
 
 
+def digest_of(path: Path) -> str:
+    """Fingerprint of the problem that a checkpoint belongs to; empty where the file is damaged."""
+    try:
+        return str(unpacked(path.read_bytes())["digest"])
+    except (ValueError, KeyError, SyntaxError):
+        return ""
+
+
 def foreign(path: Path, which: str = "") -> ResumeError:
     """The error for a file that belongs to another problem."""
     return ResumeError(f"{path} belongs to another problem{which}; choose another output folder")

@@ -8,9 +8,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...identify import Fit, StudyError
+from ...identify.resume import digest_of
 from .. import RequestError, Sink
 
 if TYPE_CHECKING:
+    from ...belief.drawn import Draws
     from ..plans import Job, Plan
 
 CHECKPOINT = "checkpoint.posterior.npz"
@@ -40,6 +42,12 @@ def check_sample(plan: Plan, count: int | None) -> None:
                            "use shooting:Trajectory")  # fmt: skip
 
 
+def _unreported(job: Job, kept: Draws) -> bool:
+    """Whether the run that made these draws ended before its report: then it left the checkpoint of their chains."""
+    path = job.where / CHECKPOINT
+    return path.exists() and digest_of(path) == kept.said["digest"]
+
+
 def drawn_for(job: Job, fits: Mapping[str, Fit], count: int, sink: Sink) -> dict[str, Fit]:
     """The fit of a job with its draws as details, by its name; empty where so many are in its folder already.
 
@@ -52,7 +60,7 @@ def drawn_for(job: Job, fits: Mapping[str, Fit], count: int, sink: Sink) -> dict
 
     fit = fits.get(job.name) or load_fit(job.where)
     kept = read_draws(job.where)
-    if kept is not None and kept.fit == fit.digest and len(kept.flat) >= count:
+    if kept is not None and kept.fit == fit.digest and len(kept.flat) >= count and not _unreported(job, kept):
         sink.note(f"{job.where}: {len(kept.flat)} draws of the posterior are done already")
         return {}
     last = time.perf_counter()
