@@ -25,8 +25,7 @@ from seatrial.data.prepare import integral, nearest_rows, resample, shifted
 from seatrial.data.prepare.steps import Step, mended
 from seatrial.environment.chart import Bank, Chart, Quay
 from seatrial.environment.fenders import CURVES, Fender
-from seatrial.environment.grid import Size, grid_of
-from seatrial.environment.suction import between, suction
+from seatrial.environment.grid import Size, between, grid_of, suction
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,7 @@ import pytest
 from seatrial.environment.chart import Area, Bank, Chart, ChartError, Quay, crosses, inside, nearest, spaced
 from seatrial.environment.fenders import CURVES, Fender
 from seatrial.environment.geojson import library, load_chart
-from seatrial.environment.grid import SMOOTH, Size, Stop, grid_of
-from seatrial.environment.suction import between, suction
+from seatrial.environment.grid import SMOOTH, Size, Stop, between, grid_of, suction
 
 SHIP = Size(320.0, 58.0, 20.8)
 FACE = {

@@ -13,8 +13,7 @@ from seatrial.core.errors import ChartError
 from seatrial.environment import CALM, CHANNELS, RANGES, Charted, Environment, Uniform, through_water, to_body, to_earth
 from seatrial.environment.chart import Area, Bank, Chart, Quay, crosses, inside, nearest, offshore, sides, spaced
 from seatrial.environment.fenders import CURVES, Curve, Fender
-from seatrial.environment.grid import _NONE, SMOOTH, Size, Stop, Wall, grid_of
-from seatrial.environment.suction import suction
+from seatrial.environment.grid import _NONE, SMOOTH, Size, Stop, Wall, grid_of, suction
 
 SHIP = Size(100.0, 20.0, 6.0)
 Array = np.ndarray

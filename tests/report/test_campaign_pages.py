@@ -17,8 +17,7 @@ from seatrial.campaign.analysis.proportion import Proportion
 from seatrial.campaign.analysis.sensitivity import Effect, Sensitivity
 from seatrial.campaign.analysis.spread import SHARES, Histogram, Quantile, Spread
 from seatrial.campaign.rare import Rare
-from seatrial.report.campaign import page, rare
-from seatrial.report.campaign.drawings import shares
+from seatrial.report.campaign import page, rare, shares
 from seatrial.report.campaign.shown import Unit, bound, valued
 
 QUANTILES = tuple(Quantile(share, 0.1 * k, 0.1 * k - 0.01, 0.1 * k + 0.01) for k, share in enumerate(SHARES, start=1))

@@ -13,7 +13,7 @@ from network_trials import untrained
 from seatrial.data import Trial
 from seatrial.identify import Problem
 from seatrial.identify.networks.training import Training
-from seatrial.report.series.curves import learning, lines, seconds
+from seatrial.report.series.judged import learning, lines, seconds
 from seatrial.study.schema import Published
 from seatrial.study.series import Cell, Row, Series
 from seatrial.validate.series import Standing, Table

@@ -19,14 +19,14 @@ from seatrial.campaign.bands import Bands
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.report import figures, identifiability
-from seatrial.report.campaign import drawings, rare
+from seatrial.report.campaign import distribution, rare, shares
 from seatrial.report.campaign.shown import Unit
 from seatrial.report.drawing import Frame, _short, _ticks
 from seatrial.report.identifiability import band, correlations, restarts, tracks
 from seatrial.report.judging import bands as judged
 from seatrial.report.judging import coverage, fans
-from seatrial.report.marginals import _marginal
 from seatrial.report.page import html
+from seatrial.report.report import _marginal
 from seatrial.study.grounds import Beyond
 
 LABEL = re.compile(r'<text x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]*)</text>')
@@ -115,14 +115,14 @@ def test_a_marginal_has_the_draws_as_bars_and_laplace_as_a_line() -> None:
 def test_a_histogram_of_a_campaign_has_the_shares_of_its_bars() -> None:
     drawn = Histogram(np.array([0.0, 0.1, 0.3]), np.array([[0.75, 0.25], [0.4, 0.6]]), (0.0, 0.0))
     unit = Unit.of("rad")
-    svg = drawings.distribution(drawn, ("a", "b"), unit, "angle", (0.2, 0.5))
+    svg = distribution(drawn, ("a", "b"), unit, "angle", (0.2, 0.5))
     across, up = axes(svg, 46)
     one, two, bound = lines(svg)
     np.testing.assert_allclose(across(one[:, 0]), np.degrees([0, 0, 0.1, 0.1, 0.3, 0.3]), atol=0.06)
     np.testing.assert_allclose(up(one[:, 1]), [0, 75, 75, 25, 25, 0], atol=0.4)
     np.testing.assert_allclose(up(two[:, 1]), [0, 40, 40, 60, 60, 0], atol=0.4)
     np.testing.assert_allclose(across(bound[:, 0]), np.degrees(0.2), atol=0.06)
-    single = drawings.distribution(Histogram(drawn.edges, drawn.shares[:1], (0.0,)), ("a",), unit, "angle", ())
+    single = distribution(Histogram(drawn.edges, drawn.shares[:1], (0.0,)), ("a",), unit, "angle", ())
     bars = np.array([[float(v) for v in bar] for bar in RECT.findall(single)])
     assert bars[0, 3] / bars[1, 3] == pytest.approx(3.0, rel=0.02)
     assert bars[1, 2] / bars[0, 2] == pytest.approx(2.0, rel=0.02)
@@ -133,7 +133,7 @@ def test_a_histogram_of_a_campaign_has_the_shares_of_its_bars() -> None:
 def test_shares_of_the_inputs_are_bars_with_their_errors_the_largest_first() -> None:
     effects = (Effect("small", 0.1, 0.02, 0.2, 0.03), Effect("large", 0.5, 0.04, 0.75, 0.05),
                Effect("below", -0.05, math.nan, 0.0, math.nan))  # fmt: skip
-    svg = drawings.shares(Sensitivity("saltelli", 9, 0, effects))
+    svg = shares(Sensitivity("saltelli", 9, 0, effects))
     zero, one = (float(x) for x, _, said in LABEL.findall(svg) if said in ("0", "1"))
     names = [said for _, _, said in LABEL.findall(svg) if said in ("small", "large", "below")]
     assert names == ["large", "small", "below"]

@@ -21,8 +21,9 @@ from seatrial.identify import Verdict
 from seatrial.identify.diagnosis.findings import Channel, Contradiction, Diagnosis, Residuals, Suspicion
 from seatrial.identify.posterior.misfit import Misfit, Remainder
 from seatrial.identify.posterior.profile import Profile
-from seatrial.report import diagnosis, figures, identifiability, marginals, rivals, trials
+from seatrial.report import diagnosis, figures, identifiability, rivals, trials
 from seatrial.report import tuning as tunings
+from seatrial.report.report import posterior
 from seatrial.report.series import judged
 from seatrial.workflow.reports import leads
 
@@ -317,7 +318,7 @@ def test_marginals_are_rows_and_the_farthest_are_drawn() -> None:
         flat=draws.reshape(-1, count), laplace=np.eye(count), free=tuple(Free(f"p{k}", 0.0) for k in range(count)),
         seconds=2.0, variance=1.5,
     )  # fmt: skip
-    body = marginals.section(found).html
+    body = posterior(found).html
     (rows,) = tables(body)
     assert rows[4] == ["p3", "3.000", "3.500", "0.25", "0 … 1.00", "2.0", "1.00", "1.004", "432"]
     captions = re.findall(r"<figcaption>([^<]*)<", body)

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from ..engine.field import Field
 from .chart import Bank, Chart, ChartError, Points, nearest, sides, spaced
 from .fenders import CURVES, Curve
-from .suction import suction
 
 SMOOTH = ("chart.per_depth", "chart.bank_x", "chart.bank_y", "chart.quay", "chart.quay_x", "chart.quay_y")
 """What is interpolated: one over depth, suction, distance of the quay [m] and the unit vector towards it."""
@@ -258,3 +257,36 @@ class _Near:
             others = [value for k in walls for value in self.sides[k]]
             sets[at, begin : begin + len(others)] = others
         return names, index.reshape(self.shape), sets, (K, W)
+
+
+Array = NDArray[np.float64]
+
+# Beyond so many lengths the closed form is all rounding; there its first term of the series.
+_FAR = 20.0
+
+
+def between(b: Array) -> Array:
+    """J(b): the double integral of two straight slopes at distance b in lengths."""
+    near = np.minimum(b, _FAR)
+    R = np.sqrt(1.0 + near * near)
+    closed = (1.0 / (near * near * R) - 3.0 * (1.0 / near - 1.0 / R) + 2.0 * (R + near * near / R - 2.0 * near)) / 6.0
+    return np.where(b > _FAR, b**-5.0 / 48.0, closed)
+
+
+def suction(d: Array, h: Array, L: float, images: int = 10) -> Array:
+    """Phi at distances d [m] of a wall from the centreline in water of depth h [m] (infinite where deep).
+
+    Suction of a vertical wall on a ship that passes it, as if its mirror image passed on the other side: double body in
+    potential flow, slender, rigid free surface; sections of a parabola of area A (1 - 4 x^2/L^2).  The side force
+    towards a wall at d from the centreline is rho U^2 (A/L)^2 phi(d/L, h/L), with
+
+        phi = 64/pi (d/L) sum_k J(2 sqrt(d^2 + k^2 h^2)/L), J(b) = 1/6 int_0^1 (1 - 3t + 2t^3) (t^2 + b^2)^(-3/2) dt,
+
+    k over the images in bottom and surface.  It has no yaw moment in a straight run, and the bottom, viscosity and the
+    waves of the ship are not in it: near the bottom it is low (docs/harbour.md).
+    """
+    total = between(2.0 * d / L)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k in range(1, images + 1):
+            total = total + 2.0 * np.where(np.isfinite(h), between(2.0 * np.sqrt(d * d + (k * h) ** 2) / L), 0.0)
+    return 64.0 / math.pi * d / L * total

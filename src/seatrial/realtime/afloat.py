@@ -21,9 +21,9 @@ from .bridge.deck import Deck, Outfit
 from .links.wiring import Note, Wiring, gone, opened, running_beside, tell_places, writing
 from .listening import HERE, address, listen
 from .loop import Loop
+from .on_wire import Lockstep
 from .plant import Plant
 from .range.judge import Judged
-from .range.lockstep import Lockstep
 from .range.panel import Panel
 from .range.scenario import Scenario
 from .range.stage import Line, Stage

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,6 +11,7 @@ from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Any, BinaryIO
 
+from ..core.errors import RunError
 from ..core.parameters import unknown
 from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea.sentences import NmeaError
@@ -328,8 +330,8 @@ class OnWire:
         if self.log is None:
             return
         try:
-            for line, time in spoken:
-                self.log.write(tag_block(Tag(self._speech.source, None, time)) + line)
+            for line, sent in spoken:
+                self.log.write(tag_block(Tag(self._speech.source, None, sent)) + line)
         except OSError as error:
             self.log = None
             loop.tell(self._name, "dropped", f"the log of sentences ends here: {error.strerror}")
@@ -338,10 +340,10 @@ class OnWire:
         """The sentences in as few datagrams as possible."""
         head = TOKEN if self._speech.framed else b""
         data = head
-        for line, time in spoken:
+        for line, sent in spoken:
             part = line
             if self._speech.framed:
-                part = tag_block(Tag(self._speech.source, self._number, time)) + line
+                part = tag_block(Tag(self._speech.source, self._number, sent)) + line
                 self._number = (self._number + 1) % 1000
             if len(data) + len(part) > LARGEST:
                 yield data
@@ -353,3 +355,59 @@ class OnWire:
 
 FIRST = 200_000_001
 """MMSI of the first other ship; no country has the digits 200, so it is never the MMSI of a real ship."""
+
+
+class Lockstep:
+    """Lock step with an autopilot on the wire: waits in the loop for an answer to each sentence of one kind.
+
+    That is ZDA unless another is named: it is the last of its tick, so whoever has it has all.  Where each answer is
+    one datagram, the order of everything is that of the simulated time, whatever the machines are doing: the run is the
+    same each time, and as fast as the autopilot answers.
+
+    Attributes:
+        failure: why it gave up; empty while it did not.
+        answers: answers so far.
+        waited: time for which it has waited [s of the clock].
+        alive: whether an answer can still come.
+    """
+
+    def __init__(self, loop: Loop, on_wire: OnWire, to: str = "ZDA", patience: float = 10.0) -> None:
+        """Wait after each tick in which a sentence `to` is sent, at most `patience` seconds of the clock."""
+        self._on_wire, self._to, self._patience = on_wire, to, patience
+        self.failure, self.answers, self.waited = "", 0, 0.0
+        self.alive: Callable[[], bool] = lambda: True
+        loop.after(self.tick)
+
+    def meet(self) -> None:
+        """Wait for the first valid sentence, by which a wire over udp learns where to send.
+
+        Raises:
+            RunError: none comes.
+        """
+        if not self._answered():
+            raise RunError(f"no valid sentence on {self._on_wire.wire.address} within {self._patience:g} s; is the "
+                           "autopilot running, and sending there?")  # fmt: skip
+
+    def tick(self, loop: Loop) -> None:
+        """Wait, if the sentence was sent; stop the loop where no answer comes.
+
+        An autopilot that has ended is waited for no more: its last orders hold.
+        """
+        if self._to not in self._on_wire.said or self.failure or not self.alive():
+            return
+        if self._answered():
+            self.answers += 1
+        elif self.alive():
+            self.failure = f"no answer within {self._patience:g} s at {loop.t:g} s; each {self._to} is to be answered"
+            loop.stop()
+
+    def _answered(self) -> bool:
+        wire, begin = self._on_wire.wire, time.monotonic()
+        while True:
+            heard = wire.poll()
+            self._on_wire.hold(heard)
+            now = time.monotonic()
+            if heard or now - begin > self._patience or not self.alive():
+                self.waited += now - begin
+                return bool(heard)
+            wire.wait(min(0.2, self._patience))

@@ -19,10 +19,9 @@ from seatrial.data.nmea.ship import KNOT, MILE
 from seatrial.environment import CALM, Uniform
 from seatrial.environment.weather import Gust
 from seatrial.manoeuvres.track import legs
-from seatrial.realtime.range import lockstep
+from seatrial.realtime.on_wire import Lockstep
 from seatrial.realtime.range.alarms import Alarm, Cause, _short
 from seatrial.realtime.range.judge import Judge
-from seatrial.realtime.range.lockstep import Lockstep
 from seatrial.realtime.range.panel import Panel
 from seatrial.realtime.range.pilots import OwnPilot, Sight
 from seatrial.realtime.range.reports import REPORTED, _name, interval
@@ -485,7 +484,7 @@ def test_after_a_corner_the_distance_from_the_leg_before_counts_as_a_distance(si
 def test_an_answer_is_waited_for_as_long_as_it_may_take(monkeypatch: pytest.MonkeyPatch) -> None:
     """The clock is moved by hand: 3 s pass in each wait, of which none is longer than .2 s of the wire's."""
     clock, waits = [100.0], list[float]()
-    monkeypatch.setattr(lockstep, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr("seatrial.realtime.on_wire.time", SimpleNamespace(monotonic=lambda: clock[0]))
     stage, wire = on_wire(scene(rate=1.0))
     assert stage.on_wire is not None
 

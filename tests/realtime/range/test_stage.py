@@ -10,8 +10,8 @@ from scenes import DEG, FERRY, Criteria, Fault, Limits, Weather, on_wire, scene
 from seatrial.core.errors import LoopError, RefusalError, RunError
 from seatrial.data.nmea.sentences import Sentence, decode, encode
 from seatrial.environment import Uniform
+from seatrial.realtime.on_wire import Lockstep
 from seatrial.realtime.range.contacts import Contact, approach, touching
-from seatrial.realtime.range.lockstep import Lockstep
 from seatrial.realtime.range.panel import Panel
 from seatrial.realtime.range.scenario import Other, Sailing, ordinary
 from seatrial.realtime.range.sky import Sky

@@ -5,7 +5,7 @@ the own ship "own".  Each part acts once a tick and is saved, restored and reset
 `pilots` steer the others, and the own ship where nobody else does, `faults` come between orders and gear and between
 instruments and their readers, `contacts` are bearing, distance and nearest approach of the others, `alarms` what is to
 be acknowledged, `command` who steers, `judge` the indices and criteria of the run.  `reports` sends contacts and alarms
-as sentences, `lockstep` waits for the answers of an autopilot on the wire.
+as sentences.
 """
 
 __all__: list[str] = []
