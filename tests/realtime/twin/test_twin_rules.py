@@ -227,16 +227,18 @@ def test_the_limit_itself_is_reached(score: float, crossed: bool) -> None:
 def test_a_lead_of_ten_names_at_once(behind: float, at_once: bool) -> None:
     judge = Judge(10.0)
     both = [evidence("a", 60.0), evidence("b", 60.0 - behind)]
-    judge.named(0.0, both)
-    assert (judge.named(3.0, both) is not None) is at_once
+    judge.named(100.0, both)
+    assert (judge.named(103.0, both) is not None) is at_once
+    assert judge.named(119.9, both) is None or at_once
+    assert judge.named(120.0, both) is not None
 
 
 @pytest.mark.parametrize(("behind", "rivals"), [(3.99, ("b",)), (4.0, ())])
 def test_causes_within_four_cannot_be_told_apart(behind: float, rivals: tuple[str, ...]) -> None:
     judge = Judge(10.0)
     both = [evidence("a", 60.0), evidence("b", 60.0 - behind), evidence("b", 60.0 - behind)]
-    judge.named(0.0, both)
-    found = judge.named(20.0, both)
+    judge.named(50.0, both)
+    found = judge.named(70.0, both)
     assert found is not None
     assert found[1] == rivals
 
