@@ -761,7 +761,7 @@ def test_what_was_learnt_is_in_the_ship_with_its_deviation_and_its_past() -> Non
 @pytest.mark.parametrize("spoilt", [{"ship": "another"}, {"names": ["x"]}, {"channels": ["psi"]}])
 def test_a_state_of_another_twin_is_refused(tmp_path: Path, spoilt: dict[str, Any]) -> None:
     live, path = a_live(), tmp_path / "state.json"
-    live.held = lambda: {"acting": [1.0, math.nan], "masked": {}, "overrides": {}}
+    live.held = lambda: (np.array([1.0, math.nan]), {}, {})
     save_state(live, path)
     about = json.loads(path.read_text())
     path.write_text(json.dumps(about | spoilt))
