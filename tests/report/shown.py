@@ -12,7 +12,7 @@ from html import unescape
 import numpy as np
 
 from seatrial.data import Array
-from seatrial.report.blocks import Body
+from seatrial.report.blocks import Body, Group, Table, cell
 from seatrial.report.figure_data import taken
 from seatrial.report.page import html as html_of
 
@@ -22,8 +22,29 @@ def html(shown: Body | str) -> str:
     return shown if isinstance(shown, str) else html_of(shown)
 
 
+_NUMBER = re.compile(r"[*<≤≥~±]*\s?[−+-]?(\d|∞)")
+
+
+_NO_NUMBER = ("diverges", "failed", "blows up", "all", "deep", "no number", "not determined")
+"""Words that stand in the place of a number."""
+
+
+def aligned(body: Body) -> None:
+    """Fail where a column of numbers stands to the left, or one of words to the right; mixed and empty ones may."""
+    for block in body:
+        if isinstance(block, Group):
+            aligned(block.body)
+        for k in range(1, len(block.head)) if isinstance(block, Table) else ():
+            cells = [said for row in block.rows if (said := cell(row[k]).strip("* –✓")) and said not in _NO_NUMBER]
+            numeric = {bool(_NUMBER.match(said)) for said in cells if not re.match(r"\d+, ", said)}
+            if len(numeric) == 1:
+                assert (k in block.words) is not numeric.pop(), f"column {block.head[k]}: {cells[:3]}"
+
+
 def tables(shown: Body | str) -> list[list[list[str]]]:
     """Rows of cells of each table, the heading first; a cell that is marked as the best begins with *."""
+    if not isinstance(shown, str):
+        aligned(shown)
     found = []
     for one in re.findall(r"<table>(.*?)</table>", html(shown), re.S):
         rows = [

@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+sys.path.insert(0, str(Path(__file__).parents[2] / "report"))
 
 from linear import CHANNELS, machine
+from shown import aligned, tables
 
 from seatrial.data import Trial
 from seatrial.data.formats.nmea import Aboard, Place
@@ -738,6 +740,17 @@ def test_the_card_counts_hours_alarms_and_changes() -> None:
     assert shown["current east"] == pytest.approx((-0.5, 0.08))
     assert shown["slow moment, yaw"] == pytest.approx((3e-6, 0.11))
     assert len(document["alarms"]) == 2
+    for one in found.sections:
+        aligned(one.body)
+    learns, others = tables(found.sections[1].body)
+    R_0 = float(SHIP.model.hull.R_0)
+    assert learns[1][:2] == ["hull.R_0", ""]
+    assert [float(one) for one in learns[1][2:5]] == pytest.approx([R_0, 1.1 * R_0, 0.13], rel=5e-4)
+    assert [len(one.replace(".", "").lstrip("0")) for one in learns[1][2:5]] == [4, 4, 2]
+    assert others[1] == ["current north", "m/s", "0.250", "0.070"]
+    (hours,) = tables(found.sections[5 if found.sections[4].title == "Alarms" else 4].body)
+    assert hours[1][:2] == ["0", "1.000"]
+    assert hours[2] == ["1", "1.500", hours[1][2], "1000", "no"]
 
 
 def test_before_the_first_row_there_is_nothing_to_show() -> None:
