@@ -13,10 +13,10 @@ from typing import Any
 
 import pytest
 
-from seatrial.cli import fits, judging
+from seatrial.cli import fits, judging, render
 from seatrial.cli.app import main
 from seatrial.core.errors import RequestError
-from seatrial.report.blocks import Line
+from seatrial.report.blocks import Line, document, fields
 from seatrial.workflow import Outcome
 
 Said = pytest.CaptureFixture[str]
@@ -158,7 +158,7 @@ def test_an_interrupted_fit_says_whether_it_can_go_on(
 def test_faults_of_trials_and_fits_end_with_1(
     errors: tuple[str, ...], status: int, monkeypatch: pytest.MonkeyPatch, capsys: Said
 ) -> None:
-    outcome = Outcome(SimpleNamespace(fitness=None), {"a": 1}, (Line("told"),), errors)
+    outcome = Outcome(SimpleNamespace(fitness=None), fields({"a": 1}, (Line("told"),)), errors)
     for work in ("validate.check", "identify.identify", "validate.predict", "validate.validate"):
         monkeypatch.setattr(f"seatrial.workflow.{work}", lambda *_, **__: outcome)
     for words in (["check", "a.csv"], ["identify", "s.toml", "-o", "out"], ["predict", "kvlcc2", "a.csv", "-o", "out"],
@@ -167,7 +167,7 @@ def test_faults_of_trials_and_fits_end_with_1(
         assert capsys.readouterr().out == "told\n"
         assert main([*words, "--json"]) == status
         assert json.loads(capsys.readouterr().out) == {"a": 1}
-    outcome = Outcome(SimpleNamespace(fitness=SimpleNamespace(verdict="fit")), {}, ())
+    outcome = Outcome(SimpleNamespace(fitness=SimpleNamespace(verdict="fit")), ())
     from seatrial.workflow.comparing import STATUS
 
     for verdict, code in {"fit": 0, "not fit": 3, "cannot tell": 4}.items():
@@ -225,7 +225,10 @@ def test_advice_is_shown_by_rank_and_need(listed: bool, monkeypatch: pytest.Monk
         title="Berthing", about="slow", simplest="a model", check="seatrial imo {ship}",
         needs=(need(1 if listed else None, "turns", must=True), need(2 if listed else None, "stops", must=False)),
     )  # fmt: skip
-    judging._show_advice(purpose, (advice,))
+    monkeypatch.setattr(judging, "_advice_document", lambda *given: {"advice": len(given)})
+    body = judging._advised(purpose, (advice,))
+    assert document(body) == {"advice": 2}
+    render.show(body)
     out = capsys.readouterr().out
     lines = [" ".join(line.split()) for line in out.splitlines()]
     assert f"1 nomoto Nomoto meets it {'1, 4 ' if listed else ''}2-5 12 small" in lines

@@ -19,7 +19,7 @@ from seatrial.cli.app import app, main
 from seatrial.core.parameters import walk
 from seatrial.manoeuvres import Index
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.report.blocks import Line, Table
+from seatrial.report.blocks import Line, Table, document, fields
 from seatrial.ships.files import library, load
 from seatrial.simulate.run import approach
 from seatrial.simulate.run import simulate as sail
@@ -81,11 +81,11 @@ def test_an_index_is_told_in_degrees_with_its_resolution_and_in_ship_lengths() -
 
 def test_a_figure_has_the_digits_that_it_is_known_to(capsys: Said) -> None:
     """One of resolution 1 shows a tenth, one of 0.01 thousandths; one without five digits."""
-    simulation.show_indices("kvlcc2", {
-        "loop_width": {"value": 3.14159265, "unit": "deg", "resolution": 1.0},
-        "loop_height": {"value": 3.14159265, "unit": "deg/s", "resolution": 0.01},
-        "advance": {"value": 1234.5678, "unit": "m", "over_L": 3.8580246},
-    })  # fmt: skip
+    render.show(simulation.indices_shown("kvlcc2", {
+        "loop_width": Index(math.radians(3.14159265), "rad", resolution=math.radians(1.0)),
+        "loop_height": Index(math.radians(3.14159265), "rad/s", resolution=math.radians(0.01)),
+        "advance": Index(1234.5678, "m", 3.8580246),
+    }))  # fmt: skip
     out = capsys.readouterr().out
     assert cells(out, "loop width") == ["loop width", "3.1", "deg", "–"]
     assert cells(out, "loop height") == ["loop height", "3.142", "deg/s", "–"]
@@ -98,10 +98,12 @@ def test_a_figure_has_the_digits_that_it_is_known_to(capsys: Said) -> None:
 def test_motions_are_told_in_metres_and_degrees(capsys: Said) -> None:
     motion = SimpleNamespace(expected=math.radians(2), found=math.radians(3), greatest=math.radians(10), unit="rad")
     heave = SimpleNamespace(expected=0.5, found=0.25, greatest=1.5, unit="m")
-    simulation._show_motions({"roll": motion, "heave": heave})  # type: ignore[arg-type]
+    body = simulation._motions({"roll": motion, "heave": heave})  # type: ignore[dict-item]
+    render.show(body)
     out = capsys.readouterr().out
     assert cells(out, "roll") == ["roll", "2", "3", "10", "deg"]
     assert cells(out, "heave") == ["heave", "0.5", "0.25", "1.5", "m"]
+    assert document(body) == {"motions": {"roll": vars(motion), "heave": vars(heave)}}
     assert len(ends(out, "2", "0.5")) == len(ends(out, "3", "0.25")) == len(ends(out, "10", "1.5")) == 1
 
 
@@ -156,10 +158,19 @@ def test_bands_are_shown_from_and_to_in_degrees(capsys: Said) -> None:
     assert evidence._index(*three) == {"value": pytest.approx(10), "low": pytest.approx(8), "high": pytest.approx(13),
                                        "unit": "deg"}  # fmt: skip
     banded: Any = SimpleNamespace(
-        run=SimpleNamespace(ship=SimpleNamespace(name="mine"), policy=SimpleNamespace(kind="zigzag")),
-        sailed=SimpleNamespace(draws=range(40)), level=0.95, indices={"first_overshoot": three, "advance": lengths},
+        run=SimpleNamespace(ship=SimpleNamespace(name="mine"), policy=SimpleNamespace(kind="zigzag"), settings={"a": 1},
+                            complete=True, reason=None, trial=SimpleNamespace(duration=90.0)),
+        sailed=SimpleNamespace(draws=range(40), caveats=("one",),
+                               basis=SimpleNamespace(kind="laplace", recordings=0, words="draws")),
+        level=0.95, indices={"first_overshoot": three, "advance": lengths}, posterior=SimpleNamespace(digest="d"),
     )  # fmt: skip
-    evidence.show_bands(banded, json=False)
+    body = evidence.bands_shown(banded)
+    told = document(body)
+    assert told.pop("indices") == {"first_overshoot": evidence._index(*three), "advance": evidence._index(*lengths)}
+    assert told == {"ship": "mine", "manoeuvre": "zigzag", "settings": {"a": 1}, "complete": True, "reason": None,
+                    "time": 90.0, "level": 0.95, "draws": 40, "caveats": ["one"], "fit": "d",
+                    "basis": {"kind": "laplace", "recordings": None, "words": "draws"}}  # fmt: skip
+    render.show(body)
     out = capsys.readouterr().out
     assert cells(out, "first overshoot") == ["first overshoot", "10", "8", "13", "deg"]
     assert cells(out, "advance") == ["advance", "100", "90", "1.2346e+05", "m"]
@@ -173,27 +184,36 @@ def test_bands_are_shown_from_and_to_in_degrees(capsys: Said) -> None:
 
 def steered(**more: Any) -> Any:
     counts = {"sent": 200, "unsent": 0} | more
-    plant = {"psi": math.radians(-30.0)}
+    plant = type("Plant", (dict,), {"ship": SimpleNamespace(name="kvlcc2")})(psi=math.radians(-30.0))
+    report = SimpleNamespace(t=120.0, overruns=3, ticks=1200, worst_late=0.25, events={"lost": 1})
     return SimpleNamespace(
-        plant=plant,
+        plant=plant, state={"x": 1.5},
         stage=SimpleNamespace(
-            loop=SimpleNamespace(report=SimpleNamespace(t=120.0, overruns=3, ticks=1200)),
-            on_wire=SimpleNamespace(conning=SimpleNamespace(counts={"taken": 4}), wire=SimpleNamespace(counts=counts))),
+            loop=SimpleNamespace(report=report),
+            on_wire=SimpleNamespace(conning=SimpleNamespace(commander="me", mode="heading", counts={"taken": 4}),
+                                    wire=SimpleNamespace(counts=counts, address="udp://x"))),
         written=(Path("run.csv"),),
     )  # fmt: skip
 
 
 def test_a_voyage_on_the_wire_is_summed_up(capsys: Said) -> None:
-    simulation._summarise(steered(), json=False)
+    render.answer(simulation._summary(steered()), json=False)
     assert capsys.readouterr().out == ("120 s sailed, heading 330.0 deg, 4 orders taken, 200 datagrams sent, "
                                        "3 of 1200 ticks late\nrun.csv\n")  # fmt: skip
-    simulation._summarise(steered(unsent=7), json=False)
+    body = simulation._summary(steered(unsent=7))
+    render.answer(body, json=False)
     assert "200 datagrams sent, 7 not sent, 3 of 1200 ticks late" in capsys.readouterr().out
+    render.answer(body, json=True)
+    assert json.loads(capsys.readouterr().out) == {
+        "ship": "kvlcc2", "address": "udp://x", "t": 120.0, "state": {"x": 1.5}, "commander": "me", "mode": "heading",
+        "orders": {"taken": 4}, "wire": {"sent": 200, "unsent": 7}, "overruns": 3, "worst_late": 0.25,
+        "events": {"lost": 1}, "written": ["run.csv"],
+    }  # fmt: skip
 
 
 def test_a_scenario_is_shown_by_ships_and_criteria(capsys: Said) -> None:
     ran: Any = SimpleNamespace(stage=SimpleNamespace(scenario=SimpleNamespace(title="a crossing")), written=("a.csv",))
-    document: dict[str, Any] = {
+    found: dict[str, Any] = {
         "indices": {"passing": {"other": {"distance": 1234.567, "at": 98.7654321, "time_in_hand": 55.5555}},
                     "cross_track_max": 12.345},
         "criteria": [{"name": "least_distance", "ship": "other", "value": 1234.567, "limit": 500.0, "unit": "m",
@@ -201,7 +221,7 @@ def test_a_scenario_is_shown_by_ships_and_criteria(capsys: Said) -> None:
                      {"name": "arrival", "ship": None, "value": None, "limit": 60.0, "unit": "s", "met": False}],
         "arrived": None, "time": 300.04,
     }  # fmt: skip
-    simulation._show_range(ran, document)
+    render.show(simulation._judged(ran, found))
     out = capsys.readouterr().out
     assert cells(out, "other") == ["other", "1234.6", "98.765", "55.56"]
     assert cells(out, "least distance") == ["least distance", "other", "1234.6", "500", "m", "met"]
@@ -209,9 +229,9 @@ def test_a_scenario_is_shown_by_ships_and_criteria(capsys: Said) -> None:
     assert "a crossing: ended after 300.0 s, at most 12.3 m off the route\na.csv" in out
     assert len(ends(out, "500", "60")) == len(ends(out, "98.765", "after s")) == 1
     assert len(ends(out, "55.56", "time in hand s")) == len(ends(out, "passes at m", "1234.6")) == 1
-    document |= {"arrived": 250.0, "criteria": []}
-    document["indices"]["passing"] = {}
-    simulation._show_range(ran, document)
+    found |= {"arrived": 250.0, "criteria": []}
+    found["indices"]["passing"] = {}
+    render.show(simulation._judged(ran, found))
     out = capsys.readouterr().out
     assert out.startswith("a crossing: arrived after 250.0 s")
 
@@ -223,6 +243,7 @@ def test_a_range_names_what_was_not_met(met: bool, monkeypatch: pytest.MonkeyPat
               SimpleNamespace(name="speed", where="", met=True)]  # fmt: skip
     ran = SimpleNamespace(met=met, failure=None, judged=judged, document=lambda: {"met": met})
     monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: ran)
+    monkeypatch.setattr(simulation, "_judged", lambda ran, document: fields(document))
     assert main(["range", "x.toml", "--json"]) == (0 if met else 1)
     said = capsys.readouterr()
     assert json.loads(said.out) == {"met": met}
@@ -238,12 +259,12 @@ def test_a_time_has_three_digits_and_its_unit(seconds: float, shown: str) -> Non
 
 
 def test_peers_are_shown_by_ratio(capsys: Said) -> None:
-    simulation._show_times({
+    render.show(simulation._times({
         "rows": [{"peer": "a", "what": "one step", "ours_s": 2e-9, "theirs_s": 3e-6, "ratio": 1500.0},
                  {"peer": "b", "what": "many", "ours_s": 0.02, "theirs_s": 3.0, "ratio": 150.0}],
         "not_installed": [], "control_loop_ms": 5.04, "slowest_control_loop_ms": 6.06, "machine": "2 cores",
         "busy": False,
-    })  # fmt: skip
+    }))  # fmt: skip
     out, err = capsys.readouterr()
     assert cells(out, "a") == ["a", "one step", "2 ns", "3 us", "1.5e+03 x"]
     assert out.endswith("2 cores; Python control loop 5.0 to 6.1 ms\n")
@@ -446,7 +467,7 @@ def test_a_design_is_shown_by_what_each_manoeuvre_adds(capsys: Said) -> None:
         chosen=(("zigzag", 12.3456, 7.891), ("turning", 3.0, 1.5)), length=15.3456, log_det=9.391, free=(free,),
         sigma=np.array([0.0123]), share=np.array([0.876]), verdicts=tuple(verdicts), left_out=("spiral: too long",),
     )  # fmt: skip
-    judging._show_plan("mine", plan)
+    render.show(judging._planned("mine", plan))
     out = capsys.readouterr().out
     assert cells(out, "zigzag") == ["zigzag", "12.35", "7.891"]
     assert cells(out, "together") == ["together", "15.35", "9.391"]
@@ -463,14 +484,16 @@ def test_a_design_is_shown_by_what_each_manoeuvre_adds(capsys: Said) -> None:
     assert (told["length"], told["log_det"], told["left_out"]) == (15.3456, 9.391, ("spiral: too long",))
 
 
-def test_the_published_designs_and_the_families_are_shown_with_numbers_to_the_right(capsys: Said) -> None:
+def test_the_published_designs_and_the_families_are_shown_with_numbers_to_the_right(
+    monkeypatch: pytest.MonkeyPatch, capsys: Said
+) -> None:
     from seatrial.choosing import CAPABILITIES
     from seatrial.identify.design.excitation import TABLE_1
 
     plan: Any = SimpleNamespace(
         chosen=(), length=0.0, log_det=0.0, free=(), sigma=(), share=(), verdicts=(), left_out=()
     )
-    judging._show_plan("mine", plan)
+    render.show(judging._planned("mine", plan))
     out = capsys.readouterr().out
     numbers = [", ".join(map(str, one.parameters)) for one in TABLE_1]
     lines = [
@@ -484,7 +507,8 @@ def test_the_published_designs_and_the_families_are_shown_with_numbers_to_the_ri
     findings = {one.key: SimpleNamespace(answer="yes") for one in CAPABILITIES}
     small = family("nomoto", "zeefakkel", (), findings=findings, coefficients=(2, 2), cost=3.0, length=(1.0, 2.0))
     large = family("mmg", "kvlcc2", (), findings=findings, coefficients=(40, 1234), cost=123.0, length=(10.0, 2000.0))
-    judging._show((small, large))
+    monkeypatch.setattr(judging, "_document", lambda one: {"family": one.family.key})
+    render.show(judging._families((small, large)))
     out = capsys.readouterr().out
     head, one, other = (
         next(line for line in out.splitlines() if word in line) for word in ("equation", "zeefakkel", "kvlcc2")
@@ -499,11 +523,14 @@ def test_the_published_designs_and_the_families_are_shown_with_numbers_to_the_ri
     assert re.search(r"nomoto +mmg", out)
 
 
-def test_foreseen_bands_are_shown_before_and_after(capsys: Said) -> None:
+def test_foreseen_bands_are_shown_before_and_after(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
     one = SimpleNamespace(name="advance", unit="L", value=3.14159, before=(2.0, 4.5), after=(3.0, 3.25), share=0.1)
     bare = SimpleNamespace(name="reach", unit="L", value=12.5, before=(math.nan, 4.5), after=(math.nan, 3.2),
                            share=math.nan)  # fmt: skip
-    judging._show_foreseen([one, bare], 95.0)  # type: ignore[list-item]
+    monkeypatch.setattr("seatrial.workflow.evidence.designed.document", lambda found, level: {"level": level})
+    body = judging._foreseen([one, bare], 95.0)  # type: ignore[list-item]
+    assert document(body) == {"bands": {"level": 95.0}}
+    render.show(body)
     out = capsys.readouterr().out
     assert cells(out, "advance") == ["advance", "L", "3.142", "2", "4.5", "3", "3.25", "10%"]
     assert cells(out, "reach") == ["reach", "L", "12.5", "–", "4.5", "–", "3.2", "–"]
@@ -629,8 +656,8 @@ def test_requests_of_a_campaign_that_do_not_go_together(words: list[str], said: 
 
 
 def test_how_far_a_campaign_is(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
-    document = {"name": "many", "rows": 100, "tracks": {"every": 5, "columns": ["x", "y"]}}
-    found = SimpleNamespace(held=SimpleNamespace(document=document, parts=8), done=3, digest="abc", faults=(),
+    manifest = SimpleNamespace(name="many", rows=100, tracks=SimpleNamespace(every=5, columns=("x", "y")))
+    found = SimpleNamespace(held=SimpleNamespace(manifest=manifest, parts=8), done=3, digest="abc", faults=(),
                             document={"done": 3})  # fmt: skip
     monkeypatch.setattr("seatrial.workflow.campaigns.status", lambda *_, **__: found)
     assert main(["campaign", "there", "--status"]) == 0
@@ -638,7 +665,7 @@ def test_how_far_a_campaign_is(monkeypatch: pytest.MonkeyPatch, capsys: Said) ->
                                        "x, y\ndigest abc\n")  # fmt: skip
     assert main(["campaign", "there", "--status", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"done": 3}
-    del document["tracks"]
+    manifest.tracks = None
     found.faults, found.digest = ("part 2 is short",), ""
     assert main(["campaign", "there", "--verify"]) == 1
     assert capsys.readouterr() == ("many: 3 of 8 parts of 100 runs are done\n", "error: part 2 is short\n")
@@ -705,7 +732,7 @@ def test_progress_of_a_campaign_says_what_is_left(monkeypatch: pytest.MonkeyPatc
 
 def test_an_outcome_is_shown_block_by_block_and_its_errors_end_it_with_1(capsys: Said) -> None:
     table = Table(("what", "number"), (("long name", "1"), ("b", "22.5")))
-    outcome = Outcome(None, {"a": 1.0}, (Line("a line"), table), ("it failed",))
+    outcome = Outcome(None, fields({"a": 1.0}, (Line("a line"), table)), ("it failed",))
     with pytest.raises(Exit) as ended:
         fits.end(outcome, json=False)
     assert ended.value.exit_code == 1
@@ -714,7 +741,7 @@ def test_an_outcome_is_shown_block_by_block_and_its_errors_end_it_with_1(capsys:
     assert cells(out, "b") == ["b", "22.5"]
     assert len(ends(out, "1", "22.5", "number")) == 1
     assert err == "error: it failed\n"
-    fits.end(Outcome(None, {"a": 1.0}, (Line("a line"),)), json=True)
+    fits.end(Outcome(None, fields({"a": 1.0}, (Line("a line"),))), json=True)
     assert json.loads(capsys.readouterr().out) == {"a": 1.0}
 
 

@@ -16,7 +16,7 @@ from seatrial.cli import fits, judging, ships, simulation
 from seatrial.cli.app import app, main
 from seatrial.cli.command import about
 from seatrial.core.parameters import update
-from seatrial.report.blocks import line
+from seatrial.report.blocks import fields, line
 from seatrial.ships.files import load
 from seatrial.validate.imo import Criterion
 from seatrial.workflow.asked import Page
@@ -50,6 +50,7 @@ def test_captive_coefficients_are_shown_before_and_after_with_lengths_over_the_s
         held={"rudder.t_R": "needs a run with the rudder over"},
     )  # fmt: skip
     monkeypatch.setattr("seatrial.workflow.judging.captive", lambda *_, **__: found)
+    monkeypatch.setattr("seatrial.report.judging.captive.numbers", lambda fit: {"ship": fit.ship.name})
     assert main(["captive", "kvlcc2_l7", "a.csv"]) == 0
     out, err = capsys.readouterr()
     assert cells(out, "rudder.a_H ") == ["rudder.a_H", "0.312", "0.4123", "0.012", "identified", "rudder"]
@@ -73,7 +74,8 @@ def test_criteria_are_shown_with_bands_where_draws_were_made(monkeypatch: pytest
         Criterion("advance", "port", 3.14159, "L", 4.5, "pass"),
         Criterion("reach", "", None, "L", 15.0, "fail", "why"),
     ]
-    table = SimpleNamespace(rows=rows, conditions={"speed": "15.5 kn"}, caveats=("shallow",), verdict="fails")
+    table = SimpleNamespace(rows=rows, conditions={"speed": "15.5 kn"}, caveats=("shallow",), verdict="fails",
+                            ship="kvlcc2", L_pp=320.0, speed=7.97, n_P=1.6, L_over_V=40.2)  # fmt: skip
     monkeypatch.setattr("seatrial.workflow.judging.imo", lambda *_, **__: table)
     assert main(["imo", "kvlcc2"]) == 0
     out = capsys.readouterr().out
@@ -82,7 +84,7 @@ def test_criteria_are_shown_with_bands_where_draws_were_made(monkeypatch: pytest
     assert len(ends(out, "3.14", "value")) == len(ends(out, "4.50", "15.0", "limit")) == 1
     assert out.startswith("fails\nWhat this does not show\nshallow\n")
     assert out.endswith("Reasons\nreach: why\nspeed: 15.5 kn\n")
-    band: Any = SimpleNamespace(low=2.95, high=math.nan, met=0.5)
+    band: Any = SimpleNamespace(low=2.95, high=math.nan, met=0.5, draws=100)
     from dataclasses import replace
 
     table.rows = [replace(rows[0], band=band), rows[1]]
@@ -96,7 +98,8 @@ def test_criteria_are_shown_with_bands_where_draws_were_made(monkeypatch: pytest
 
 def test_a_requirement_is_shown_with_its_verdict(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
     item, said = SimpleNamespace(number="3", text="stops"), SimpleNamespace(verdict="pass", reason="15 L")
-    found = SimpleNamespace(rows=[(item, said)], ship="kvlcc2", scope="berthing")
+    said.findings, said.drawn = (), None
+    found = SimpleNamespace(rows=[(item, said)], ship="kvlcc2", scope="berthing", failed=())
     monkeypatch.setattr("seatrial.workflow.judging.requirements", lambda *_, **__: found)
     monkeypatch.setattr("seatrial.report.judging.requirements.verdict", lambda one: "all met")
     assert main(["requirements", "kvlcc2"]) == 0
@@ -168,7 +171,7 @@ def test_a_family_is_told_with_what_it_cannot_meet() -> None:
 
 @pytest.mark.parametrize("failure", [None, "the line is gone"])
 def test_a_page_with_a_line_ends_with_1_where_it_failed(failure: str | None, monkeypatch: Any, capsys: Said) -> None:
-    rigged = SimpleNamespace(written=("a.csv",), failure=failure)
+    rigged = SimpleNamespace(written=("a.csv",), failure=failure, document=lambda: {"t": 1.0})
     monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: rigged)
     assert main(["bridge", "kvlcc2", "--signalk"]) == (1 if failure else 0)
     assert capsys.readouterr() == ("a.csv\n", f"error: {failure}\n" if failure else "")
@@ -205,7 +208,7 @@ def test_a_twin_listens_only_for_a_page_and_lets_go(monkeypatch: pytest.MonkeyPa
         asked.append((host, port, anywhere))
         return SimpleNamespace(close=lambda: closed.append(port))
 
-    outcome = SimpleNamespace(document={"a": 1}, shown=line("told"))
+    outcome = SimpleNamespace(shown=fields({"a": 1}, line("told")))
     monkeypatch.setattr("seatrial.realtime.listening.listen", listen)
     monkeypatch.setattr("seatrial.realtime.listening.address", lambda one: "http://here")
     monkeypatch.setattr("seatrial.workflow.live.twin.twin", lambda *_, **more: given.append(more["page"]) or outcome)
@@ -278,7 +281,7 @@ def test_lists_stand_at_the_end_of_the_help_of_their_commands(capsys: Said) -> N
 def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
     """The bands of a calibration, a design with its bands, an estimate, a scenario and peers."""
     monkeypatch.setattr("seatrial.workflow.evidence.calibrate.calibrate",
-                        lambda *_, **__: SimpleNamespace(document={"a": 1}, shown=line("told")))  # fmt: skip
+                        lambda *_, **__: SimpleNamespace(shown=fields({"a": 1}, line("told"))))  # fmt: skip
     assert main(["calibrate", "m.toml"]) == 0
     assert capsys.readouterr().out == "told\n"
     assert main(["calibrate", "m.toml", "--json"]) == 0
@@ -287,12 +290,18 @@ def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatc
     shown: list[Any] = []
     made = SimpleNamespace(ship=SimpleNamespace(name="mine"), plan="plan", foreseen="foreseen")
     monkeypatch.setattr("seatrial.workflow.judging.design", lambda *_, **__: made)
-    monkeypatch.setattr(judging, "_show_plan", lambda *given: shown.append(given))
-    monkeypatch.setattr(judging, "_show_foreseen", lambda *given: shown.append(given))
+    made.noise = {}
+    monkeypatch.setattr(judging, "_planned", lambda *given: shown.append(given) or fields({"plan": given[1]}))
+    monkeypatch.setattr(judging, "_foreseen", lambda *given: shown.append(given) or fields({"bands": given[0]}))
     assert main(["design", "kvlcc2", "--free", "hull.*"]) == 0
     assert shown == [("mine", "plan")]
     assert main(["design", "kvlcc2", "--free", "hull.*", "--bands", "90"]) == 0
     assert shown[1:] == [("mine", "plan"), ("foreseen", 90.0)]
+    assert capsys.readouterr().out == ""
+    assert main(["design", "kvlcc2", "--free", "hull.*", "--bands", "90", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told == {"ship": "mine", "budget": 60.0, "noise": {}, "plan": "plan", "bands": "foreseen"}
+    del shown[3:]
 
     number = SimpleNamespace(path="hull.N_r", value=-0.05, unit="", formula="clarke1983", outside=(), basis="table",
                              others={}, spread=0.1, sigma=0.01, share=0.2, sigma_from="ships of it")  # fmt: skip
@@ -312,7 +321,7 @@ def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatc
 
     ran = SimpleNamespace(met=True, document=lambda: {"met": True})
     monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: ran)
-    monkeypatch.setattr(simulation, "_show_range", lambda *given: shown.append(given))
+    monkeypatch.setattr(simulation, "_judged", lambda *given: shown.append(given) or ())
     assert main(["range", "x.toml"]) == 0
     assert shown[3:] == [(ran, {"met": True})]
 
@@ -328,9 +337,9 @@ def test_a_run_with_bands_ends_as_one_without(complete: bool, monkeypatch: Any, 
     run = SimpleNamespace(complete=complete, reason="it drifts")
     banded = SimpleNamespace(run=run)
     monkeypatch.setattr("seatrial.workflow.evidence.bands.simulate_with_bands", lambda *_, **__: banded)
-    monkeypatch.setattr(simulation, "show_bands", lambda *given: shown.append(given))
+    monkeypatch.setattr(simulation, "bands_shown", lambda *given: shown.append(given) or ())
     assert main(["simulate", "m.toml", "turning", "--bands", "95"]) == (0 if complete else 1)
-    assert shown == [(banded, False)]
+    assert shown == [(banded,)]
     assert ("it drifts" in capsys.readouterr().err) is not complete
 
 
@@ -339,41 +348,23 @@ def test_a_voyage_that_fails_ends_with_1_after_its_summary(failure: str | None, 
     ran = SimpleNamespace(failure=failure)
     shown: list[Any] = []
     monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: ran)
-    monkeypatch.setattr(simulation, "_summarise", lambda *given: shown.append(given))
+    monkeypatch.setattr(simulation, "_summary", lambda *given: shown.append(given) or fields({"t": 1.0}))
     assert main(["steer", "kvlcc2", "--nmea", "udp://x", "--json"]) == (1 if failure else 0)
-    assert shown == [(ran, True)]
-    assert capsys.readouterr().err == (f"error: {failure}\n" if failure else "")
-
-
-def test_a_voyage_is_one_object_with_its_counts(capsys: Said) -> None:
-    counts = {"sent": 200, "unsent": 1}
-    ran: Any = SimpleNamespace(
-        plant=SimpleNamespace(ship=SimpleNamespace(name="kvlcc2")), state={"x": 1.5}, written=(Path("a.csv"),),
-        stage=SimpleNamespace(
-            loop=SimpleNamespace(report=SimpleNamespace(t=12.0, overruns=3, worst_late=0.25, events={"lost": 1})),
-            on_wire=SimpleNamespace(conning=SimpleNamespace(commander="me", mode="heading", counts={"taken": 4}),
-                                    wire=SimpleNamespace(counts=counts, address="udp://x"))),
-    )  # fmt: skip
-    simulation._summarise(ran, json=True)
-    assert json.loads(capsys.readouterr().out) == {
-        "ship": "kvlcc2", "address": "udp://x", "t": 12.0, "state": {"x": 1.5}, "commander": "me", "mode": "heading",
-        "orders": {"taken": 4}, "wire": counts, "overruns": 3, "worst_late": 0.25, "events": {"lost": 1},
-        "written": ["a.csv"],
-    }  # fmt: skip
+    assert shown == [(ran,)]
+    out, err = capsys.readouterr()
+    assert json.loads(out) == {"t": 1.0}
+    assert err == (f"error: {failure}\n" if failure else "")
 
 
 def test_families_are_surveyed_without_a_purpose_and_advised_on_with_one(monkeypatch: Any, capsys: Said) -> None:
-    shown: list[Any] = []
     monkeypatch.setattr("seatrial.choosing.survey.survey", lambda: ("a", "b"))
     monkeypatch.setattr("seatrial.workflow.judging.recommend", lambda key: (f"for {key}", ("a",)))
-    for name in ("_show", "_show_advice"):
-        monkeypatch.setattr(judging, name, lambda *given: shown.append(given))
-    monkeypatch.setattr(judging, "_document", lambda one: {"family": one})
-    monkeypatch.setattr(judging, "_advice_document", lambda *given: {"advice": given})
+    monkeypatch.setattr(judging, "_families", lambda every: fields({"families": every}, line(" and ".join(every))))
+    monkeypatch.setattr(judging, "_advised", lambda *given: fields({"advice": given}, line(given[0])))
     assert main(["models"]) == 0
     assert main(["models", "--for", "berthing"]) == 0
-    assert shown == [(("a", "b"),), ("for berthing", ("a",))]
+    assert capsys.readouterr().out == "a and b\nfor berthing\n"
     assert main(["models", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"families": [{"family": "a"}, {"family": "b"}]}
+    assert json.loads(capsys.readouterr().out) == {"families": ["a", "b"]}
     assert main(["models", "--for", "berthing", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"advice": ["for berthing", ["a"]]}

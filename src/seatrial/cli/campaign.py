@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from click.exceptions import Exit
 
+from ..report.blocks import bullets, fields, line
 from . import options as o
-from .render import emit, live, note, say_lines
+from .render import answer, live, note
+
+if TYPE_CHECKING:
+    from ..campaign.rare import Rare
 
 _EVERY = 10.0  # off a terminal, seconds between lines of progress
 
@@ -52,24 +58,20 @@ def _write(folder: str, out: Path | None, merge: bool, json: bool) -> None:
         from ..workflow.campaigns.analysing import report
 
         paths = (report(folder, out),)
-    if json:
-        emit(dict(zip(("file", "tracks"), paths, strict=False)))
-    else:
-        say_lines(*(f"wrote {path}" for path in paths))
+    said: dict[str, object] = dict(zip(("file", "tracks"), paths, strict=False))
+    answer(fields(said, bullets(f"wrote {path}" for path in paths)), json)
 
 
 def _look(folder: str, verify: bool, json: bool) -> None:
     from ..workflow import campaigns as work
 
     found = work.status(folder, verify=verify)
-    if json:
-        emit(found.document)
-    else:
-        about = found.held.manifest
-        kept = about.tracks
-        told = [f"tracks of each run, every {kept.every} samples: {', '.join(kept.columns)}"] if kept else []
-        say_lines(f"{about.name}: {found.done} of {found.held.parts} parts of {about.rows} runs are done", *told,
-                  *([f"digest {found.digest}"] if found.digest else []))  # fmt: skip
+    about = found.held.manifest
+    kept = about.tracks
+    said = [f"{about.name}: {found.done} of {found.held.parts} parts of {about.rows} runs are done"]
+    said += [f"tracks of each run, every {kept.every} samples: {', '.join(kept.columns)}"] if kept else []
+    said += [f"digest {found.digest}"] if found.digest else []
+    answer(fields(found.document, bullets(said)), json)
     for fault in found.faults:
         note(f"error: {fault}")
     if found.faults:
@@ -91,23 +93,22 @@ def _rare(source: Path, criterion: str, out: str, runs: int | None, threads: int
         found = rare(source, criterion, Path(out), runs=runs, threads=threads, watch=told, note=note)
     except KeyboardInterrupt:
         raise Stopped(f"interrupted; run the same command again to go on in {out}") from None
-    if json:
-        emit(found.document)
-        return
+    answer(fields(found.document, bullets(said for one in found.cases for said in _found(one, criterion, out))), json)
     for one in found.cases:
-        (low, high), at = one.estimate.interval, one.estimate
-        if not one.reached:
-            say_lines(f"{one.case}: no tenth of a level violates {criterion} down to {at.probability:.1e}, "
-                      f"{one.runs} runs")  # fmt: skip
-            continue
-        say_lines(
-            f"{one.case}: {criterion} is violated with probability {at.probability:.3g} "
-            f"({low:.2g} to {high:.2g}, 95 %; coefficient of variation {at.variation:.2g}), {one.runs} runs"
-        )
-        if one.run is not None:
-            say_lines(f"a likely violation: seatrial simulate --from {out} {one.run}; {Path(out) / 'report.html'}")
-        if one.unknown:
+        if one.reached and one.unknown:
             note(f"note: {one.unknown:.1%} of the last level did not reach the index; they count as no violation")
+
+
+def _found(one: Rare, criterion: str, out: str) -> Iterator[str]:
+    """What a search found for a case."""
+    (low, high), at = one.estimate.interval, one.estimate
+    if not one.reached:
+        yield f"{one.case}: no tenth of a level violates {criterion} down to {at.probability:.1e}, {one.runs} runs"
+        return
+    yield (f"{one.case}: {criterion} is violated with probability {at.probability:.3g} "
+           f"({low:.2g} to {high:.2g}, 95 %; coefficient of variation {at.variation:.2g}), {one.runs} runs")
+    if one.run is not None:
+        yield f"a likely violation: seatrial simulate --from {out} {one.run}; {Path(out) / 'report.html'}"
 
 
 def _run(
@@ -128,10 +129,9 @@ def _run(
             raise Stopped(f"interrupted; run the same command again to go on in {out}") from None
     left = len(ran.held.missing)
     rate = ran.runs / ran.seconds if ran.seconds > 0 else 0.0
-    if json:
-        emit({"folder": out, "parts": ran.parts, "runs": ran.runs, "seconds": ran.seconds, "missing": left})
-    else:
-        say_lines(f"{ran.runs} runs in {ran.seconds:.1f} s ({rate:.0f} a second); {left} parts are left; {out}")
+    said = f"{ran.runs} runs in {ran.seconds:.1f} s ({rate:.0f} a second); {left} parts are left; {out}"
+    answer(fields({"folder": out, "parts": ran.parts, "runs": ran.runs, "seconds": ran.seconds, "missing": left},
+                  line(said)), json)  # fmt: skip
 
 
 class _Progress:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..report import blocks
+from ..report.blocks import Body, bullets, fields, line
+from ..report.blocks import table as rows_under
 from . import options as o
-from .render import emit, figure, note, say, say_lines, show
+from .render import answer, figure, note
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,55 +32,46 @@ def import_(
         return
     format, source, out = importing(format, source, out)
     made = import_logs(format, source, out, mapping, note)
-    if json:
-        emit({"format": format, **vars(made)})
-    else:
-        say(f"{len(made.written)} trial{'s' * (len(made.written) != 1)} in {out}; next: seatrial check {out}\n")
+    told = f"{len(made.written)} trial{'s' * (len(made.written) != 1)} in {out}; next: seatrial check {out}"
+    answer(fields({"format": format, **vars(made)}, line(told)), json)
 
 
 def _guess(folder: Path, out: Path | None, more: object, json: bool) -> None:
     from ..workflow.data import guess_mapping
 
     found = guess_mapping(folder, out, more)
-    if json:
-        emit({**vars(found), "file": out if found.text else None})
-        return
-    for line in found.notes:
-        note(line)
-    if not found.text:
-        return
-    if out is None:
-        say(found.text)
-        return
-    for doubt in found.doubts:
-        note(f"doubt: {doubt}")
+    for told in () if json else (*found.notes, *(f"doubt: {one}" for one in found.doubts if out and found.text)):
+        note(told)
     ask = f"answer {', '.join(found.asks)} in it, then" if found.asks else "read it, then"
     count = f"{len(found.doubts)} doubt{'s' * (len(found.doubts) != 1)}"
-    say(f"{out}: {count}; {ask}: seatrial import csv {folder} --mapping {out} -o trials\n")
+    following = f"{out}: {count}; {ask}: seatrial import csv {folder} --mapping {out} -o trials"
+    shown = line(following) if out else bullets(found.text.splitlines())
+    answer(fields({**vars(found), "file": out if found.text else None}, shown if found.text else ()), json)
 
 
 def convert(trials: o.Trials, to: o.RobotFormat, out: o.LogFolder, json: bool = False) -> None:
     """Convert trial files to robot logs with standard messages."""
     from ..workflow.data import convert as run
 
-    written = run(trials, to, out)
-    emit({"format": to, "written": written}) if json else say_lines(*written)
+    answer(_written({"format": to}, run(trials, to, out)), json)
 
 
 def resample(trials: o.Trials, dt: o.NewStep, out: o.TrialFolder, json: bool = False) -> None:
     """Resample trials to even time steps."""
     from ..workflow.data import resample as run
 
-    written = run(trials, dt, out)
-    emit({"dt": dt, "written": written}) if json else say_lines(*written)
+    answer(_written({"dt": dt}, run(trials, dt, out)), json)
 
 
 def mend(trials: o.Trials, by: o.Steps, out: o.TrialFolder, json: bool = False) -> None:
     """Mend trials by a file of steps, as check --remedy writes."""
     from ..workflow.data import mend as run
 
-    written = run(trials, by, out)
-    emit({"by": by, "written": written}) if json else say_lines(*written)
+    answer(_written({"by": by}, run(trials, by, out)), json)
+
+
+def _written(how: Mapping[str, object], files: Sequence[Path]) -> Body:
+    return fields({**how, "written": files}, bullets(map(str, files)))
 
 
 def thrust_map(
@@ -90,16 +82,14 @@ def thrust_map(
     from ..workflow.plant import thrust_map as run
 
     found = run(table, out, thrusters, together, order, note)
-    if json:
-        emit({"table": table, "file": out, "thrusters": {one.name: _map_document(one) for one in found}})
-        return
     rows = [
         (one.name, " ".join(f"n^{k}" for k in one.powers), f"{one.n_low:g} to {one.n_max:g}", f"{one.R2:.5f}",
          figure(one.rmse, 3), *(figure(float(c), 5) for c in one.coefficients))
         for one in found
     ]  # fmt: skip
     head = ("thruster", "terms", "tested [1/s]", "R^2", "rmse [N]", *(f"c_{k}" for k in range(6)))
-    show(blocks.table(head, rows, words=(1, 2)))
+    answer(fields({"table": table, "file": out, "thrusters": {one.name: _map_document(one) for one in found}},
+                  rows_under(head, rows, words=(1, 2))), json)  # fmt: skip
 
 
 def servo(trials: o.Trials, control: o.Control = (), out: o.TablesOut = None, json: bool = False) -> None:
@@ -107,17 +97,15 @@ def servo(trials: o.Trials, control: o.Control = (), out: o.TablesOut = None, js
     from ..workflow.plant import servo as run
 
     read, found = run(trials, control, out, note)
-    if json:
-        emit({"trials": [trial.name for trial in read], "file": out,
-              "servos": {one.control: _servo_document(one) for one in found}})  # fmt: skip
-        return
     rows = [
         (one.control, *(_with_spread(one, key) for key in ("rate", "lag", "dead_time", "offset")),
          figure(one.rmse / _DEGREE, 3), f"{one.R2:.5f}", str(one.samples))
         for one in found
     ]  # fmt: skip
     head = ("servo", "rate [deg/s]", "lag [s]", "dead time [s]", "offset [deg]", "rmse [deg]", "R^2", "samples")
-    show(blocks.table(head, rows, words=(1, 2, 3, 4)))
+    answer(fields({"trials": [trial.name for trial in read], "file": out,
+                   "servos": {one.control: _servo_document(one) for one in found}},
+                  rows_under(head, rows, words=(1, 2, 3, 4))), json)  # fmt: skip
 
 
 def _with_spread(one: ServoFit, key: str) -> str:

@@ -6,11 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ..report.blocks import table
+from ..report.blocks import Body, bullets, fields, table
 from . import options as o
 from .fits import Terminal, show
-from .render import emit, figure, say_lines
-from .render import show as draw
+from .render import figure
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
@@ -46,24 +45,24 @@ def calibrate(
     show(outcome, json)
 
 
-def show_bands(banded: Banded, json: bool) -> None:
-    """Print the indices with their bands, and what these leave out."""
+def bands_shown(banded: Banded) -> Body:
+    """The indices with their bands, and what these leave out."""
     from ..report.judging.bands import numbers
 
     ran, found = banded.run, banded.sailed
     indices = {name: _index(*three) for name, three in banded.indices.items()}
-    if json:
-        emit({"ship": ran.ship.name, "manoeuvre": ran.policy.kind, "settings": ran.settings, "complete": ran.complete,
-              "reason": ran.reason, "time": ran.trial.duration, "level": banded.level, "draws": len(found.draws),
-              "basis": numbers(found.basis), "indices": indices, "caveats": list(found.caveats),
-              "fit": banded.posterior.digest})  # fmt: skip
-        return
     rows = [(name.replace("_", " "), *(figure(one[key], 5) for key in ("value", "low", "high")), one["unit"])
             for name, one in indices.items()]  # fmt: skip
     title = f"{ran.ship.name}, {ran.policy.kind}"
-    draw(table((title, "value", "from", "to", "unit"), rows, words=(4,)))
-    say_lines(f"from, to: {100 * banded.level:g} % of {len(found.draws)} draws",
-              "–: too few of them reach it, or it is read of single runs only")  # fmt: skip
+    return fields(
+        {"ship": ran.ship.name, "manoeuvre": ran.policy.kind, "settings": ran.settings, "complete": ran.complete,
+         "reason": ran.reason, "time": ran.trial.duration, "level": banded.level, "draws": len(found.draws),
+         "basis": numbers(found.basis), "indices": indices, "caveats": list(found.caveats),
+         "fit": banded.posterior.digest},
+        table((title, "value", "from", "to", "unit"), rows, words=(4,))
+        + bullets((f"from, to: {100 * banded.level:g} % of {len(found.draws)} draws",
+                   "–: too few of them reach it, or it is read of single runs only")),
+    )  # fmt: skip
 
 
 def _index(value: Index, low: Index, high: Index) -> Mapping[str, Any]:

@@ -16,8 +16,7 @@ from click.exceptions import Exit
 from ..workflow import Outcome, RequestError, Sink
 from ..workflow.asked import Bands, Predicting, Serving
 from . import options as o
-from .render import emit, live, note
-from .render import show as draw
+from .render import answer, live, note
 
 if TYPE_CHECKING:
     from socket import socket
@@ -96,7 +95,7 @@ def validate(
 
 def show(outcome: Outcome[Any], json: bool) -> None:
     """Print the document, or the summary for people."""
-    emit(outcome.document) if json else draw(outcome.shown)
+    answer(outcome.shown, json)
 
 
 def end(outcome: Outcome[Any], json: bool) -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..report.blocks import table
+from ..report.blocks import bullets, fields, table
 from .outcome import FAILED
-from .render import emit, say_lines, show
+from .render import answer
 
 
 def doctor(json: bool = False) -> None:
@@ -15,12 +15,9 @@ def doctor(json: bool = False) -> None:
 
     found = examine()
     wrong = [one for one in found if one.state == "error"]
-    if json:
-        emit({"ok": not wrong, "findings": [{"area": one.area, "what": one.what, "state": one.state,
-              "found": one.found, "remedy": one.remedy} for one in found]})  # fmt: skip
-    else:
-        show(table(("area", "what", "", "found"), [(one.area, one.what, one.state, one.found) for one in found],
-                   words=(1, 2, 3)))  # fmt: skip
-        say_lines(*(f"{one.what}: {one.remedy}" for one in found if one.remedy))
+    rows = [(one.area, one.what, one.state, one.found) for one in found]
+    answer(fields({"ok": not wrong, "findings": list(map(vars, found))},
+                  table(("area", "what", "", "found"), rows, words=(1, 2, 3))
+                  + bullets(f"{one.what}: {one.remedy}" for one in found if one.remedy)), json)  # fmt: skip
     if wrong:
         raise Exit(FAILED)

@@ -6,10 +6,10 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..report.blocks import table
+from ..report.blocks import Body, bullets, fields, line, table
 from ..workflow.asked import Bands, Draws
 from . import options as o
-from .render import emit, figure, note, say_lines, show
+from .render import answer, figure, note
 
 if TYPE_CHECKING:
     from ..choosing.purposes import Advice, Purpose
@@ -26,13 +26,12 @@ def models(purpose: o.Purpose = None, json: bool = False) -> None:
     if purpose is None:
         from ..choosing.survey import survey
 
-        families = survey()
-        emit({"families": [*map(_document, families)]}) if json else _show(families)
+        answer(_families(survey()), json)
         return
     from ..workflow.judging import recommend
 
     wanted, advice = recommend(purpose)
-    emit(_advice_document(wanted, advice)) if json else _show_advice(wanted, advice)
+    answer(_advised(wanted, advice), json)
 
 
 def design(
@@ -44,76 +43,67 @@ def design(
 
     made = run(ship, free, budget=budget, noise=noise, interval=interval, repeats=repeats, bands=bands,
                note=note)  # fmt: skip
-    if json:
-        more = {} if bands.level is None else {"bands": _bands_document(made.foreseen, bands.level)}
-        emit({"ship": made.ship.name, "budget": budget, "noise": made.noise, **_plan_document(made.plan), **more})
-        return
-    _show_plan(made.ship.name, made.plan)
-    if bands.level is not None:
-        _show_foreseen(made.foreseen, bands.level)
+    body = _planned(made.ship.name, made.plan)
+    body += () if bands.level is None else _foreseen(made.foreseen, bands.level)
+    answer(fields({"ship": made.ship.name, "budget": budget, "noise": made.noise}, body), json)
 
 
-def _bands_document(found: Sequence[Foreseen], level: float) -> Any:
+def _foreseen(found: Sequence[Foreseen], level: float) -> Body:
     from ..workflow.evidence.designed import document
 
-    return document(found, level)
-
-
-def _show_foreseen(found: Sequence[Foreseen], level: float) -> None:
     rows = [(one.name, one.unit, figure(one.value), *map(figure, (*one.before, *one.after)), f"{one.share:.0%}")
             for one in found]  # fmt: skip
     head = ("index", "unit", "value", "before: from", "to", "after: from", "to", "width left")
-    show(table(head, [tuple("–" if cell == "nan%" else cell for cell in row) for row in rows], words=(1,)))
-    say_lines(f"bands of {level:g} % by what is open about the free parameters, without and with these trials; a dash: "
-              "too few draws give the index")  # fmt: skip
+    drawn = table(head, [tuple("–" if cell == "nan%" else cell for cell in row) for row in rows], words=(1,))
+    said = (f"bands of {level:g} % by what is open about the free parameters, without and with these trials; a dash: "
+            "too few draws give the index")  # fmt: skip
+    return fields({"bands": document(found, level)}, drawn + line(said))
 
 
 def imo(
     ship: o.ShipName, out: o.Page = None, *, bands: Bands, json: bool = False
 ) -> None:
     """Judge a ship by the criteria of IMO MSC.137(76)."""
-    from ..report.judging.imo import brief, numbers
+    from ..report.judging.imo import brief
     from ..workflow.judging import imo as run
 
-    found = run(ship, out, note, bands=bands)
-    emit(numbers(found)) if json else show(brief(found))
+    answer(brief(run(ship, out, note, bands=bands)), json)
 
 
 def requirements(
     ship: o.ShipName, scope: o.Scope = "collision-avoidance", out: o.Page = None, *, bands: Draws, json: bool = False
 ) -> None:
     """Judge a ship by the requirements of Sawada 2024 section 6."""
-    from ..report.judging.requirements import brief, numbers
+    from ..report.judging.requirements import brief
     from ..workflow.judging import requirements as run
 
-    found = run(ship, scope, out, note, bands=bands)
-    emit(numbers(found)) if json else show(brief(found))
+    answer(brief(run(ship, scope, out, note, bands=bands)), json)
 
 
-def _show(families: Sequence[Assessment]) -> None:
+def _families(families: Sequence[Assessment]) -> Body:
     from ..choosing import CAPABILITIES
     from ..choosing.purposes import PURPOSES
 
-    show(table(
+    body = table(
         ("family", "equation", "controls", "feels", "gives", "numbers", "T'", "numbers from", "ns", "ships"),
         [_row(f) for f in families], words=(1, 2, 3, 4, 7, 9),
-    ))  # fmt: skip
-    say_lines(
+    ) + bullets((
         "numbers: coefficients of the library's ships. T': length of the data that identified it, T V/L (Sawada 2024 "
         "Table 1). ns: one right-hand side",
         "and lane, measured now on one thread. All families give x, y and psi too; actuators (lag, dead time, limits) "
         "are apart from the family.",
-    )
+    ))  # fmt: skip
     rows = [
         (c.about, *(_CELL.get(f.findings[c.key].answer, f.findings[c.key].answer) for f in families))
         for c in CAPABILITIES
     ]
-    show(table(("what it can represent", *(f.family.key for f in families)), rows, words=range(1, len(families) + 1)))
-    say_lines(
+    body += table(("what it can represent", *(f.family.key for f in families)), rows, words=range(1, len(families) + 1))
+    body += bullets((
         "part: with a part added to the ship file. –: planned, not in the library. Answers are measured on the ships; "
         "--json says how each is known.",
         f"Next: seatrial models --for {' | '.join(p.key for p in PURPOSES)}",
-    )
+    ))  # fmt: skip
+    return fields({"families": [*map(_document, families)]}, body)
 
 
 def _row(f: Assessment) -> tuple[str, ...]:
@@ -137,8 +127,9 @@ def _span(pair: Sequence[float] | None) -> str:
     return f"{pair[0]:g}" if pair[0] == pair[1] else f"{pair[0]:g}-{pair[1]:g}"
 
 
-def _show_advice(purpose: Purpose, advice: Sequence[Advice]) -> None:
-    say_lines(*textwrap.wrap(f"{purpose.title}, by Sawada 2024 (sections in brackets): {purpose.about}", _WIDTH), "")
+def _advised(purpose: Purpose, advice: Sequence[Advice]) -> Body:
+    about = f"{purpose.title}, by Sawada 2024 (sections in brackets): {purpose.about}"
+    body = bullets((*textwrap.wrap(about, _WIDTH), ""))
     listed = bool(purpose.needs[0].item)
     rows = [
         (str(k), a.assessment.family.key, a.assessment.family.name, a.verdict, *([_numbers(a)] if listed else []),
@@ -146,18 +137,18 @@ def _show_advice(purpose: Purpose, advice: Sequence[Advice]) -> None:
         for k, a in enumerate(advice, 1)
     ]  # fmt: skip
     head = ("", "family", "", "verdict", *(["items unmet"] if listed else []), "numbers", "ns", "what they say of it")
-    show(table(head, rows, words=[k for k in range(1, len(head)) if k - listed not in (4, 5)]))
+    body += table(head, rows, words=[k for k in range(1, len(head)) if k - listed not in (4, 5)])
     asked = [
         (*([str(need.item or "")] if listed else []), need.about if need.item else f"{need.about} [{need.place}]",
          "must" if need.must else "wish", *(_cell(a.assessment, need.keys) for a in advice))
         for need in purpose.needs
     ]  # fmt: skip
     head = (*(["6.2"] if listed else []), "what it asks for", "", *(a.assessment.family.key for a in advice))
-    show(table(head, asked, words=range(1, len(head))))
-    say_lines("part: with a part added to the ship file. any: apart from the family. –: planned. Best family first.")
-    if purpose.simplest:
-        say_lines(f"Simplest: {purpose.simplest}")
-    say_lines("", "Next:", *(f"  {line}" for line in _next(purpose, advice)))
+    body += table(head, asked, words=range(1, len(head)))
+    said = ["part: with a part added to the ship file. any: apart from the family. –: planned. Best family first."]
+    said += [f"Simplest: {purpose.simplest}"] if purpose.simplest else []
+    said += ["", "Next:", *(f"  {one}" for one in _next(purpose, advice))]
+    return fields(_advice_document(purpose, advice), body + bullets(said))
 
 
 def _numbers(advice: Advice) -> str:
@@ -227,18 +218,19 @@ def _plan_document(found: Plan) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _show_plan(name: str, found: Plan) -> None:
+def _planned(name: str, found: Plan) -> Body:
     from ..identify.design.excitation import TABLE_1
 
     rows = [(what, figure(length), figure(gain)) for what, length, gain in found.chosen]
     rows.append(("together", figure(found.length), figure(found.log_det)))
-    show(table((f"{name}: manoeuvre", "T'", "adds to log det"), rows))
+    body = table((f"{name}: manoeuvre", "T'", "adds to log det"), rows)
     parameters = [
         (f.path, figure(f.start), figure(float(sigma), 2), f"{share:.0%}", verdict.status)
         for f, sigma, share, verdict in zip(found.free, found.sigma, found.share, found.verdicts, strict=False)
     ]
-    show(table(("parameter", "value", "expected +-", "prior removed", "status"), parameters, words=(4,)))
-    say_lines(*(f"{verdict.subject}: {verdict.text}" for verdict in found.verdicts if verdict.status != "identified"))
+    body += table(("parameter", "value", "expected +-", "prior removed", "status"), parameters, words=(4,))
+    body += bullets(f"{one.subject}: {one.text}" for one in found.verdicts if one.status != "identified")
     published = [(f"[{p.reference}]", p.model, ", ".join(map(str, p.parameters)), p.manoeuvres, _span(p.length))
                  for p in TABLE_1]  # fmt: skip
-    show(table(("Sawada 2024 Table 1", "model", "parameters", "manoeuvres", "T'"), published, words=(1, 3)))
+    body += table(("Sawada 2024 Table 1", "model", "parameters", "manoeuvres", "T'"), published, words=(1, 3))
+    return fields(_plan_document(found), body)

@@ -6,14 +6,14 @@ writing.  They are shown as their escapes (``\x1b``), never sent.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from json import dumps
 from typing import IO, TYPE_CHECKING, Any
 
-from ..report.blocks import Body, Table, cell, plain_text
+from ..report.blocks import Body, Fields, Group, Table, cell, document, plain_text
 from ..workflow import figure as figure
 
 if TYPE_CHECKING:
@@ -72,11 +72,16 @@ def hand_on(text: str, *, aside: bool) -> None:
         stream.write(text)
 
 
-def emit(document: Mapping[str, Any]) -> None:
+def answer(body: Body, json: bool) -> None:
+    """What a command has found, to standard output: as one JSON object, or for people."""
+    emit(document(body)) if json else show(body)
+
+
+def emit(said: Mapping[str, Any]) -> None:
     """One JSON object to standard output; a number that is not finite becomes null."""
     from ..core.files import plain
 
-    say(in_json(json.dumps(plain(document), ensure_ascii=False, allow_nan=False)) + "\n")
+    say(in_json(dumps(plain(said), ensure_ascii=False, allow_nan=False)) + "\n")
 
 
 def console() -> Console:
@@ -91,6 +96,8 @@ def show(body: Body) -> None:
     for block in body:
         if isinstance(block, Table):
             _show_table(block)
+        elif isinstance(block, Fields | Group):
+            show(block.body)
         else:
             say_lines(*plain_text((block,)))
 

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from click.exceptions import Exit
 
-from ..report.blocks import table
+from ..report.blocks import Body, fields, table
 from . import options as o
 from .outcome import FAILED
-from .render import emit, figure, note
-from .render import show as draw
+from .render import answer, figure, note
 
 if TYPE_CHECKING:
     from ..ships import Entry, Ship
     from ..ships.estimate import Number
+    from ..workflow.judging import AnotherScale
 
 HEAD = ("number", "value", "unit", "formula", "range", "other formulas", "spread", "sigma", "sigma from")
 
@@ -33,19 +33,18 @@ def ships(check: o.ShipToCheck = None, out: o.Report = None, json: bool = False)
     from ..ships.files import library, load, variants
 
     found = [(name, load(name)) for name in library()]
-    if json:
-        emit({"ships": [
-            {"name": name, "title": str(ship.notes.get("title", "")), "L_pp": ship.L_pp, "speed": ship.speed,
-             "family": type(ship.model).__name__, "parameters": sum(1 for _ in walk(ship.model))}
-            for name, ship in found
-        ]})  # fmt: skip
-        return
+    said = {"ships": [
+        {"name": name, "title": str(ship.notes.get("title", "")), "L_pp": ship.L_pp, "speed": ship.speed,
+         "family": type(ship.model).__name__, "parameters": sum(1 for _ in walk(ship.model))}
+        for name, ship in found
+    ]}  # fmt: skip
     rows = [
         (name, str(s.notes.get("title", "")), f"{s.L_pp:g}", f"{s.speed:g}", type(s.model).__name__)
         for name, s in found
     ]
-    draw(table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, words=(1, 4)))
-    note(f"further parameter sets of these ships, taken by name as well: {', '.join(variants())}")
+    answer(fields(said, table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, words=(1, 4))), json)
+    if not json:
+        note(f"further parameter sets of these ships, taken by name as well: {', '.join(variants())}")
 
 
 def _check(file: str, out: Path | None, json: bool) -> None:
@@ -56,12 +55,10 @@ def _check(file: str, out: Path | None, json: bool) -> None:
     if file.startswith("-"):
         raise RequestError(f"--check takes a ship file, not {file}; seatrial ships --help tells more")
     checked = check_ship_file(file, out=out, note=note)
-    if json:
-        emit({"ship": checked.ship.name, "fit": checked.fit, "findings": [
-            {"check": one.what, "state": one.state, "found": one.detail} for one in checked.findings]})  # fmt: skip
-    else:
-        draw(table(("check", "", "found"), [(one.what, one.state, one.detail) for one in checked.findings],
-                   words=(1, 2)))  # fmt: skip
+    rows = [(one.what, one.state, one.detail) for one in checked.findings]
+    said = [dict(zip(("check", "state", "found"), row, strict=True)) for row in rows]
+    answer(fields({"ship": checked.ship.name, "fit": checked.fit, "findings": said},
+                  table(("check", "", "found"), rows, words=(1, 2))), json)  # fmt: skip
     if not checked.fit:
         raise Exit(FAILED)
 
@@ -75,19 +72,18 @@ def show(ship: o.ShipName, sources: o.Sources = False, json: bool = False) -> No
     entries, doubtful = found.entries, doubts(found)
     for line in doubtful:
         note(f"warning: {line}")
-    if json:
-        parameters = {path: {"value": value, "unit": meaning.unit, "about": meaning.about, **_origin(entries.get(path))}
-                      for path, meaning, value in walk(found.model)}  # fmt: skip
-        emit({"ship": found.name, "L_pp": found.L_pp, "speed": found.speed, "n_P": found.n_P,
-              "parameters": parameters, "doubts": doubtful, "notes": found.notes, **_network(found)})  # fmt: skip
-        return
+    parameters = {path: {"value": value, "unit": meaning.unit, "about": meaning.about, **_origin(entries.get(path))}
+                  for path, meaning, value in walk(found.model)}  # fmt: skip
     rows = [
         (path, f"{value:.6g}", meaning.unit,
          *([entries[path].source if path in entries else "default"] if sources else [meaning.about]))
         for path, meaning, value in walk(found.model)
     ]  # fmt: skip
-    draw(table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, words=(2, 3)))
-    for form in _network(found).values():
+    answer(fields({"ship": found.name, "L_pp": found.L_pp, "speed": found.speed, "n_P": found.n_P,
+                   "parameters": parameters, "doubts": doubtful, "notes": found.notes, **_network(found)},
+                  table(("parameter", "value", "unit", "source" if sources else "meaning"), rows, words=(2, 3))),
+           json)  # fmt: skip
+    for form in () if json else _network(found).values():
         note(f"network: {', '.join(f'{key} {value}' for key, value in form.items())}")
 
 
@@ -113,8 +109,7 @@ def copy(ship: o.ShipName, file: o.CopyFile, json: bool = False) -> None:
     from ..workflow.judging import copy as run
 
     made = run(ship, file, note)
-    if json:
-        emit({"ship": made.name, "of": made.of, "file": file})
+    answer(fields({"ship": made.name, "of": made.of, "file": file}), json)
 
 
 def estimate(particulars: o.Particulars, out: o.ShipOut, json: bool = False) -> None:
@@ -122,11 +117,9 @@ def estimate(particulars: o.Particulars, out: o.ShipOut, json: bool = False) -> 
     from ..workflow.judging import estimate as run
 
     made = run(particulars, out, note)
-    if json:
-        emit({"ship": made.ship.name, "file": out, "cautions": made.cautions,
-              "numbers": {item.path: _document(item, made.ship.entries[item.path].source) for item in made.numbers}})
-    else:
-        draw(table(HEAD, (_row(item) for item in made.numbers), words=(2, 3, 4, 5, 8)))
+    said = {item.path: _document(item, made.ship.entries[item.path].source) for item in made.numbers}
+    answer(fields({"ship": made.ship.name, "file": out, "cautions": made.cautions, "numbers": said},
+                  table(HEAD, map(_row, made.numbers), words=(2, 3, 4, 5, 8))), json)  # fmt: skip
 
 
 def captive(
@@ -139,9 +132,6 @@ def captive(
     from ..workflow.judging import captive as run
 
     found = run(ship, tables, out, mapping=mapping, free=free, water=open_water, page=report, note=note)
-    if json:
-        emit({**numbers(found), "file": out, "report": report})
-        return
     said, meanings, L = {v.subject: v for v in found.verdicts}, specs(found.ship.model), found.ship.L_pp
 
     def row(path: str, value: float, sigma: float | None) -> tuple[str, ...]:
@@ -153,8 +143,9 @@ def captive(
 
     rows = [row(path, float(v), float(s)) for path, v, s in zip(found.paths, found.values, found.sigma, strict=True)]
     rows += [row(path, float(read(found.ship.model, path)), None) for path in found.held]
-    draw(table(("parameter", "before", "captive", "sigma", "verdict", "determined by"), rows, words=(4, 5)))
-    for one in found.verdicts:
+    head = ("parameter", "before", "captive", "sigma", "verdict", "determined by")
+    answer(fields({**numbers(found), "file": out, "report": report}, table(head, rows, words=(4, 5))), json)
+    for one in () if json else found.verdicts:
         if " and " in one.subject:
             note(f"note: {one.subject}: {one.text}")
 
@@ -170,15 +161,18 @@ def scale(
     made = run(ship, to_length, out, form_factor=form_factor, roughness=None if roughness is None else roughness * 1e-6,
                density=density, rudder=rudder_wake, friction=not froude, note=note)  # fmt: skip
     found, a, b = made.scaled, made.before, made.after
-    if json:
-        emit({"ship": found.ship.name, "L_pp": found.ship.L_pp, "speed": found.ship.speed, "wetted_surface": found.S,
-              "friction": {"before": found.before, "after": found.after},
-              "effects": {k: {"before": x, "after": y, "why": why} for k, (x, y, why) in found.effects.items()},
-              "self_propulsion": {"before": a, "after": b}, "cautions": found.cautions, "file": out})  # fmt: skip
-        return
-    if froude:
+    said = {"ship": found.ship.name, "L_pp": found.ship.L_pp, "speed": found.ship.speed, "wetted_surface": found.S,
+            "friction": {"before": found.before, "after": found.after},
+            "effects": {k: {"before": x, "after": y, "why": why} for k, (x, y, why) in found.effects.items()},
+            "self_propulsion": {"before": a, "after": b}, "cautions": found.cautions, "file": out}  # fmt: skip
+    if froude and not json:
         note(f"{found.ship.name}: L_pp {found.ship.L_pp:g} m, {found.ship.speed:g} m/s, by Froude's law alone")
-        return
+    answer(fields(said, () if froude else _scaled(made)), json)
+
+
+def _scaled(made: AnotherScale) -> Body:
+    """What friction changes, and with it the propulsion."""
+    found, a, b = made.scaled, made.before, made.after
     f, g = found.before, found.after
     rows = [
         ("Reynolds number", f.Re, g.Re, "at the approach speed"), ("C_F", f.C_F, g.C_F, "ITTC 1957"),
@@ -192,7 +186,7 @@ def scale(
             ("rudder force by angle", a.rudder, b.rudder, "over 0.5 rho A_R U^2 and radian"),
         ]
     shown = [(name, figure(x), figure(y), why) for name, x, y, why in rows]
-    draw(table(("number", "before", "after", "why"), shown, words=(3,)))
+    return table(("number", "before", "after", "why"), shown, words=(3,))
 
 
 def roll(
@@ -221,11 +215,10 @@ def _more(made: Ship, tables: tuple[str, ...], out: Path | None, json: bool) -> 
 
     rows = [(path, value, meaning.unit, made.entries[path].source if path in made.entries else "default")
             for path, meaning, value in walk(made.model) if path.partition(".")[0] in tables]  # fmt: skip
-    if json:
-        emit({"ship": made.name, "of": made.of, "file": out, "states": made.model.states, "parameters": {
-            path: {"value": value, "unit": unit, "source": source} for path, value, unit, source in rows}})  # fmt: skip
-        return
-    draw(table(("parameter", "value", "unit", "source"), [(p, figure(v), u, s) for p, v, u, s in rows], words=(2, 3)))
+    said = {path: {"value": value, "unit": unit, "source": source} for path, value, unit, source in rows}
+    shown = table(("parameter", "value", "unit", "source"), [(p, figure(v), u, s) for p, v, u, s in rows], words=(2, 3))
+    answer(fields({"ship": made.name, "of": made.of, "file": out, "states": made.model.states, "parameters": said},
+                  shown), json)  # fmt: skip
 
 
 def export(
@@ -238,10 +231,8 @@ def export(
 
     made = run(model, casadi=casadi, c=c, python=python, actuators=actuators, fmu=fmu, fmi=fmi, hull=hull, dt=dt,
                platforms=platforms, note=note)  # fmt: skip
-    if json:
-        emit({**made.description, "written": made.written})
-        return
-    for path in made.written:
+    answer(fields({**made.description, "written": made.written}), json)
+    for path in () if json else made.written:
         note(f"wrote {path}")
 
 

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 from click.exceptions import Exit
 
 from ..core.errors import RequestError, RunError
-from ..report.blocks import table
+from ..report.blocks import Block, Body, bullets, fields, table
 from ..workflow.asked import Approach, Around, Bands, Departure, InWaves, Orders, Page, Sailing, Serving, Span, Wire
 from . import options as o
-from .evidence import show_bands
+from .evidence import bands_shown
 from .fits import port_of, show
-from .render import emit, figure, hand_on, note, say, say_lines
-from .render import show as draw
+from .render import answer, figure, hand_on, note
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
@@ -54,32 +53,27 @@ def simulate(
             raise RequestError(f"--device {device}: bands are computed on the processor; leave the option out")
         made = simulate_with_bands(ship, name, bands, orders=orders, begin=begin, span=span, around=around, out=out,
                                    note=note)  # fmt: skip
-        show_bands(made, json)
+        answer(bands_shown(made), json)
         _incomplete(made.run)
         return
     from ..workflow.simulation import simulate as run
 
     ran = run(ship, name, orders=orders, begin=begin, span=span, around=around, waves=waves, device=device, out=out,
               note=note)  # fmt: skip
-    indices = {key: index_document(index) for key, index in ran.indices.items()}
-    if json:
-        emit({"ship": ran.ship.name, "manoeuvre": name, "settings": ran.settings, "complete": ran.complete,
-              "reason": ran.reason, "time": ran.trial.duration, "indices": indices,
-              **({"motions": {name: vars(one) for name, one in ran.motions.items()}} if ran.motions else {})
-              })  # fmt: skip
-    else:
-        show_indices(f"{ran.ship.name}, {ran.policy.kind}", indices)
-        if ran.motions:
-            _show_motions(ran.motions)
+    answer(fields({"ship": ran.ship.name, "manoeuvre": name, "settings": ran.settings, "complete": ran.complete,
+                   "reason": ran.reason, "time": ran.trial.duration},
+                  indices_shown(f"{ran.ship.name}, {ran.policy.kind}", ran.indices)
+                  + (_motions(ran.motions) if ran.motions else ())), json)  # fmt: skip
     _incomplete(ran)
 
 
-def _show_motions(motions: Mapping[str, Motion]) -> None:
+def _motions(motions: Mapping[str, Motion]) -> Body:
     """Motions in waves: lengths in m, angles in degrees."""
     rows = [(name, figure(one.expected * scale), figure(one.found * scale), figure(one.greatest * scale), unit)
             for name, one in motions.items()
             for scale, unit in [(1.0, "m") if one.unit == "m" else (1.0 / DEGREE, "deg")]]  # fmt: skip
-    draw(table(("motion in waves", "rms on the first heading", "rms", "greatest", "unit"), rows, words=(4,)))
+    head = ("motion in waves", "rms on the first heading", "rms", "greatest", "unit")
+    return fields({"motions": {name: vars(one) for name, one in motions.items()}}, table(head, rows, words=(4,)))
 
 
 def _incomplete(ran: Simulated) -> None:
@@ -96,13 +90,10 @@ def _replay(folder: str, run: str, manoeuvre: str | None, out: Path | None, json
     if manoeuvre is not None or not run.isdecimal():
         raise RequestError(f"--from {folder}: name a run alone, by its number in the table, such as 12")
     ran = replayed(folder, int(run), out)
-    indices = {key: index_document(index) for key, index in ran.indices.items()}
-    if json:
-        emit({"case": ran.ship, "manoeuvre": ran.policy.kind, "inputs": ran.inputs, "complete": ran.complete,
-              "time": ran.trial.duration, "indices": indices})  # fmt: skip
-        return
-    draw(table(("input", "value"), [(name, figure(value, 6)) for name, value in ran.inputs.items()]))
-    show_indices(f"{ran.ship}, {ran.policy.kind}, run {run}", indices)
+    answer(fields({"case": ran.ship, "manoeuvre": ran.policy.kind, "inputs": ran.inputs, "complete": ran.complete,
+                   "time": ran.trial.duration},
+                  table(("input", "value"), [(name, figure(value, 6)) for name, value in ran.inputs.items()])
+                  + indices_shown(f"{ran.ship}, {ran.policy.kind}, run {run}", ran.indices)), json)  # fmt: skip
 
 
 def index_document(index: Index) -> dict[str, object]:
@@ -116,13 +107,14 @@ def index_document(index: Index) -> dict[str, object]:
     return out if index.over_L is None else {**out, "over_L": index.over_L}
 
 
-def show_indices(title: str, indices: Mapping[str, Mapping[str, Any]]) -> None:
+def indices_shown(title: str, found: Mapping[str, Index]) -> Body:
     """The indices of a manoeuvre as a table."""
+    indices: dict[str, Any] = {name: index_document(index) for name, index in found.items()}
     rows = [
         (name.replace("_", " "), _resolved(i), i["unit"], figure(i.get("over_L")))
         for name, i in indices.items()
     ]
-    draw(table((title, "value", "unit", "in L_pp"), rows, words=(2,)))
+    return fields({"indices": indices}, table((title, "value", "unit", "in L_pp"), rows, words=(2,)))
 
 
 def _resolved(index: Mapping[str, Any]) -> str:
@@ -142,13 +134,8 @@ def harbour(
     from ..workflow.harbour import harbour as ran_in
 
     ran = ran_in(run, ship or SHIP, chart, wind=wind, speed=speed, duration=duration, start=start, out=out)
-    indices = {key: index_document(index) for key, index in ran.indices.items()}
-    if json:
-        emit(
-            {"ship": ran.ship.name, "run": run, "chart": ran.chart.name, "time": ran.trial.duration, "indices": indices}
-        )
-    else:
-        show_indices(f"{ran.ship.name}, {run}, {ran.chart.name}", indices)
+    answer(fields({"ship": ran.ship.name, "run": run, "chart": ran.chart.name, "time": ran.trial.duration},
+                  indices_shown(f"{ran.ship.name}, {run}, {ran.chart.name}", ran.indices)), json)  # fmt: skip
 
 
 def steer(
@@ -160,7 +147,7 @@ def steer(
     if wire.nmea is None:
         raise RequestError("--nmea: say where to listen, such as udp://127.0.0.1:10110")
     ran = _sailed(json, ship, scenario, departure, around, waves, wire, page, bands, run)
-    _summarise(ran, json)
+    answer(_summary(ran), json)
     if ran.failure is not None:
         raise RunError(ran.failure)
 
@@ -172,25 +159,21 @@ def _sailed(json: bool, *given: Any, **groups: Any) -> Voyage:
     return sail(*given, **groups, note=note, printed=lambda text: hand_on(text, aside=json))
 
 
-def _summarise(ran: Voyage, json: bool) -> None:
+def _summary(ran: Voyage) -> Body:
     plant, report, on_wire = ran.plant, ran.stage.loop.report, ran.stage.on_wire
     if on_wire is None:
-        return
-    if json:
-        emit({
-            "ship": plant.ship.name, "address": str(on_wire.wire.address), "t": report.t, "state": ran.state,
-            "commander": on_wire.conning.commander, "mode": on_wire.conning.mode,
-            "orders": dict(on_wire.conning.counts), "wire": dict(on_wire.wire.counts), "overruns": report.overruns,
-            "worst_late": report.worst_late, "events": dict(report.events), "written": ran.written,
-        })  # fmt: skip
-        return
-    taken, lost = on_wire.conning.counts["taken"], on_wire.wire.counts["unsent"]
-    unsent = f"{lost} not sent, " if lost else ""
-    say(
-        f"{report.t:g} s sailed, heading {math.degrees(plant['psi']) % 360.0:.1f} deg, {taken} orders taken, "
-        f"{on_wire.wire.counts['sent']} datagrams sent, {unsent}{report.overruns} of {report.ticks} ticks late\n"
-    )
-    say_lines(*ran.written)
+        return ()
+    counts = on_wire.wire.counts
+    unsent = f"{counts['unsent']} not sent, " if counts["unsent"] else ""
+    said = (f"{report.t:g} s sailed, heading {math.degrees(plant['psi']) % 360.0:.1f} deg, "
+            f"{on_wire.conning.counts['taken']} orders taken, {counts['sent']} datagrams sent, {unsent}"
+            f"{report.overruns} of {report.ticks} ticks late")  # fmt: skip
+    return fields({
+        "ship": plant.ship.name, "address": str(on_wire.wire.address), "t": report.t, "state": ran.state,
+        "commander": on_wire.conning.commander, "mode": on_wire.conning.mode,
+        "orders": dict(on_wire.conning.counts), "wire": dict(counts), "overruns": report.overruns,
+        "worst_late": report.worst_late, "events": dict(report.events), "written": ran.written,
+    }, bullets((said, *map(str, ran.written))))  # fmt: skip
 
 
 def bridge(
@@ -200,7 +183,7 @@ def bridge(
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
     ran = _sailed(json, ship, scenario, departure, around, waves, wire, replace(page, page=True), bands, run)
-    emit(ran.document()) if json else say_lines(*ran.written)
+    answer(fields(ran.document(), bullets(map(str, ran.written))), json)
     if ran.failure is not None:
         raise RunError(ran.failure)
 
@@ -211,31 +194,29 @@ def range_(
 ) -> None:  # fmt: skip
     """Run a scenario and judge its criteria."""
     ran = _sailed(json, None, scenario, wire=wire, page=page, bands=bands, run=run, judge=True)
-    document = ran.document()
-    if json:
-        emit(document)
-    else:
-        _show_range(ran, document)
+    answer(_judged(ran, ran.document()), json)
     if not ran.met:
         missed = [f"{one.name}{f' of {one.where}' if one.where else ''}" for one in ran.judged if not one.met]
         note(f"error: {ran.failure or 'not met: ' + ', '.join(missed)}")
         raise Exit(1)
 
 
-def _show_range(ran: Voyage, document: dict[str, Any]) -> None:
-    indices = document["indices"]
+def _judged(ran: Voyage, document: Mapping[str, Any]) -> Body:
+    """How others were passed, the criteria, and how it ended."""
+    indices, body = document["indices"], tuple[Block, ...]()
     rows = [(name, figure(one["distance"], 5), figure(one["at"], 5), figure(one["time_in_hand"], 4))
             for name, one in indices["passing"].items()]  # fmt: skip
     if rows:
-        draw(table(("ship", "passes at m", "after s", "time in hand s"), rows))
+        body += table(("ship", "passes at m", "after s", "time in hand s"), rows)
     rows = [(one["name"].replace("_", " "), one["ship"] or "", figure(one["value"], 5), figure(one["limit"], 5),
              one["unit"], "met" if one["met"] else "not met") for one in document["criteria"]]  # fmt: skip
     if rows:
-        draw(table(("criterion", "of", "value", "limit", "unit", ""), rows, words=(1, 4, 5)))
+        body += table(("criterion", "of", "value", "limit", "unit", ""), rows, words=(1, 4, 5))
     arrived = document["arrived"]
     end = f"arrived after {arrived:.1f} s" if arrived is not None else f"ended after {document['time']:.1f} s"
-    say_lines(f"{ran.stage.scenario.title}: {end}, at most {indices['cross_track_max']:.1f} m off the route",
-              *ran.written)  # fmt: skip
+    said = f"{ran.stage.scenario.title}: {end}, at most {indices['cross_track_max']:.1f} m off the route"
+    return fields(document, body + bullets((said, *map(str, ran.written))))
+
 
 def twin(
     model: o.ShipName, nmea: o.NmeaLog = None, mcap: o.McapLog = None, trial: o.TrialLog = None,
@@ -267,7 +248,7 @@ def demo(out: o.DemoFolder = Path("demo"), json: bool = False) -> None:
 
     make_folder(out)
     summary = tell(out, note)
-    emit(summary) if json else say_lines(*summary["lines"])
+    answer(fields(summary, bullets(summary["lines"])), json)
 
 
 def bench(names: o.Peers = (), listed: o.Listed = False, out: o.BenchFolder = None, json: bool = False) -> None:
@@ -276,38 +257,35 @@ def bench(names: o.Peers = (), listed: o.Listed = False, out: o.BenchFolder = No
     from ..workflow.installation.bench import bench as run
 
     if listed:
-        _list_peers(names, json)
+        answer(_peers(names), json)
         return
     result = run(names, out, note)
-    emit(result) if json else _show_times(result)
+    answer(_times(result), json)
+    if result["busy"]:
+        note("note: the machine had other work: the control loop varied; measure again when it is at rest")
     if out is not None:
         note(f"wrote {out / 'bench.json'}")
     if result["failed"]:
         raise SimulationError("; ".join(f"{one['peer']} cannot be measured: {one['why']}" for one in result["failed"]))
 
 
-def _list_peers(names: tuple[str, ...], json: bool) -> None:
+def _peers(names: tuple[str, ...]) -> Body:
     from ..workflow.installation.bench import peers, state
 
     chosen = peers(names)
-    if json:
-        emit({"peers": [{"name": p.name, "about": p.about, "installed": p.installed} for p in chosen]})
-    else:
-        draw(table(("peer", "what is compared with", "here"), [(p.name, p.about, state(p)) for p in chosen],
-                   words=(1, 2)))  # fmt: skip
+    rows = [(p.name, p.about, state(p)) for p in chosen]
+    return fields({"peers": [{"name": p.name, "about": p.about, "installed": p.installed} for p in chosen]},
+                  table(("peer", "what is compared with", "here"), rows, words=(1, 2)))  # fmt: skip
 
 
-def _show_times(result: Mapping[str, Any]) -> None:
+def _times(result: Mapping[str, Any]) -> Body:
     rows = [(r["peer"], r["what"], _time(r["ours_s"]), _time(r["theirs_s"]), f"{r['ratio']:.3g} x")
             for r in result["rows"]]  # fmt: skip
-    if rows:
-        draw(table(("peer", "time of", "ours", "theirs", "ratio"), rows, words=(1,)))
-    for missing in result["not_installed"]:
-        say(f"{missing['peer']}: not installed ({missing['get']})\n")
     loops = f"{result['control_loop_ms']:.1f} to {result['slowest_control_loop_ms']:.1f} ms"
-    say(f"{result['machine']}; Python control loop {loops}\n")
-    if result["busy"]:
-        note("note: the machine had other work: the control loop varied; measure again when it is at rest")
+    said = [f"{missing['peer']}: not installed ({missing['get']})" for missing in result["not_installed"]]
+    said.append(f"{result['machine']}; Python control loop {loops}")
+    measured = table(("peer", "time of", "ours", "theirs", "ratio"), rows, words=(1,)) if rows else ()
+    return fields(result, measured + bullets(said))
 
 
 def _time(seconds: float) -> str:

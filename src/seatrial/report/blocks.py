@@ -1,7 +1,7 @@
 """Blocks: what a command has found, as values of few kinds that a terminal, a page, a notebook and JSON each draw.
 
 A `Body` is a tuple of blocks; the functions make one, and ``+`` joins them.  Faces: `page.html` for pages and
-notebooks, `plain_text` for notebooks, `cli.render.show` for a terminal.
+notebooks, `plain_text` for notebooks, `cli.render.show` for a terminal, `document` for JSON.
 """
 
 from __future__ import annotations
@@ -83,6 +83,14 @@ class Group:
 
 
 @dataclass(frozen=True)
+class Fields:
+    """Blocks, and what JSON says in their place: fields of its object, SI units and radians unless they name others."""
+
+    values: Mapping[str, object]
+    body: Body = ()
+
+
+@dataclass(frozen=True)
 class Numbers:
     """Names with their values, in words; `main` of a page, the first as the greatest."""
 
@@ -112,7 +120,7 @@ class Blanks:
     names: tuple[str, ...]
 
 
-Block = Line | Lines | Table | Figure | Group | Numbers | Verdict | Blanks
+Block = Line | Lines | Table | Figure | Group | Fields | Numbers | Verdict | Blanks
 Body = tuple[Block, ...]
 """What stands one below the other."""
 
@@ -189,6 +197,22 @@ def gallery(*drawn: Body, least: int = 420) -> Body:
     return (Group(some, least),) if some else ()
 
 
+def fields(values: Mapping[str, object], body: Body = ()) -> Body:
+    """Blocks with what JSON says in their place."""
+    return (Fields(values, body),)
+
+
+def document(body: Body) -> dict[str, object]:
+    """The object that JSON has of a body: the fields of all its blocks."""
+    found: dict[str, object] = {}
+    for block in body:
+        if isinstance(block, Fields):
+            found |= block.values
+        if isinstance(block, Fields | Group):
+            found |= document(block.body)
+    return found
+
+
 def tiles(shown: Iterable[tuple[str, str]]) -> Body:
     """Values with what they are, the first as the main one."""
     return (Numbers(tuple((what, value) for value, what in shown), main=True),)
@@ -218,7 +242,7 @@ def _plain(block: Block) -> Iterator[str]:
             yield from block.notes
         case Figure():
             yield block.caption
-        case Group():
+        case Group() | Fields():
             yield from plain_text(block.body)
         case Numbers():
             yield from (f"{name}: {value}" for name, value in block.pairs)

@@ -16,7 +16,9 @@ from typing import Any
 from ..core.errors import ReportError as ReportError
 from ..core.files import plain as plain
 from ..core.files import write_together
-from .blocks import Blanks, Block, Body, Figure, Group, Line, Lines, Numbers, Table, Verdict, cell, entries
+from .blocks import Blanks, Block, Body, Fields, Figure, Group, Line, Lines, Numbers, Table, Verdict, cell
+from .blocks import document as document
+from .blocks import entries as entries
 from .figure_data import taken
 
 _STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
@@ -32,7 +34,7 @@ class Section:
     Attributes:
         title: heading, plain text; empty for what stands below the title of the page.
         body: a section without one is not shown, but its numbers are written.
-        numbers: fields of the JSON file, SI units and radians.
+        numbers: fields of the JSON file beside those of its blocks, SI units and radians.
         sheet: begins on a new sheet of paper.
     """
 
@@ -76,10 +78,8 @@ class Page:
     @property
     def document(self) -> dict[str, Any]:
         """All numbers as JSON has them: a value that is not finite is null."""
-        fields = dict(self.numbers)
-        for section in self.sections:
-            fields |= section.numbers
-        return plain(fields)
+        said = (Fields(section.numbers, section.body) for section in self.sections)
+        return plain(document((Fields(self.numbers), *said)))
 
 
 def write(path: str | Path, page: Page) -> Path:
@@ -121,7 +121,7 @@ def _drawn(block: Block) -> str:
             return _table(block)
         case Figure():
             return _figure(block)
-        case Group():
+        case Group() | Fields():
             return _group(block)
         case Numbers():
             return _numbers(block)
@@ -172,8 +172,10 @@ def _figure(block: Figure) -> str:
     return f'<div class="scroll"><div style="min-width:{block.least}px">{drawn}</div></div>' if block.least else drawn
 
 
-def _group(block: Group) -> str:
+def _group(block: Group | Fields) -> str:
     some = html(block.body)
+    if isinstance(block, Fields):
+        return some
     if block.least is None:
         return f'<div class="halves">{some}</div>'
     narrow = f"grid-template-columns:repeat(auto-fill,minmax(min(100%,{block.least}px),1fr))"

@@ -37,18 +37,23 @@ class Outcome(Generic[Result]):
 
     Attributes:
         result: the value for Python.
-        document: the same for JSON.
-        shown: the same for people, as blocks that each face draws.
+        shown: the same as blocks that each face draws, JSON among them.
         errors: what failed while the rest was done, one line each; a command exits with 1 where there are any.
         leads: what speaks against the result, one line each, the first lines of `shown`: that the model does not
             explain the data, or that it predicts worse than before the fit.
     """
 
     result: Result
-    document: Document
     shown: Body
     errors: tuple[str, ...] = ()
     leads: tuple[str, ...] = ()
+
+    @property
+    def document(self) -> Document:
+        """What JSON has of it."""
+        from ..report.blocks import document
+
+        return document(self.shown)
 
 
 class Sink(Protocol):

@@ -16,7 +16,7 @@ from ..identify import Fit, FitError, Progress, Spread, StudyError
 from ..identify.posterior.verdicts import overruled
 from ..identify.resume import digest, forget
 from ..identify.watch import start
-from ..report.blocks import joined, line
+from ..report.blocks import fields, joined, line
 from ..study.series_run import claimed, swept
 from ..study.store import SUMMARY, kept, save_fit
 from . import SILENT, Outcome, RequestError, Sink
@@ -77,7 +77,7 @@ def identify(
         errors = (f"{len(todo) - len(fits)} of {len(todo)} fits failed, first {failed[0]}",) if failed else ()
         said = leads(document, out, plan.kept_back)
         blocks = joined(map(line, said)) + shown(document, out, plan.kept_back)
-        return Outcome(fits, {**document, "run": str(out)}, blocks, errors, said)
+        return Outcome(fits, fields({**document, "run": str(out)}, blocks), errors, said)
 
 
 def resumes(out: Path) -> bool:

@@ -16,7 +16,7 @@ from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import steps_text
 from ..data.trialfile import read_trials, write_trials
 from ..engine import SimulationError
-from ..report.blocks import joined, line
+from ..report.blocks import fields, joined, line
 from ..report.evidence import assumptions
 from ..report.judging.fans import held_table, words
 from ..report.judging.fitness import brief
@@ -97,7 +97,7 @@ def check(
     first, *rest = (f"{count} {word}{'s' * (count != 1)}" for count, word in many)
     total = f"{first}: {', '.join(rest)}"
     shown = joined(map(line, (*map(str, every), *map(str, covered), total)))
-    return Outcome(found, document, shown, tuple(str(f) for f in every if f.severity == "error"))
+    return Outcome(found, fields(document, shown), tuple(str(f) for f in every if f.severity == "error"))
 
 
 def _write_remedies(file: Path, found: Sequence[Finding], paths: Sequence[Path], sink: Sink) -> None:
@@ -198,7 +198,7 @@ def validate(
     shown = joined(map(line, leads)) + table_of(report) + line(f"errors divided by: {scaled}")
     shown += brief(fit) if fit else ()
     shown += held_table(held.rows) + line(words(held.rows, held.level)) if held else ()
-    return Outcome(report, document, shown, failed, leads)
+    return Outcome(report, fields(document, shown), failed, leads)
 
 
 def _told(how: Predicting) -> Mapping[str, str]:
@@ -271,7 +271,7 @@ def predict(
     begun = {"fit_first": {name: one.numbers() for name, one in asked.begun.items()}} if asked.begun else {}
     document = {"model": ship.name, "restart": how.restart, **({} if how.history is None else {"history": how.history}),
                 "written": list(written), **begun, **spread_numbers(spread)}
-    return Outcome(tuple(predictions), document, joined(map(line, written)), tuple(failed))
+    return Outcome(tuple(predictions), fields(document, joined(map(line, written))), tuple(failed))
 
 
 def _banding(model: str, bands: Bands, how: Predicting) -> Banding | None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ...validate.imo import FAIL, PASS, UNDECIDED, Criterion, ImoTable
 from .. import figures
-from ..blocks import Body, bullets, entries, figure, heading, lead, note, number, table
+from ..blocks import Body, bullets, entries, fields, figure, heading, lead, note, number, table
 from ..page import Page, Section
 
 _NAME = "criterion (MSC.137(76) section 5.3)"
@@ -32,7 +32,7 @@ def page(found: ImoTable) -> Page:
 
 def brief(found: ImoTable) -> Body:
     """The same without drawings, for a terminal."""
-    return _head(found) + _criteria(found) + _reasons(found.rows) + entries(found.conditions)
+    return fields(numbers(found), _head(found) + _criteria(found) + _reasons(found.rows) + entries(found.conditions))
 
 
 def _head(found: ImoTable) -> Body:

@@ -7,7 +7,7 @@ import math
 from ...core.version import __version__
 from ...validate.requirements import Drawn, Finding, Item, Judgement, Table
 from .. import figures
-from ..blocks import Body, Verdict, entries, figure, gallery, lead, number, soft, table
+from ..blocks import Body, Verdict, entries, fields, figure, gallery, lead, number, soft, table
 from ..page import Page, Section
 
 _MARK = {"pass": "✓ pass", "fail": "✗ fail", "undecided": "? undecided", "not applicable": "– not applicable",
@@ -38,7 +38,7 @@ def page(found: Table) -> Page:
     }  # fmt: skip
     items = (_item(item, judgement) for item, judgement in found.rows)
     title = f"{found.ship}: requirements, {found.scope}"
-    return Page(title, (Section("", brief(found)), *items, Section("Conditions", entries(conditions))), numbers(found))
+    return Page(title, (Section("", brief(found)), *items, Section("Conditions", entries(conditions))))
 
 
 def brief(found: Table) -> Body:
@@ -47,7 +47,8 @@ def brief(found: Table) -> Body:
     source = (f"{_SOURCES[found.scope]}. Each item is judged by what the ship does in simulation; "
               "agreement with a real ship is another matter (seatrial validate).")  # fmt: skip
     head = lead(f"{found.ship}, {found.scope}: {verdict(found)}") + soft(source)
-    return head + table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3), wide=True)
+    judged = table(("item", "requirement", "verdict", "why"), rows, words=(1, 2, 3), wide=True)
+    return fields(numbers(found), head + judged)
 
 
 def numbers(found: Table) -> dict[str, object]:

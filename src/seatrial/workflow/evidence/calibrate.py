@@ -27,7 +27,7 @@ from ...data import Array, Trial
 from ...identify import StudyError
 from ...identify.recordings import recordings
 from ...models import STATES
-from ...report.blocks import Body, joined, line, table
+from ...report.blocks import Body, fields, joined, line, table
 from ...ships import Ship
 from ...study.grounds import trial_digest
 from ...study.store import Summary, read_summary
@@ -94,7 +94,7 @@ def calibrate(
     shutil.rmtree(folder, ignore_errors=True)
     document = {**_document(made[0], beside(model)), **{one.begin: _document(one, beside(model, one.begin))
                                                         for one in made[1:]}}  # fmt: skip
-    return Outcome(made[0], document, joined(map(_shown, made)))
+    return Outcome(made[0], fields(document, joined(map(_shown, made))))
 
 
 def _parts(study: Study) -> int:

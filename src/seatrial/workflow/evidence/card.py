@@ -20,7 +20,7 @@ from ...data import DataError, Trial
 from ...data.trialfile import read_trials
 from ...engine import SimulationError
 from ...identify.noise import noise
-from ...report.blocks import Body, joined, line, table
+from ...report.blocks import Body, fields, joined, line, table
 from ...report.judging.card import Card, page
 from ...report.page import write
 from ...simulate.approach import rounded_down
@@ -80,7 +80,7 @@ def card(
     made = page(found)
     if out is not None:
         sink.note(f"wrote {write(out, made)}")
-    return Outcome(found, made.document, _shown(found))
+    return Outcome(found, fields(made.document, _shown(found)))
 
 
 def _summary(model: str) -> Summary:

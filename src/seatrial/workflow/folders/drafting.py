@@ -9,7 +9,7 @@ from ...core.files import write_whole
 from ...core.parameters import unknown
 from ...data.folder import read_folder
 from ...data.trialfile import write_trials
-from ...report.blocks import joined, line, table
+from ...report.blocks import fields, joined, line, table
 from ...ships.files import load
 from ...study.drafting.draft import Draft, draft
 from .. import SILENT, Outcome, RequestError, Sink
@@ -55,4 +55,4 @@ def new_study(
              + line(f"wrote {out}; read it, then: seatrial identify {out} -o {run}"))  # fmt: skip
     document = {"study": str(out), "train": made.train, "test": made.test, "left_out": made.left_out,
                 "cut": [trial.name for trial in made.cut], "notes": list(made.notes)}  # fmt: skip
-    return Outcome(made, document, shown)
+    return Outcome(made, fields(document, shown))

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from ...data.folder import read_folder
-from ...report.blocks import joined, line, table
+from ...report.blocks import fields, joined, line, table
 from ...validate.folder import Entry, Survey, survey
 from .. import SILENT, Outcome, Sink
 from ..asked import Foreign
@@ -40,7 +40,7 @@ def trials(
     counted += f", and {len(unread)} unreadable" if unread else ""
     shown = (table(head, (row for _, row in sorted(rows)), words=(1, 2, 8)) + joined(map(line, warnings(found)))
              + line(f"{len(rows)} recordings: {counted}"))  # fmt: skip
-    return Outcome(found, numbers(found), shown, errors=failed)
+    return Outcome(found, fields(numbers(found), shown), errors=failed)
 
 
 def _row(name: str, entry: Entry) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from ...realtime.twin.saved import learnt, load_state, provenance, save_state
 from ...realtime.twin.settings import NOISE, usual
 from ...realtime.twin.sources import Ear, Row, channels_of, noise_of, rows_from, rows_of
 from ...realtime.wire import WireError
-from ...report.blocks import Body, joined, line, table
+from ...report.blocks import Body, fields, joined, line, table
 from ...report.page import write
 from ...ships import Ship
 from ...ships.writing import save
@@ -115,7 +115,7 @@ def twin(
         _keep(live, log.name, out, note)
         screen.look(force=True)
     document = card(live, log.name).document
-    return Outcome(live, document, _shown(live, log.name))
+    return Outcome(live, fields(document, _shown(live, log.name)))
 
 
 def _follow(
