@@ -1,0 +1,284 @@
+"""Readings of a motion, one formula at a time: planes, axes, courses, speeds over ground and what is known then."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from columns import signal
+
+from seatrial.data.geodesy import Datum
+from seatrial.data.guess.answers import ASK
+from seatrial.data.guess.entries import Known, _calm, known_motion, minutes_run_on, motion_entries, other_entries
+from seatrial.data.guess.motion import (
+    RATES,
+    SPEEDS,
+    Motion,
+    Reading,
+    Verdict,
+    _aside,
+    _gone,
+    _plane,
+    _size_strain,
+    _to_earth,
+    _turned_strain,
+    speed_unit_said,
+    speeds_of,
+)
+
+NAN = np.nan
+
+
+def test_units_of_speed_and_rate_are_sizes_in_si() -> None:
+    assert pytest.approx({"m/s": 1.0, "kn": 0.5144444444444445, "km/h": 0.2777777777777778}, rel=1e-12) == SPEEDS
+    assert pytest.approx({"deg/s": math.pi / 180, "rad/s": 1.0, "deg/min": math.pi / 180 / 60}, rel=1e-12) == RATES
+
+
+def test_latitudes_and_longitudes_become_metres_of_a_plane() -> None:
+    here = Datum(60.0, 5.0)
+    latitude, longitude = np.array([NAN, 60.0, 60.01, 59.99]), np.array([NAN, 5.0, 5.02, 4.98])
+    north, east = _plane(latitude, longitude)
+    exact = here.track(latitude, longitude)
+    assert north[1:] == pytest.approx(exact[0][1:], rel=5e-3, abs=0.2)
+    assert east[1:] == pytest.approx(exact[1][1:], rel=5e-3, abs=0.2)
+    assert (north[1], east[1]) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(("frame", "north", "east"), [
+    ("north, east", 3.0, 1.0), ("east, north", 1.0, 3.0),
+    ("ahead and starboard of the ship", 3.0 * math.cos(0.4) - math.sin(0.4), 3.0 * math.sin(0.4) + math.cos(0.4)),
+    ("ahead and port of the ship", 3.0 * math.cos(0.4) + math.sin(0.4), 3.0 * math.sin(0.4) - math.cos(0.4)),
+])  # fmt: skip
+def test_velocities_of_each_frame_point_where_they_say(frame: str, north: float, east: float) -> None:
+    found = _to_earth(frame, np.array([3.0]), np.array([1.0]), np.array([0.4]))
+    assert [float(one[0]) for one in found] == pytest.approx([north, east])
+
+
+def test_a_track_is_followed_over_a_fiftieth_of_it_to_either_side() -> None:
+    t = np.arange(200.0)
+    north, east = _gone(t, 2.0 * t, -(t**2))
+    assert north[4:-4] == pytest.approx(16.0)
+    assert east[4:-4] == pytest.approx(-16.0 * t[4:-4])
+    assert np.isnan(north[[0, 3, 196, 199]]).all()
+    few = _gone(t[:20], 2.0 * t[:20], t[:20])
+    assert few[0][1:-1] == pytest.approx(4.0)  # one row at least
+
+
+def test_a_ship_goes_aside_by_the_angle_of_its_fast_rows() -> None:
+    psi = np.full(40, 3.0)
+    course = psi + np.where(np.arange(40) < 20, 0.3, -0.4)  # across the seam of angles
+    speed = np.ones(40)
+    size = math.sqrt(0.5 * (0.09 + 0.16))
+    assert _aside(speed * np.cos(course), speed * np.sin(course), psi) == pytest.approx(size)
+    for slow, wanted in ((0.31, size), (0.29, 0.4)):
+        speed[:20] = slow
+        assert _aside(speed * np.cos(course), speed * np.sin(course), psi) == pytest.approx(wanted)
+    assert _aside(np.cos(course[:10]), np.sin(course[:10]), psi[:10]) == pytest.approx(0.3)
+    assert _aside(np.cos(course[:9]), np.sin(course[:9]), psi[:9]) is None
+
+
+@pytest.mark.parametrize(("largest", "deg", "rad"), [
+    (31.0, 0.0, 4.0), (29.0, 0.0, 2.2), (7.1, 0.0, 2.2), (6.9, 0.0, 0.0), (6.6, 0.0, 0.0), (6.4, 0.5, 0.0),
+])  # fmt: skip
+def test_numbers_strain_the_unit_in_which_they_would_be_odd(largest: float, deg: float, rad: float) -> None:
+    values = np.array([0.0, -largest, NAN])
+    assert (_size_strain(values, "deg"), _size_strain(values, "rad")) == (deg, rad)
+
+
+def test_a_heading_that_grows_to_port_strains_its_name() -> None:
+    assert _turned_strain(signal("heading", [0.0, 1.0])) == 2.5
+    assert _turned_strain(signal("yaw", [0.0, 1.0], "Yaw_deg")) == 0.7
+    assert _turned_strain(signal("yaw", [0.0, 1.0], "attitude")) == 1.5
+
+
+def test_the_pair_of_a_velocity_is_the_one_that_says_most() -> None:
+    everything = {name: signal(name, [1.0]) for name in ("u", "v", "v_north", "v_east", "vx", "vy", "sog", "cog",
+                                                        "speed")}  # fmt: skip
+    for pair in (("u", "v"), ("v_north", "v_east"), ("vx", "vy"), ("sog", "cog"), ("speed", "cog")):
+        assert speeds_of(everything) == pair
+        del everything[pair[0]]
+    assert speeds_of(everything) is None
+    assert speeds_of({"u": signal("u", [1.0]), "cog": signal("cog", [1.0])}) == ("u", "cog")
+    said = {"u": signal("u", [1.0]), "v": signal("v", [1.0], unit="kn"), "cog": signal("cog", [1.0], unit="deg")}
+    assert speed_unit_said(said, ("u", "v")) == "kn"
+    assert speed_unit_said(said, ("u", "cog")) == ""
+    assert speed_unit_said({**said, "u": signal("u", [1.0], unit="m/s")}, ("u", "v")) == "m/s"
+
+
+@pytest.mark.parametrize("frame", ["ned", "enu"])
+def test_a_quaternion_gives_the_heading_of_its_frame(frame: str) -> None:
+    psi = np.linspace(0.1, 4.0, 30)
+    yaw = psi if frame == "ned" else 0.5 * np.pi - psi
+    parts = {"qx": 0.0 * psi, "qy": 0.0 * psi, "qz": np.sin(0.5 * yaw), "qw": np.cos(0.5 * yaw)}
+    found = Motion(np.arange(30.0), {name: signal(name, values) for name, values in parts.items()}).headings
+    assert [one.choice["frame of the quaternion"] for one in found] == ["ned", "enu"]
+    own = next(one for one in found if one.choice["frame of the quaternion"] == frame).values[0]
+    assert np.diff(own) == pytest.approx(np.diff(psi))
+    assert np.cos(own - psi) == pytest.approx(1.0)
+    # tilted by phi and theta, the same heading
+    phi, theta = 0.2, -0.3
+    cr, sr, cp, sp = math.cos(phi / 2), math.sin(phi / 2), math.cos(theta / 2), math.sin(theta / 2)
+    cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
+    parts = {"qw": cr * cp * cy + sr * sp * sy, "qx": sr * cp * cy - cr * sp * sy,
+             "qy": cr * sp * cy + sr * cp * sy, "qz": cr * cp * sy - sr * sp * cy}  # fmt: skip
+    tilted = Motion(np.arange(30.0), {name: signal(name, values) for name, values in parts.items()}).headings
+    assert tilted[0].values[0] - yaw == pytest.approx(np.full(30, tilted[0].values[0][0] - yaw[0]), abs=1e-9)
+    assert math.cos(tilted[0].values[0][0] - yaw[0]) == pytest.approx(1.0)
+
+
+def test_headings_are_read_in_both_units_and_three_senses() -> None:
+    raw = np.array([10.0, 20.0, 5.0])
+    found = {(one.choice["unit of psi"], one.choice["sense of psi"]): one for one in
+             Motion(np.arange(3.0), {"yaw": signal("yaw", raw, "yaw")}).headings}  # fmt: skip
+    assert found["deg", "clockwise from north"].values[0] == pytest.approx(np.radians(raw))
+    assert found["deg", "anticlockwise from east"].values[0] == pytest.approx(np.radians(90.0 - raw))
+    assert found["deg", "anticlockwise from north"].values[0] == pytest.approx(np.radians(-raw))
+    assert np.diff(found["rad", "clockwise from north"].values[0]) % (2 * np.pi) == pytest.approx(
+        np.diff(raw) % (2 * np.pi)
+    )
+    strains = [found["deg", sense].strain for _, sense in list(found)[:3]]
+    assert strains == pytest.approx([0.0, 0.7, 1.2])
+    assert found["rad", "clockwise from north"].strain == pytest.approx(2.2)
+
+
+def test_rates_strain_their_names_by_unit_and_side() -> None:
+    for head, starboard, port in (("ROT", 0.0, 1.0), ("twist.angular.z", 0.3, 0.0)):
+        rates = Motion(np.arange(3.0), {"r": signal("r", [1.0, 2.0, 3.0], head, unit="deg/s")}).rates
+        by = {(one.choice["unit of r"], one.choice["sense of r"]): one for one in rates}
+        assert by["deg/s", "to starboard"].strain == pytest.approx(starboard)
+        assert by["deg/s", "to port"].strain == pytest.approx(port)
+        assert by["rad/s", "to starboard"].strain == pytest.approx(3.0 + starboard + 0.3)
+        assert by["deg/min", "to port"].strain == pytest.approx(3.0 + port + 0.6)
+        assert by["deg/s", "to port"].values[0] == pytest.approx(-np.radians([1.0, 2.0, 3.0]))
+
+
+@pytest.mark.parametrize(("values", "yes"), [
+    ([6326.47, 6327.0], True), ([6360.5, 6327.0], False), ([18001.0, 6327.0], False), ([17959.0, 6327.0], True),
+    ([359.0, 358.0], False), ([401.0, 402.0], True), ([63.2, 63.4], False), ([NAN, 6326.47], True), ([NAN], False),
+])  # fmt: skip
+def test_degrees_and_minutes_in_one_number_are_beyond_any_angle(values: list[float], yes: bool) -> None:
+    assert minutes_run_on(np.array(values)) == yes
+    assert minutes_run_on(-np.array(values)) == yes
+
+
+def test_a_mean_over_a_hundredth_of_the_rows_keeps_lines_and_calms_noise() -> None:
+    line = np.arange(400.0)
+    assert _calm(line)[3:-3] == pytest.approx(line[3:-3])
+    assert _calm(line).size == 400
+    spike = np.zeros(400)
+    spike[200] = 5.0
+    assert _calm(spike)[198:203] == pytest.approx(1.0)  # five rows
+    assert _calm(spike)[[197, 203]] == pytest.approx(0.0)
+    assert _calm(np.array([0.0, 3.0, 0.0])) == pytest.approx([1.0, 1.0, 1.0])
+
+
+def verdict(**choice: str) -> Verdict:
+    named = {key.replace("_", " "): value for key, value in choice.items()}
+    return Verdict(Reading(named, 0.0, 0.0, {}), {}, {}, 0.0)
+
+
+def sailing(frame: str) -> tuple[Known, Any, Any]:
+    t = np.arange(60.0)
+    psi, u, v = 0.05 * t + 1.0, 3.0 + 0.01 * t, -0.4 + 0.0 * t
+    north, east = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
+    a, b = {"north, east": (north, east), "east, north": (east, north), "ahead and port of the ship": (u, -v),
+            "ahead and starboard of the ship": (u, v)}[frame]  # fmt: skip
+    pair = ("vx", "vy")
+    found = {"heading": signal("heading", np.degrees(psi), unit="deg"), pair[0]: signal(pair[0], a, unit="m/s"),
+             pair[1]: signal(pair[1], b, unit="m/s")}  # fmt: skip
+    told = verdict(unit_of_psi="deg", sense_of_psi="clockwise from north", unit_of_speed="m/s", frame_of_speeds=frame)
+    return known_motion(told, t, found), u, v
+
+
+@pytest.mark.parametrize(
+    "frame", ["north, east", "east, north", "ahead and port of the ship", "ahead and starboard of the ship"]
+)
+def test_what_is_known_of_a_motion_is_in_body_axes_whatever_its_frame(frame: str) -> None:
+    known, u, v = sailing(frame)
+    assert known.u == pytest.approx(u)
+    assert known.v == pytest.approx(v)
+    assert known.speed == pytest.approx(np.hypot(u, v))
+    assert known.r == pytest.approx(0.05)
+    assert known.turned == pytest.approx(59 * 0.05)
+    assert replace(known, psi=None).turned == 0.0
+
+
+def test_without_speeds_the_track_gives_them() -> None:
+    t = np.arange(100.0)
+    psi = np.full(100, 0.7)
+    x, y = t * (2.0 * np.cos(0.7) - 0.5 * np.sin(0.7)), t * (2.0 * np.sin(0.7) + 0.5 * np.cos(0.7))
+    found = {"heading": signal("heading", np.degrees(psi)), "x": signal("x", x), "y": signal("y", y)}
+    told = verdict(unit_of_psi="deg", sense_of_psi="clockwise from north", axes="x, y", north="'A'")
+    known = known_motion(told, t, found)
+    middle = slice(3, -3)
+    assert known.u is not None
+    assert known.v is not None
+    assert known.speed is not None
+    assert known.u[middle] == pytest.approx(2.0)
+    assert known.v[middle] == pytest.approx(0.5)
+    assert known.speed[middle] == pytest.approx(math.hypot(2.0, 0.5))
+    few = known_motion(told, t[:10], {name: signal(name, one.values[:10]) for name, one in found.items()})
+    assert few.speed is None
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("m/s", 1.0), ("kn", 1852.0 / 3600.0), ("km/h", 1.0 / 3.6)])
+def test_the_unit_of_a_log_is_that_of_the_speed_of_the_track(unit: str, factor: float) -> None:
+    speed = np.linspace(2.0, 6.0, 30)
+    still = Known(np.arange(30.0), None, None, None, None, speed)
+    for share, doubtful in ((1.0, False), (1.17, False), (1.28, True)):
+        log = np.append(speed[:-1] / factor / share, 0.0)  # at rest it says nothing of its unit
+        (entry,) = other_entries({"stw": signal("stw", log)}, still)
+        assert entry.keys["unit"] == f'"{unit}"'
+        assert any("only the nearest unit" in one for one in entry.answer.doubts) == doubtful
+        assert f"{share * factor:.3g} m/s of the track" in entry.answer.evidence
+
+
+def test_the_speed_of_a_ship_whose_track_is_unknown_has_no_unit() -> None:
+    nothing = Known(np.arange(3.0), None, None, None, None, None)
+    (entry,) = other_entries({"speed": signal("speed", [1.0, 2.0, 3.0])}, nothing)
+    assert (entry.table, entry.keys["unit"]) == ("log", f'"{ASK}"')
+    assert len(entry.answer.doubts) == 2
+    covered = {"speed": signal("speed", [1.0, 2.0]), "cog": signal("cog", [1.0, 2.0])}
+    assert not list(other_entries(covered, nothing))
+    (entry,) = other_entries({"stw": signal("stw", [1.0, 2.0], unit="kn")}, nothing)
+    assert (entry.keys["unit"], entry.answer.doubts) == ('"kn"', ())
+
+
+@pytest.mark.parametrize(("role", "largest", "unit"), [
+    ("phi", 1.1, "deg"), ("phi", 0.9, "rad"), ("phi", 361.0, ASK), ("gamma_C", 359.0, "deg"), ("gamma_C", 0.9, "rad"),
+    ("depth", 500.0, "m"), ("U_C", 1.0, ASK),
+])  # fmt: skip
+def test_units_of_channels_that_nothing_tests_are_those_of_their_size(role: str, largest: float, unit: str) -> None:
+    nothing = Known(np.arange(3.0), None, None, None, None, None)
+    (entry,) = other_entries({role: signal(role, [0.0, -largest])}, nothing)
+    assert entry.keys["unit"] == f'"{unit}"'
+    assert len(entry.answer.doubts) == 1 + (role == "phi")
+    assert any("write it in place" in one for one in entry.answer.doubts) == (unit == ASK)
+
+
+@pytest.mark.parametrize(("sense", "unit", "sign", "offset"), [
+    ("clockwise from north", "deg", False, None), ("anticlockwise from north", "deg", True, None),
+    ("anticlockwise from east", "deg", True, 90.0), ("anticlockwise from east", "rad", True, math.pi / 2),
+])  # fmt: skip
+def test_a_heading_gets_the_sign_and_offset_of_its_sense(
+    sense: str, unit: str, sign: bool, offset: float | None
+) -> None:
+    found = {"heading": signal("heading", [10.0, 20.0])}
+    (entry,) = motion_entries(found, verdict(unit_of_psi=unit, sense_of_psi=sense), {})
+    assert entry.table == "channels.psi"
+    assert entry.keys["unit"] == f'"{unit}"'
+    assert entry.keys.get("sign") == ("-1" if sign else None)
+    assert (float(entry.keys["offset"]) if "offset" in entry.keys else None) == (offset and pytest.approx(offset))
+
+
+def test_a_rate_that_grows_to_port_is_turned() -> None:
+    found = {"r": signal("r", [1.0, 2.0], unit="deg/s")}
+    for sense in ("to port", "to starboard"):
+        (entry,) = motion_entries(found, verdict(unit_of_r="deg/s", sense_of_r=sense), {})
+        assert (entry.table, entry.keys.get("sign")) == ("channels.r", "-1" if sense == "to port" else None)
+        assert entry.keys["unit"] == '"deg/s"'
+    (entry,) = motion_entries({"r": signal("r", [1.0, 2.0])}, verdict(unit_of_r="deg/s", sense_of_r="to port"), {})
+    assert entry.keys["unit"] == f'"{ASK}"'
