@@ -180,7 +180,8 @@ def test_each_wrong_unit_is_mended_by_its_own_factor() -> None:
              if one.key == "unit"}  # fmt: skip
     assert {key: one.remedy.steps[0].amount[0] for key, one in found.items()} == pytest.approx(meant, rel=1e-5)
     assert {one.remedy.steps[0].do for key, one in found.items() if key[0] == "t"} == {"clock"}
-    assert {one.channels for one in gross([Trial("a", np.arange(30.0), {"psi": np.arange(30.0)})])} == {("psi",), ("t",)}
+    heading = Trial("a", np.arange(30.0), {"psi": np.arange(30.0)})
+    assert {one.channels for one in gross([heading])} == {("psi",), ("t",)}
 
 
 def test_a_remedy_is_rounded_to_the_digits_that_are_printed() -> None:
