@@ -30,7 +30,8 @@ from seatrial.identify.networks.data import Rows, Source
 from seatrial.identify.networks.engine import Engine, Form, one_thread_each
 from seatrial.ships import Ship
 from seatrial.simulate.replay import replay
-from seatrial.study.series import Cell, Series, read_series
+from seatrial.study.cells import Cell
+from seatrial.study.series import Series, read_series
 from seatrial.validate.comparison import compare, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 

@@ -14,8 +14,9 @@ from seatrial.data import Trial
 from seatrial.identify import Problem
 from seatrial.identify.networks.training import Training
 from seatrial.report.series.judged import learning, lines, seconds
+from seatrial.study.cells import Cell
 from seatrial.study.schema import Published
-from seatrial.study.series import Cell, Row, Series
+from seatrial.study.series import Row, Series
 from seatrial.validate.series import Standing, Table
 
 

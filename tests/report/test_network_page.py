@@ -22,10 +22,9 @@ from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import simulate
 from seatrial.study.series import Claim, Published, Row, Series
-from seatrial.study.series_run import Member
 from seatrial.validate.comparison import constant_velocity
 from seatrial.validate.metrics import standardised
-from seatrial.validate.series import BASELINE, TOGETHER, Standing, Table, judged, outcomes
+from seatrial.validate.series import BASELINE, TOGETHER, Member, Standing, Table, judged, outcomes
 
 SIGMA = {"x": 10.0, "y": 4.0, "psi": 2.0, "u": 0.1, "v_m": 0.05, "r": 0.02}
 SHIP = load("esso_osaka_3m")

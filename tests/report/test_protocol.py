@@ -13,9 +13,10 @@ from seatrial.data import Trial
 from seatrial.identify import Problem
 from seatrial.identify.networks.training import Training
 from seatrial.report.series.protocol import beside, data, departures, errors, settings
+from seatrial.study.cells import Cell
 from seatrial.study.data import Composition
 from seatrial.study.schema import Published
-from seatrial.study.series import Cell, Row, Series
+from seatrial.study.series import Row, Series
 from seatrial.validate.series import Standing, Table
 
 SIGMA = {"x": 10.0, "y": 4.0, "psi": 2.0, "u": 0.1, "v_m": 0.05, "r": 0.02}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,13 +13,14 @@ import pytest
 from seatrial.core.records import filled
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
-from seatrial.identify import StudyError
+from seatrial.identify import Problem, StudyError
 from seatrial.ships.files import load
-from seatrial.study import data, series, series_run, study
+from seatrial.study import cells, data, series, study
 from seatrial.study.data import Composition, chosen, expanded, read_compositions, read_data
 from seatrial.study.schema import DataTable
 
 L7 = load("kvlcc2_l7")
+LINE = Problem(L7, (), ())
 HERE = Path("s.toml")
 
 
@@ -193,46 +195,76 @@ def test_a_fit_takes_what_it_leaves_out_from_the_one_it_is_like() -> None:
 
 
 def test_a_cell_is_named_by_its_seed() -> None:
-    cells = [series.Cell(seed, None, None) for seed in (None, 0, 7)]  # type: ignore[arg-type]
-    assert [cell.name for cell in cells] == ["one", "seed-0", "seed-7"]
-    row = series.Row("key", "Title", L7, (), tuple(cells))
-    assert [series_run.folder(Path("out"), row, cell) for cell in cells] \
-        == [Path("out/fits/key/one"), Path("out/fits/key/seed-0"), Path("out/fits/key/seed-7")]
+    made = [made_cell(seed) for seed in (None, 0, 7)]
+    assert [cell.name for cell in made] == ["key, one", "key, seed-0", "key, seed-7"]
+    assert [cell.folder for cell in made] == [Path("fits/key/one"), Path("fits/key/seed-0"), Path("fits/key/seed-7")]
 
 
-def many(*keys: str) -> Any:
-    rows = tuple(series.Row(key, key, L7, (), tuple(series.Cell(seed, None, None) for seed in (1, 2)))  # type: ignore[arg-type]
-                 for key in keys)  # fmt: skip
-    return SimpleNamespace(rows=rows, path=HERE, name="table")
+def test_a_study_is_a_table_of_one_cell_in_the_folder_of_the_run(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("as written")
+    problem = SimpleNamespace(trials=(1,), validation=(2,))
+    one = study.Study("mine", tmp_path / "mine.toml", problem, "who", (3, 4), 5.0, "d", unidentified={"a": "b"})  # type: ignore[arg-type]
+    (cell,) = one.cells
+    assert (cell.name, tmp_path / cell.folder, cell.digest, cell.text) == ("mine", tmp_path, "d", "as written")
+    assert (cell.file, cell.restart, cell.test, cell.unidentified) == (str(one.path), 5.0, (3, 4), {"a": "b"})
+    assert cell.posed is cell
+    assert one.judged_on == (2, 3, 4)
+    assert one.kept_back
+
+
+def test_one_of_several_fits_takes_all_that_is_kept_back_as_tests() -> None:
+    problem = replace(LINE, validation=("b",))  # type: ignore[arg-type]
+    cell = cells.Cell(None, problem, SimpleNamespace(several=True), test=("c",))  # type: ignore[arg-type]
+    assert (cell.posed.problem.validation, cell.posed.test) == (("b", "c"), ())
+    assert (cell.problem.validation, cell.test) == (("b",), ("c",))
+
+
+def made_cell(seed: int | None, key: str = "key") -> cells.Cell:
+    return cells.Cell(seed, None, None, "s", key)  # type: ignore[arg-type]
+
+
+def many(*keys: str, only: tuple[str, ...] = ()) -> series.Series:
+    rows = tuple(series.Row(key, key, L7, (), tuple(made_cell(seed, key) for seed in (1, 2))) for key in keys)
+    return series.Series("table", HERE, "", "", rows, {"t": "test"}, {}, (), None, None, {}, (), (), (), only=only)  # type: ignore[arg-type]
 
 
 def test_cells_are_asked_for_by_the_keys_of_their_models() -> None:
-    table = many("a", "b", "c")
-    assert [(row.key, cell.seed) for row, cell in series_run.asked(table, ("c", "a"))] \
-        == [("a", 1), ("a", 2), ("c", 1), ("c", 2)]
-    assert len(series_run.asked(table)) == 6
-    with pytest.raises(StudyError, match="no fit 'd'"):
-        series_run.asked(table, ("d",))
+    table = many("a", "b", "c", only=("c", "a"))
+    assert [cell.name for cell in table.cells] == ["a, seed-1", "a, seed-2", "c, seed-1", "c, seed-2"]
+    assert len(many("a", "b", "c").cells) == 6
+    assert table.apart == ("test",)
 
 
 def test_cells_are_left_where_no_fit_is_in_their_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     table = many("a")
-    monkeypatch.setattr(series.Cell, "digest", property(lambda self: f"d{self.seed}"))
+    monkeypatch.setattr(cells.Cell, "digest", property(lambda self: f"d{self.seed}"))
     done = tmp_path / "fits" / "a" / "seed-2"
     done.mkdir(parents=True)
     (done / "fit.json").write_text("{}")
     (done / "run.json").write_text('{"schema": "seatrial-run/1", "study": "s", "digest": "d2"}')
-    assert [cell.seed for _, cell in series_run.left(table, tmp_path)] == [1]
+    assert [cell.seed for cell in table.cells if not cell.done(tmp_path)] == [1]
     (done / "run.json").write_text('{"schema": "seatrial-run/1", "study": "s", "digest": "other"}')
     with pytest.raises(StudyError, match="or remove this one, and it is fitted anew"):
-        series_run.left(table, tmp_path)
+        table.cells[1].done(tmp_path)
+
+
+def test_a_fit_in_a_folder_that_no_run_has_claimed_is_made_anew(tmp_path: Path) -> None:
+    """Nothing says of which problem it is; a study is done when its report is written too."""
+    one = cells.Cell(None, None, None, "s", run="d")  # type: ignore[arg-type]
+    for name in ("fit.json", "report.html"):
+        (tmp_path / name).write_text("{}")
+        assert not one.done(tmp_path)
+    (tmp_path / "report.json").write_text("{}")
+    assert not (tmp_path / "run.json").exists()
+    assert not one.done(tmp_path)
+    assert one.done(tmp_path)  # it is claimed now
 
 
 def test_folders_above_a_refused_cell_go_with_it_unless_they_were_there(tmp_path: Path) -> None:
     where, out = tmp_path / "run" / "fits" / "a" / "one", tmp_path / "run"
 
     def refused(made: Path) -> None:
-        with series_run.swept(where, out):
+        with cells.swept(where, out):
             made.mkdir(parents=True)
             raise StudyError("no")
 
@@ -295,14 +327,13 @@ def test_one_problem_is_judged_once_however_many_seeds_it_has(monkeypatch: pytes
         judged.append(problem.ship.name)
         return [f"warning {problem.ship.name}"]
 
-    monkeypatch.setattr(series_run, "lint", lint)
-    monkeypatch.setattr(series_run, "raise_on_errors", lambda issues: None)
-    monkeypatch.setattr(series_run, "lines", lambda issues: issues)
+    monkeypatch.setattr(cells, "lint", lint)
+    monkeypatch.setattr(cells, "raise_on_errors", lambda issues: None)
+    monkeypatch.setattr(cells, "lines", lambda issues: issues)
 
     def cell(name: str) -> Any:
         problem = SimpleNamespace(ship=SimpleNamespace(name=name), free=(), trials=(), validation=())
-        return None, SimpleNamespace(problem=problem, estimator=None)
+        return SimpleNamespace(problem=problem, estimator=None)
 
-    table: Any = SimpleNamespace(tests={})
-    assert series_run.check([cell("a"), cell("a"), cell("b"), cell("a")], table) == ["warning a", "warning b"]
+    assert cells.check([cell("a"), cell("a"), cell("b"), cell("a")], ()) == ["warning a", "warning b"]
     assert judged == ["a", "b"]

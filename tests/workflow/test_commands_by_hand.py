@@ -28,7 +28,7 @@ from seatrial.ships.files import load
 from seatrial.validate.fit_first import Beginning
 from seatrial.workflow import Silent, afloat, comparing, demo, identify, judging, plant, seaway
 from seatrial.workflow.asked import Around, Bands, Departure, InWaves, Predicting
-from seatrial.workflow.comparing import purpose_of, scales, scales_asked
+from seatrial.workflow.comparing import purpose_of, scales_asked
 from seatrial.workflow.contributing.published import Published, Reproduced, _found, published, shown
 from seatrial.workflow.data import _damage, convert, guess_mapping, importing, mend
 from seatrial.workflow.live import twin as following
@@ -271,7 +271,7 @@ def test_a_purpose_has_its_limits_or_those_that_are_given() -> None:
 
 
 def test_errors_are_divided_by_what_is_given_for_all_states_else_by_the_spread() -> None:
-    from seatrial.validate.metrics import ESSO_OSAKA_SIGMA, spread
+    from seatrial.validate.metrics import ESSO_OSAKA_SIGMA, scales, spread
 
     one, given = moving("a"), {name: 1.0 + k for k, name in enumerate(STATES)}
     rising = one.having(x=one.t, y=2.0 * one.t, psi=0.1 * one.t, u=0.2 * one.t, v_m=0.3 * one.t, r=0.4 * one.t)

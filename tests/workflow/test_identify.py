@@ -17,12 +17,12 @@ from seatrial.identify import Fit, Problem, Progress, StudyError
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.report.blocks import Line, Table, plain_text
+from seatrial.report.page import Page
 from seatrial.report.report import Report
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
-from seatrial.study.study import Study
-from seatrial.workflow import RequestError, Silent, Sink, reports
+from seatrial.workflow import RequestError, Silent, reports
 from seatrial.workflow.asked import Predicting
 from seatrial.workflow.identify import identify
 from seatrial.workflow.validate import check, predict, validate
@@ -143,6 +143,9 @@ class Halves:
 
     count: int
 
+    def page(self, fit: Fit, provenance: Mapping[str, str]) -> Page:
+        return Report(f"{self.count} halves of {fit.ship.name}", (), fit, provenance=provenance).page
+
 
 @dataclass(frozen=True)
 class Halving(Trajectory):
@@ -156,16 +159,10 @@ class Halving(Trajectory):
 def test_an_estimator_brings_its_own_report(
     study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def write(
-        found: Halves, study: Study, fit: Fit, page: Path, provenance: Mapping[str, str], sink: Sink
-    ) -> None:  # fmt: skip
-        Report(f"{found.count} halves of {study.name}", (), fit, provenance=provenance).write(page)
-
-    reports.report.register(Halves, write)
     monkeypatch.setattr("seatrial.study.study.find_class", lambda *_: Halving)
     outcome = identify(study, tmp_path / "run")
     assert outcome.result["study"].details == Halves(2)
-    assert "2 halves of study" in (tmp_path / "run" / "report.html").read_text()
+    assert "2 halves of kvlcc2_l7" in (tmp_path / "run" / "report.html").read_text()
 
 
 def test_what_speaks_against_a_fit_is_one_short_line_each() -> None:
@@ -184,7 +181,7 @@ def test_what_speaks_against_a_fit_is_one_short_line_each() -> None:
     (same, second) = reports.leads(worse, Path("run"), True)
     assert same == first
     assert second == "worse than untuned: standardised error 2 against 1 before the fit, on trials kept back"
-    table, *details = reports.shown(found, Path("run"), True)
+    table, *details = reports._fit(found, Path("run"), "trials kept back")
     assert isinstance(table, Table)
     assert [*plain_text(details)][:3] == lines
     assert reports.leads({**found, "diagnosis": {"explained": True, "lines": []}}, Path("run"), True) == ()

@@ -10,12 +10,14 @@ from typing import Any, cast
 import numpy as np
 
 from seatrial.data import Trial
+from seatrial.identify import Problem
 from seatrial.report.blocks import Line, Table, plain_text
 from seatrial.ships.files import load
+from seatrial.study.study import Study
 from seatrial.workflow import figure, reports
-from seatrial.workflow.reports import comparisons, judged_on, leads, shown, sources
+from seatrial.workflow.reports import comparisons, leads, sources
 
-OUT = Path("run")
+OUT, BACK = Path("run"), "trials kept back"
 
 
 def table(block: object) -> Table:
@@ -39,13 +41,13 @@ def test_a_fit_shows_parameters_combinations_errors_and_forecasts_in_degrees() -
     }
     pairs = [{"subject": f"pair {k}", "status": "identified", "text": f"rise together {k}"} for k in range(8)]
     found = {
-        "schema": "seatrial-fit/1", "parameters": parameters,
+        "parameters": parameters,
         "verdicts": [{"subject": "hull.N_r", "status": "identified", "text": ""}, *pairs],
         "standardised": {"fitted": 0.5, "untuned": 1.25}, "diagnosis": {"explained": True, "lines": ["like noise"]},
         "forecasts": [{"trial": "a", "horizon": 30.0, "label": "fitted", "position": 2.5, "heading": math.pi / 6}],
         "status": "converged", "seconds": 12.34,
     }  # fmt: skip
-    first, *lines = shown(found, OUT, True)
+    first, *lines = reports._fit(found, OUT, BACK)
     assert table(first).head == ("parameter", "start", "fitted", "sigma", "from data", "verdict")
     assert table(first).rows == (("hull.N_r", "1", "2", "0.12", "0.99", "identified"),
                                  ("hull.Y_v", "3", "4", "0.5", "0.25", "at bound"),
@@ -58,7 +60,7 @@ def test_a_fit_shows_parameters_combinations_errors_and_forecasts_in_degrees() -
         "forecast of a over 30 s, fitted: 2.5 m, 30 deg", "converged; 12.3 s; wrote run/model.toml, run/report.html",
     ]  # fmt: skip
     six = {**found, "verdicts": pairs[:6], "parameters": {}, "diagnosis": None}
-    first, *lines = shown(six, OUT, False)
+    first, *lines = reports._fit(six, OUT, reports._of(False))
     assert first == Line("pair 0: rise together 0")  # weights of a network are no parameters
     assert not any("more combinations" in line for line in plain_text(tuple(lines)))
     assert Line("standardised error on the training trials (none was kept back), fitted: 0.5") in lines
@@ -71,12 +73,12 @@ def test_a_fine_tuning_shows_the_sum_of_losses_and_what_is_chosen() -> None:
                 "methods": {"a": {"seconds": 1.25}, "b": {"seconds": 0.5}}}  # fmt: skip
 
     found = {
-        "schema": "seatrial-tuning/1", "untuned": {"tune": {"x": 5.0, "y": 6.0}, "test": {"x": 7.0, "y": 8.5}},
+        "untuned": {"tune": {"x": 5.0, "y": 6.0}, "test": {"x": 7.0, "y": 8.5}},
         "ranges": [one(0.1, 3.0, [True, False]), one(0.4, 2.0, [True, True])], "chosen": 0.4, "diagnosis": None,
         "findings": [{"severity": "warning", "where": "a", "text": "b"},
                      {"severity": "info", "where": "c", "text": "d"}],
     }  # fmt: skip
-    first, *lines = shown(found, OUT, True)
+    first, *lines = reports._tuning(found, OUT)
     assert table(first).rows == (
         ("untuned", "11", "15.5", "", "", "", ""), ("0.1", "4", "4.5", "7", "1 of 2", "0.12", "1.2 + 0.5"),
         ("0.4 chosen", "3", "4.5", "7", "2 of 2", "0.12", "1.2 + 0.5"),
@@ -89,12 +91,12 @@ def test_rivals_show_the_farthest_parameter_and_what_blows_up() -> None:
     scores = {"full": {"relative": {"u": 0.01, "v_m": 0.02, "r": 0.035}},
               "truth": {"relative": {"u": None, "v_m": 0.0, "r": 1.0}}}  # fmt: skip
     found = {
-        "schema": "seatrial-shooting/1", "diagnosis": None,
+        "diagnosis": None,
         "cases": {"calm": {"scores": scores, "sigmas_off": {"a": 1.5, "b": -2.5},
                            "model_over_truth": {"x": 1.125, "y": 1.5}, "fits": {"full": {"parameters": [1, 2, 3]}}}},
         "servos": {"rudder": {"rate": 0.123456, "sigma": {"rate": 0.00125}}},
     }  # fmt: skip
-    first, *lines = shown(found, OUT, True)
+    first, *lines = reports._shooting(found, OUT)
     assert table(first).rows == (("calm", "3 parameters", "1 %", "2 %", "3.5 %", "1.5", "2.5"),
                                  ("calm", "truth", "blows up", "0 %", "100 %", "", ""))  # fmt: skip
     assert table(first).words == (1,)
@@ -107,23 +109,19 @@ def test_a_table_of_fits_shows_means_with_their_spread() -> None:
                 "standard_deviation": {k: s for k, (_, s) in means.items()}}  # fmt: skip
 
     found = {
-        "schema": "seatrial-networks/1", "tests": ["t1"],
+        "tests": ["t1"],
         "models": {"A": one([1, 2], t1=(0.1234, 0.0456), together=(0.5, None)),
                    "B": one([], t1=(None, None), together=(None, None)),
                    "C": one([1], t1=(None, None), together=(2.0, 0.5))},
         "claims": [{"says": "A beats B", "rows": [{"test": "t1", "verdict": "holds"},
                                                   {"test": "t2", "verdict": "open"}]}],
     }  # fmt: skip
-    first, *lines = shown(found, OUT, True)
+    first, *lines = reports._table(found, OUT)
     assert table(first).head == ("standardised error", "seeds", "t1", "together")
     assert table(first).words == ()
     assert table(first).rows == (("A", "2", "0.123 +- 0.046", "0.5"), ("B", "0", "", ""),
                                  ("C", "1", "no number", "2 +- 0.5"))  # fmt: skip
     assert [*plain_text(tuple(lines))] == ["A beats B: t1: holds, t2: open", "wrote run/report.html, run/report.json"]
-
-
-def test_a_document_of_another_kind_is_named_by_its_files() -> None:
-    assert shown({"schema": "mine/1"}, OUT, True) == (Line("wrote run/model.toml, run/report.html"),)
 
 
 def test_comparisons_show_each_trial_and_the_pooled_ones_last() -> None:
@@ -159,12 +157,13 @@ def trial(name: str, source: str = "") -> Trial:
 def test_a_fit_is_judged_on_what_was_kept_back_else_on_what_it_was_trained_on() -> None:
     a, b, c = (trial(name) for name in "abc")
 
-    def study(validation: tuple[Trial, ...], test: tuple[Trial, ...]) -> Any:
-        return SimpleNamespace(problem=SimpleNamespace(trials=(a,), validation=validation), test=test)
+    def on(validation: tuple[Trial, ...], test: tuple[Trial, ...]) -> tuple[Trial, ...]:
+        problem = Problem(load("kvlcc2_l7"), (a,), (), validation=validation)
+        return Study("s", Path("s.toml"), problem, cast("Any", None), test, None, "d").judged_on
 
-    assert judged_on(study((b,), (c,))) == (b, c)
-    assert judged_on(study((), (c,))) == (c,)
-    assert judged_on(study((), ())) == (a,)
+    assert on((b,), (c,)) == (b, c)
+    assert on((), (c,)) == (c,)
+    assert on((), ()) == (a,)
 
 
 def test_a_source_is_told_once_and_empty_roles_are_not() -> None:

@@ -19,7 +19,10 @@ from seatrial.realtime.bridge import server
 from seatrial.realtime.bridge.view import OWN
 from seatrial.realtime.pages import LOCAL, anywhere
 from seatrial.ships.files import load
-from seatrial.workflow import Silent, judging, plans, reports
+from seatrial.study.schema import Published
+from seatrial.study.series import Series
+from seatrial.study.study import Study
+from seatrial.workflow import Silent, identify, judging, reports
 from seatrial.workflow.afloat import sail
 from seatrial.workflow.asked import Departure, Page, Sailing
 from seatrial.workflow.evidence.bands import Banded
@@ -119,74 +122,76 @@ def test_an_index_has_a_value_and_both_edges() -> None:
     assert (value.value, low.value, high.value) == (0.4, pytest.approx(0.1), pytest.approx(0.9))
 
 
-def study(**more: Any) -> Any:
-    ship = replace(L7, name="mine")
-    problem = SimpleNamespace(ship=ship, trials=(trial(20),), validation=(), free=())
-    usual: dict[str, Any] = {"name": "s", "path": Path("s.toml"), "title": "", "problem": problem, "test": (),
-                             "virtual": None, "rival": (), "restart": 5.0, "digest": "d", "sigma": None}  # fmt: skip
-    return SimpleNamespace(**(usual | more))
+def study(**more: Any) -> Study:
+    problem = SimpleNamespace(ship=replace(L7, name="mine"), trials=(trial(20),), validation=(), free=())
+    usual: dict[str, Any] = {"name": "s", "path": Path("s.toml"), "problem": problem, "estimator": None, "test": (),
+                             "restart": 5.0, "digest": "d"}  # fmt: skip
+    return Study(**(usual | more))
 
 
 def test_a_study_is_called_by_its_title_else_by_ship_and_file_and_may_keep_trials_back() -> None:
-    plan = plans.StudyPlan(study(), Path("run"))
-    assert plan.title == "mine: s"
-    assert plans.StudyPlan(study(title="T"), Path("run")).title == "T"
-    assert plan.kept_back is False
-    assert plans.StudyPlan(study(test=(1,)), Path("run")).kept_back is True
-    assert plan.path == Path("s.toml")
+    assert identify._heading(study()) == "mine: s"
+    assert identify._heading(study(title="T")) == "T"
+    assert study().kept_back is False
+    assert study(test=(1,)).kept_back is True
 
 
-@pytest.mark.parametrize("suspects", [False, True])
-def test_the_report_of_a_study_has_the_command_that_made_it(suspects: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[Any] = []
-    one = study()
-    monkeypatch.setattr(plans, "details", lambda study, fit, sink, pool: ("details", study, fit))
-    monkeypatch.setattr(plans, "report", lambda *given: seen.append(given))
-    fit: Any = object()
-    plans.StudyPlan(one, Path("run"), suspects).report({"s": fit}, (), Silent())
-    ((found, same, given, page, provenance, _),) = seen
-    assert found == ("details", one, fit)
-    assert (same, given, page) == (one, fit, Path("run/report.html"))
-    option = " --free-suspects" if suspects else ""
-    assert provenance["command"] == f"seatrial identify s.toml{option} -o run"
-    assert (provenance["study"], provenance["digest"]) == ("s.toml", "d")
+
+class Numbered:
+    """Details that bring a page of their own."""
+
+    def page(self, fit: Any, provenance: Any) -> Any:
+        return fit, provenance
 
 
-@pytest.mark.parametrize(("budget", "only", "suspects", "options"), [
-    ("full", (), False, ""), ("quick", (), False, " --quick"), ("full", ("a", "b"), True, " --only a --only b "
-     "--free-suspects"),
+def test_the_report_of_a_study_has_what_made_it(tmp_path: Path) -> None:
+    fit: Any = SimpleNamespace(details=Numbered())
+    page: Any = reports.reporting(study(), tmp_path).page(reports.Made({"s": fit}, (), "the command", Silent()))
+    assert page[0] is fit
+    assert [*page[1]] == ["study", "digest", "version", "command"]
+    assert (page[1]["study"], page[1]["digest"], page[1]["command"]) == ("s.toml", "d", "the command")
+
+
+@pytest.mark.parametrize(("quick", "only", "suspects", "options"), [
+    (False, (), False, ""), (True, (), False, " --quick"), (False, (), True, " --free-suspects"),
+    (False, ("a", "b"), True, " --only a --only b --free-suspects"),
 ])  # fmt: skip
-def test_the_report_of_a_table_has_the_options_that_made_it(
-    budget: str, only: tuple[str, ...], suspects: bool, options: str, monkeypatch: pytest.MonkeyPatch
+def test_the_command_has_the_options_that_made_a_run(
+    quick: bool, only: tuple[str, ...], suspects: bool, options: str
 ) -> None:
-    import seatrial.report.page
+    said = identify._command(Path("t.toml"), Path("run"), quick, only, suspects)
+    assert said == f"seatrial identify t.toml{options} -o run"
+
+
+def test_the_report_of_a_table_is_of_all_fits_that_are_done(monkeypatch: pytest.MonkeyPatch) -> None:
     import seatrial.report.series
     import seatrial.validate.series
 
-    seen: list[Any] = []
-    series: Any = SimpleNamespace(budget=budget, path=Path("t.toml"), tests={}, title="", name="t")
-    monkeypatch.setattr(seatrial.validate.series, "judged", lambda table, out: "judged")
+    series = Series("t", Path("t.toml"), "", "", (), {"a": trial(20)}, {}, (), Published(source=""), None, {}, (), (),
+                    ())  # fmt: skip
+    monkeypatch.setattr(seatrial.validate.series, "judged", lambda table, out: ("judged", out))
     monkeypatch.setattr(seatrial.report.series, "covered", lambda table: "covered")
     monkeypatch.setattr(seatrial.report.series, "page", lambda *given, **more: (given, more))
-    monkeypatch.setattr(seatrial.report.page, "write", lambda path, page: seen.append((path, page)))
-    plan = plans.TablePlan(series, Path("run"), only, suspects)
-    plan.report({}, ("a failed",), Silent())
-    ((path, (given, more)),) = seen
-    assert path == Path("run/report.html")
-    assert given == (series, "judged", "covered")
+    made = reports.Made({}, ("a failed",), "the command", Silent())
+    (given, more) = reports.reporting(series, Path("run")).page(made)  # type: ignore[misc]
+    assert given == (series, ("judged", Path("run")), "covered")
     assert more["failed"] == ("a failed",)
-    assert more["provenance"]["command"] == f"seatrial identify t.toml{options} -o run"
-    assert plan.title == "t"
+    assert [*more["provenance"]] == ["study", "version", "data", "command"]
+    assert more["provenance"]["command"] == "the command"
 
 
-def test_rivals_name_the_truth_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rivals_name_the_truth(monkeypatch: pytest.MonkeyPatch) -> None:
     import seatrial.report.rivals
+    import seatrial.validate.rivals
 
-    seen: list[Any] = []
+    virtual: Any = SimpleNamespace(ship=SimpleNamespace(name="truth"), seed=7)
+    fit: Any = SimpleNamespace(status="converged", details=None)
+    one = study(virtual=virtual, rival=("a",))
+    monkeypatch.setattr(seatrial.validate.rivals, "judged", lambda *given: given)
     monkeypatch.setattr(seatrial.report.rivals, "page", lambda found, provenance: (found, provenance))
-    monkeypatch.setattr(reports, "write", lambda path, page: seen.append((path, page)))
-    virtual = SimpleNamespace(ship=SimpleNamespace(name="truth"), seed=7)
-    found: Any = "found"
-    for source, more in ((virtual, {"truth": "truth, seed 7"}), (None, {})):
-        reports._rivals(found, study(virtual=source), object(), Path("page.html"), {"a": "b"}, Silent())  # type: ignore[arg-type]
-        assert seen.pop() == (Path("page.html"), ("found", {"a": "b", **more}))
+    made = reports.Made({"s": fit}, (), "the command", Silent())
+    found, provenance = reports.reporting(one, Path("run")).page(made)  # type: ignore[misc]
+    assert found == (one, fit, virtual)
+    assert provenance["truth"] == "truth, seed 7"
+    assert study(virtual=virtual).rivals is None
+    assert study(rival=("a",)).rivals is None

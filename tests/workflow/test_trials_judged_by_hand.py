@@ -19,13 +19,13 @@ from seatrial.models import STATES
 from seatrial.ships.files import load
 from seatrial.simulate import replay as replays
 from seatrial.study import store
+from seatrial.study.study import Study
 from seatrial.validate.fit_first import Beginning
-from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
-from seatrial.workflow import RequestError, comparing, data, demo
+from seatrial.validate.metrics import ESSO_OSAKA_SIGMA, scales
+from seatrial.workflow import RequestError, comparing, data, demo, identify
 from seatrial.workflow.asked import Predicting
-from seatrial.workflow.comparing import STATUS, compared, judged, purpose_of, refuse, scales, scales_asked
+from seatrial.workflow.comparing import STATUS, compared, judged, purpose_of, refuse, scales_asked
 from seatrial.workflow.data import _damage, _doubting, importing, mend
-from seatrial.workflow.plans import StudyPlan
 from seatrial.workflow.validate import _about, _purpose, _told, check
 
 SHIP = load("kvlcc2_l7")
@@ -427,21 +427,20 @@ def test_the_demo_turns_to_the_side_and_by_the_angles_of_its_plan(monkeypatch: p
     assert demo.RESTART == 60.0
 
 
-# --- plans ---
+# --- what a study file asks for ---
 
 
 def test_a_rival_of_virtual_trials_needs_trials_kept_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    from seatrial.workflow import plans
-
-    study: Any = SimpleNamespace(rival=("x",), virtual=object(), test=())
-    monkeypatch.setattr(plans, "is_series", lambda path: False)
-    monkeypatch.setattr(plans, "read_study", lambda path, suspects: study)
+    nothing: Any = None
+    study = Study("s", Path("s.toml"), nothing, nothing, (), None, "d", rival=("x",), virtual=object())  # type: ignore[arg-type]
+    monkeypatch.setattr(identify, "is_series", lambda path: False)
+    monkeypatch.setattr(identify, "read_study", lambda path, suspects: study)
     with pytest.raises(StudyError, match="trials kept back"):
-        plans.read_plan(Path("s.toml"), Path("run"))
+        identify._read(study.path, False, (), False)
     for allowed in ({"test": ("t",)}, {"rival": ()}, {"virtual": None}):
-        monkeypatch.setattr(plans, "read_study", lambda path, suspects, allowed=allowed: SimpleNamespace(
-            **{**vars(study), **allowed}))  # fmt: skip
-        assert isinstance(plans.read_plan(Path("s.toml"), Path("run")), StudyPlan)
-    for more in ({"quick": True}, {"only": ("a",)}):
+        other = replace(study, **allowed)  # type: ignore[arg-type]
+        monkeypatch.setattr(identify, "read_study", lambda path, suspects, other=other: other)
+        assert identify._read(study.path, False, (), False) is other
+    for quick, only in ((True, ()), (False, ("a",))):
         with pytest.raises(RequestError, match="--quick and --only"):
-            plans.read_plan(Path("s.toml"), Path("run"), **more)  # type: ignore[arg-type]
+            identify._read(study.path, quick, only, False)

@@ -10,16 +10,16 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from ..core.files import is_plain, read_toml
 from ..core.parameters import unknown
 from ..core.records import document_of, filled, of_schema, read_record
 from ..data import Trial
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
-from ..identify.resume import digest
 from ..ships import Ship
 from ..ships.classes import Trust, trusting
+from .cells import Cell
 from .data import Composition, read_compositions, read_data
 from .freedom import freedom, stated, suspected
 from .schema import Claim, DataTable, Published, SeriesFile
@@ -29,31 +29,6 @@ SCHEMA = "seatrial-series/1"
 PUBLISHED = "seatrial-published/1"
 """Of a file that holds what a publication prints, which several tables of fits may name."""
 FULL, QUICK = "full", "quick"
-
-
-@dataclass(frozen=True)
-class Cell:
-    """One fit with one seed.
-
-    Attributes:
-        seed: None where the estimator draws nothing.
-        problem: what is fitted to what.
-        estimator: with this seed alone.
-    """
-
-    seed: int | None
-    problem: Problem
-    estimator: Estimator
-
-    @property
-    def name(self) -> str:
-        """Name of its folder."""
-        return "one" if self.seed is None else f"seed-{self.seed}"
-
-    @property
-    def digest(self) -> str:
-        """Fingerprint of everything that determines its numbers."""
-        return digest(self.problem, self.estimator)
 
 
 @dataclass(frozen=True)
@@ -89,7 +64,15 @@ class Series:
         draw, seeds: keys of the models whose tracks are drawn, the best seed or all, of every test in `tracks`.
         curves: keys of the models that a line over the seconds of training joins, by the label of the line.
         compositions: the recordings of each set that the file of sets names.
+        only: keys of the models that are to be fitted; none is all.
+        partial: the report shows the cells that are done where others fail; if not, one that fails ends the run.
+        kept_back: whether the report judges fits on trials that they have not seen.
+        notes: for the user, beside those of the lint.
     """
+
+    partial: ClassVar[bool] = True
+    kept_back: ClassVar[bool] = True
+    notes: ClassVar[tuple[str, ...]] = ()
 
     name: str
     path: Path
@@ -108,6 +91,17 @@ class Series:
     budget: str = FULL
     curves: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
     compositions: Mapping[str, Composition] = field(default_factory=dict[str, Composition])
+    only: tuple[str, ...] = ()
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """The fits that are asked for, in the order of the file."""
+        return tuple(cell for row in self.rows if not self.only or row.key in self.only for cell in row.cells)
+
+    @property
+    def apart(self) -> tuple[Trial, ...]:
+        """Trials that no fit sees."""
+        return tuple(self.tests.values())
 
     def row(self, key: str) -> Row:
         """The model of that name."""
@@ -130,7 +124,7 @@ def read_series(
     Args:
         budget: "full", or one of its [budgets].
         suspects: as if each fit had `suspects = "auto"` in its [nuisance].
-        only: keys of the fits that `suspects` is for; none is all.
+        only: keys of the models that are to be fitted, for which `suspects` is; none is all.
         trust: modules outside the package whose classes it may name, and so run; True for any.
 
     Raises:
@@ -147,6 +141,9 @@ def read_series(
     with trusting(trust):
         rows = tuple(reader.row(key) for key in said.fits if size is None or not size.fits or key in size.fits)
     held = [row.key for row in rows]
+    for name in only:
+        if name not in held:
+            raise StudyError(f"{here}: {unknown(name, held, 'fit')}")
     tests, watched = reader.kept_apart(rows[0].ship)
     return Series(
         here.stem, here, said.title or here.stem, said.about, rows, tests, watched,
@@ -155,7 +152,7 @@ def read_series(
         said.report.restart, said.report.sigma or said.loss.sigma, tuple(k for k in said.report.draw if k in held),
         tuple(k for k in said.report.seeds if k in held), tuple(said.report.tracks), budget,
         {label: tuple(k for k in keys if k in held) for label, keys in said.report.curves.items()},
-        read_compositions(here.parent / said.data.sets) if said.data.sets else {},
+        read_compositions(here.parent / said.data.sets) if said.data.sets else {}, tuple(only),
     )  # fmt: skip
 
 
@@ -240,7 +237,8 @@ class _Reader:
         if fit.train:
             problem = self._problem(key, fit, ship)
             where, asked = f"{self.path}: fits.{key}", key in self.suspects
-            cells = tuple(Cell(seed, suspected(where, problem, who, asked), who)
+            study, restart = f"{self.path.stem}: {key}", self.said.report.restart
+            cells = tuple(Cell(seed, suspected(where, problem, who, asked), who, study, key, restart)
                           for seed, who in self._estimators(key, fit))  # fmt: skip
         return Row(key, fit.title or key, ship, tuple(fit.train), cells, fit.published)
 

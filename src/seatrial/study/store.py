@@ -297,7 +297,8 @@ def claim(folder: str | Path, digest: str, study: str) -> bool:
         if held.digest != digest:
             raise StudyError(
                 f"{folder}: holds a run of study '{held.study}' with other settings or data, or by another "
-                f"version of seatrial ({held.digest}, this is {digest}); choose another folder with -o"
+                f"version of seatrial ({held.digest}, this is {digest}); choose another folder with -o, or remove "
+                "this one, and it is fitted anew"
             )
         return False
     where.parent.mkdir(parents=True, exist_ok=True)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from ..models import STATES
 from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
+from .cells import Cell
 from .data import Split, chosen, read_data, read_raw
 from .freedom import freedom, stated, suspected, taken
 from .schema import StudyFile
@@ -55,7 +56,10 @@ class Study:
         virtual: source of the trials, if they are simulated.
         published: results of a paper; empty where the study gives none.
         unidentified: why parameters are not identified by these data though sigma may be small, by path.
+        partial: as of a table of fits.
     """
+
+    partial: ClassVar[bool] = False
 
     name: str
     path: Path
@@ -75,6 +79,33 @@ class Study:
     def sigma(self) -> Mapping[str, float] | None:
         """Scale of each state in the report; None where the loss names none."""
         return self.problem.loss.sigma or None
+
+    @property
+    def cells(self) -> tuple[Cell, ...]:
+        """A study is a table of one cell."""
+        text = self.path.read_text(encoding="utf-8")
+        return (Cell(None, self.problem, self.estimator, self.name, "", self.restart, self.test, text, str(self.path),
+                     self.unidentified, self.digest),)  # fmt: skip
+
+    @property
+    def apart(self) -> tuple[Trial, ...]:
+        """Trials that the fit does not see."""
+        return self.test
+
+    @property
+    def kept_back(self) -> bool:
+        """Whether the report judges the fit on trials that it has not seen."""
+        return bool(self.problem.validation or self.test)
+
+    @property
+    def judged_on(self) -> tuple[Trial, ...]:
+        """The trials kept back; those of training, where none was."""
+        return (*self.problem.validation, *self.test) or self.problem.trials
+
+    @property
+    def rivals(self) -> VirtualTrials | None:
+        """The source of the trials on which a rival is judged beside the fit; None where there is no rival."""
+        return self.virtual if self.rival else None
 
 
 def read_study(path: str | Path, *, trust: Trust = False, suspects: bool = False) -> Study:

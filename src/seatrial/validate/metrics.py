@@ -7,7 +7,7 @@ the whole turns that bring its first sample nearest to the measured one.  A lap 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -33,6 +33,15 @@ def scale_words(sigma: Mapping[str, float]) -> str:
     """The scales of the states for a reader, angles in degrees."""
     shown = {name: math.degrees(value) if "deg" in _UNITS[name] else value for name, value in sigma.items()}
     return ", ".join(f"{name} {value:.3g} {_UNITS[name]}" for name, value in shown.items())
+
+
+def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mapping[str, float]:
+    """Scale of each state: as given for all, that of the common evaluator for its set, or the spread of the trials."""
+    if given and set(given) == set(STATES):
+        return given
+    if trials and all("FRT-DS-ESSO" in str(trial.meta.get("source", "")) for trial in trials):
+        return ESSO_OSAKA_SIGMA
+    return spread(trials)
 
 
 def rmse(measured: Array, predicted: Array) -> float:

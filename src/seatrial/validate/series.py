@@ -14,16 +14,16 @@ from ..belief.spread import NAME, Spread, load_members, spreads
 from ..data import Array, Trial
 from ..engine import SimulationError
 from ..identify.networks.widths import Widths
-from ..models import STATES
+from ..ships import Ship
 from ..ships.classes import foreign
 from ..ships.files import load
 from ..simulate.replay import replay
 from ..study.series import Claim, Row, Series
-from ..study.series_run import Member, folder, members
-from ..study.store import MODEL, SUMMARY
+from ..study.store import HISTORY, MODEL, SUMMARY, Summary, read_summary
+from ..study.stored import read_history
 from . import Comparison
 from .comparison import compare, constant_velocity, pooled
-from .metrics import ESSO_OSAKA_SIGMA, spread
+from .metrics import scales
 
 TOGETHER = "together"
 """Label of the column in which all samples of all test trials count alike."""
@@ -32,6 +32,47 @@ BASELINE = "constant velocity"
 
 # Standard errors of a mean over seeds within which two models are indistinguishable.
 _APART = 2.0
+
+@dataclass(frozen=True)
+class Member:
+    """A fitted ship, or one that is judged without a fit.
+
+    Attributes:
+        seed: None where nothing was drawn.
+        history: rows (iteration, objective, validation or NaN, seconds), shape (iterations, 4).
+        objective: the least loss on the validation trials, where the estimator watches them.
+        summary: what `fit.json` holds; None for a ship as it is.
+    """
+
+    seed: int | None
+    ship: Ship
+    history: Array
+    objective: float
+    summary: Summary | None
+
+    @property
+    def seconds(self) -> float:
+        """Time of the fit [s]."""
+        return self.summary.seconds if self.summary else 0.0
+
+
+def members(row: Row, out: Path) -> tuple[Member, ...]:
+    """The fits of a row that are done, in the order of its seeds.
+
+    Raises:
+        StudyError: a folder holds the fit of another problem, or one that cannot be read.
+    """
+    if not row.cells:
+        return (Member(None, row.ship, np.zeros((0, 4)), math.nan, None),)
+    found: list[Member] = []
+    for cell in row.cells:
+        where = out / cell.folder
+        if cell.done(out):
+            said = read_summary(where)
+            ship = load(where / MODEL, trust=foreign(row.ship.model))
+            found.append(Member(cell.seed, ship, read_history(where / HISTORY), said.objective, said))
+    return tuple(found)
+
 
 Validity = Mapping[str, Mapping[str, Spread]]
 """How far the members drift apart, by key of the model and label of the test."""
@@ -47,7 +88,7 @@ def validity(series: Series, out: Path) -> dict[str, dict[str, Spread]]:
     found: dict[str, dict[str, Spread]] = {}
     for row in series.rows:
         for cell in row.cells[:1]:
-            where = folder(out, row, cell)
+            where = out / cell.folder
             if not ((where / NAME).is_file() and (where / SUMMARY).is_file()):
                 continue
             ship = load(where / MODEL, trust=foreign(row.ship.model))
@@ -150,20 +191,11 @@ class Table:
 
 def judged(series: Series, out: Path) -> Table:
     """Predict every test trial with every model that is done in `out`, and look at the claims."""
-    scale = sigma(series)
-    standings = tuple(_standing(series, row, members(series, row, out), scale) for row in series.rows)
+    scale = scales(series.apart, series.sigma)
+    standings = tuple(_standing(series, row, members(row, out), scale) for row in series.rows)
     found = Table((*series.tests, TOGETHER), (*standings, _baseline(series, scale)), (), scale)
     claims = tuple((c, tuple(outcomes(found, c))) for c in series.claims)
     return replace(found, claims=claims, validity=validity(series, out))
-
-
-def sigma(series: Series) -> Mapping[str, float]:
-    """Scale of each state: as the file says, that of the common evaluator, or the spread of the test trials."""
-    if set(series.sigma) == set(STATES):
-        return series.sigma
-    tests = tuple(series.tests.values())
-    known = all("FRT-DS-ESSO" in str(trial.meta.get("source", "")) for trial in tests)
-    return ESSO_OSAKA_SIGMA if known else spread(tests)
 
 
 def _standing(series: Series, row: Row, found: tuple[Member, ...], scale: Mapping[str, float]) -> Standing:

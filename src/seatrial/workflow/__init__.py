@@ -4,9 +4,9 @@ Contract: what the user should read while a workflow runs goes to its argument `
 there are fits to watch, to a `Sink`; these return an `Outcome`.  A request that cannot be carried out is a
 `RequestError`, raised before anything is written.
 
-`identify` from command to report: `cli.fits`, `identify` (the order of things), `plans` (a study or a table of fits, as
-`study.study` and `study.series` read them), `identify.lint`, the estimator, `study.store`, `reports` (which page, and
-the summary for a terminal), `comparing`, and `report.report`.
+`identify` from command to report: `cli.fits`, `identify` (the order of things), `study.study` and `study.series` (what
+is asked for, as `study.cells`), `identify.lint`, the estimator, `study.store`, `reports` (page, and the summary for a
+terminal), `comparing`, and `report.report`.
 """
 
 from __future__ import annotations

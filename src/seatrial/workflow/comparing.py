@@ -112,18 +112,6 @@ def carrier_of(ship: Ship, how: Predicting) -> Carrier | None:
     return Carrier.of(ship, how.history)
 
 
-def scales(trials: Sequence[Trial], given: Mapping[str, float] | None) -> Mapping[str, float]:
-    """Scale of each state: as given; that of the common evaluator for its set; else the spread of the trials."""
-    from ..models import STATES
-    from ..validate.metrics import ESSO_OSAKA_SIGMA, spread
-
-    if given and set(given) == set(STATES):
-        return given
-    if trials and all("FRT-DS-ESSO" in str(trial.meta.get("source", "")) for trial in trials):
-        return ESSO_OSAKA_SIGMA
-    return spread(trials)
-
-
 def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str, float], str]:
     """Scale of each state, and its origin in words: the fit that is named, or the trials alone.
 
@@ -131,7 +119,7 @@ def scales_asked(trials: Sequence[Trial], fit: str | None) -> tuple[Mapping[str,
         RequestError: no fit is saved beside the model that is named.
     """
     from ..study.store import fitted_scale
-    from ..validate.metrics import ESSO_OSAKA_SIGMA
+    from ..validate.metrics import ESSO_OSAKA_SIGMA, scales
 
     held = {} if fit is None else fitted_scale(fit)
     if fit is not None and not held:

@@ -21,9 +21,10 @@ from ..sensors import Sensors
 from ..ships import Ship
 from ..ships.files import load
 from ..simulate.run import approach, simulate
+from ..study.cells import PAGE
 from ..study.store import MODEL, save_fit
-from .comparing import compared, scales
-from .plans import PAGE
+from ..validate.metrics import scales
+from .comparing import compared
 from .request import DEGREE
 
 SHIP, SEED = "kvlcc2_l7", 20

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from ..core import executors
@@ -14,14 +14,17 @@ from ..core.files import held_alone
 from ..data import DataError
 from ..identify import Fit, FitError, Progress, Spread, StudyError
 from ..identify.posterior.verdicts import overruled
-from ..identify.resume import digest, forget
+from ..identify.resume import forget
 from ..identify.watch import start
 from ..report.blocks import fields, joined, line
-from ..study.series_run import claimed, swept
-from ..study.store import SUMMARY, kept, save_fit
+from ..report.page import write
+from ..study.cells import NUMBERS, PAGE, Cell, check, swept
+from ..study.series import FULL, QUICK, Series, is_series, read_series
+from ..study.store import SUMMARY, claim, kept, save_fit
+from ..study.study import Study, read_study
+from ..validate.metrics import scales
 from . import SILENT, Outcome, RequestError, Sink
-from .plans import Job, Plan, read_plan
-from .reports import leads, shown
+from .reports import Made, leads, reporting
 from .request import Note
 from .sampling.drawing import check_sample, drawn_for
 
@@ -59,25 +62,68 @@ def identify(
     if out.exists() and not out.is_dir():
         raise RequestError(f"{out}: is a file; -o takes a folder")
     with held_alone(out):
-        plan = read_plan(path, out, quick, only, free_suspects)
-        check_sample(plan, sample)
-        jobs, todo = plan.jobs(), plan.left()
-        for warning in plan.lint() if todo else ():
+        study = _read(path, quick, only, free_suspects)
+        cells = _scaled(study)
+        check_sample(study, sample)
+        todo = [cell for cell in cells if not cell.done(out)]
+        for warning in (*study.notes, *check(todo, study.apart)) if todo else ():
             sink.note(warning)
-        _note_done(len(jobs) - len(todo), len(jobs), out, sink)
+        _note_done(len(cells) - len(todo), len(cells), out, sink)
+        report = reporting(study, out)
         with executors.dask(dask, sink.note) if dask and todo else nullcontext(None) as pool:
-            fits, failed = _fits(plan, jobs, todo, sink, pool) if todo else ({}, [])
-            drawn = drawn_for(jobs[0], fits, sample, sink) if sample else {}
-            if todo or plan.partial or drawn:
-                plan.report({**fits, **drawn}, failed, sink, pool)
-        for job in jobs:
-            if (job.where / SUMMARY).exists():
-                forget(job.where / CHECKPOINT)
-        document = plan.document()
+            fits, failed = _fits(study, out, cells, todo, sink, pool) if todo else ({}, [])
+            drawn = drawn_for(cells[0], out, fits, sample, sink) if sample else {}
+            if todo or study.partial or drawn:
+                command = _command(path, out, quick, only, free_suspects)
+                page = report.page(Made({**fits, **drawn}, failed, command, sink, pool))
+                write(out / PAGE, page)
+                numbers = page.document
+            else:  # nothing was made, and a report is not made twice: what it took minutes to find is printed again
+                numbers = json.loads((out / NUMBERS).read_text(encoding="utf-8"))
+        for cell in cells:
+            if (out / cell.folder / SUMMARY).exists():
+                forget(out / cell.folder / CHECKPOINT)
+        document = report.document(numbers)
         errors = (f"{len(todo) - len(fits)} of {len(todo)} fits failed, first {failed[0]}",) if failed else ()
-        said = leads(document, out, plan.kept_back)
-        blocks = joined(map(line, said)) + shown(document, out, plan.kept_back)
+        said = leads(document, out, study.kept_back)
+        blocks = joined(map(line, said)) + report.shown(document)
         return Outcome(fits, fields({**document, "run": str(out)}, blocks), errors, said)
+
+
+def _read(path: Path, quick: bool, only: Sequence[str], suspects: bool) -> Study | Series:
+    """What a file asks for: a study, which is a table of one cell, or a table of fits."""
+    if is_series(path):
+        return read_series(path, QUICK if quick else FULL, suspects=suspects, only=only)
+    if quick or only:
+        raise RequestError(f"{path}: is one study; --quick and --only are for a table of fits ('seatrial-series/1')")
+    study = read_study(path, suspects=suspects)
+    if study.rivals and not study.test:
+        raise StudyError(f"{path}: [rival] is judged on trials kept back, of a truth that is known; name some in "
+                         "data.test, of [virtual]")  # fmt: skip
+    return study
+
+
+def _scaled(study: Study | Series) -> tuple[Cell, ...]:
+    """The cells with the scales by which the fits are judged; none where a report scales by itself."""
+    if isinstance(study, Series):
+        scale = scales(study.apart, study.sigma)
+        return tuple(replace(cell, scale=scale, spread=scale) for cell in study.cells)
+    (cell,) = study.cells
+    if cell.several or study.rivals:
+        return (cell,)
+    return (replace(cell, scale=scales(study.judged_on, study.sigma),
+                    spread=scales(study.problem.trials, study.sigma)),)  # fmt: skip
+
+
+def _command(path: Path, out: Path, quick: bool, only: Sequence[str], suspects: bool) -> str:
+    """What made a run, for its report."""
+    options = " --quick" * quick + "".join(f" --only {name}" for name in only) + " --free-suspects" * suspects
+    return f"seatrial identify {path}{options} -o {out}"
+
+
+def _heading(study: Study | Series) -> str:
+    """The title of a study; where it has none, ship and file."""
+    return study.title if study.title or isinstance(study, Series) else f"{study.problem.ship.name}: {study.name}"
 
 
 def resumes(out: Path) -> bool:
@@ -94,53 +140,51 @@ def _note_done(done: int, count: int, out: Path, sink: Sink) -> None:
 
 
 def _fits(
-    plan: Plan, jobs: Sequence[Job], todo: Sequence[Job], sink: Sink, pool: Pool | None
+    study: Study | Series, out: Path, cells: Sequence[Cell], todo: Sequence[Cell], sink: Sink, pool: Pool | None
 ) -> tuple[dict[str, Fit], list[str]]:  # fmt: skip
-    """Fit the jobs; those that lack PyTorch are reported together."""
+    """Fit the cells that are left; those that lack PyTorch are reported together."""
     fits: dict[str, Fit] = {}
     failed: list[str] = []
     untrained: dict[str, list[str]] = {}
-    files = {job.name: job.where / SUMMARY for job in todo} if plan.partial else {}
-    before = [job.name for job in jobs if job.name not in {one.name for one in todo}]
-    with sink.fitting(plan.title, files, before):
-        if pool is None or not plan.partial:
-            ended = _in_turn(plan, len(before), todo, sink, pool)
-        else:
-            ended = _spread(plan, len(before), todo, sink, pool)
-        for job, found in ended:
+    files = {cell.name: out / cell.folder / SUMMARY for cell in todo} if study.partial else {}
+    left = {cell.name for cell in todo}
+    before = [cell.name for cell in cells if cell.name not in left]
+    with sink.fitting(_heading(study), files, before):
+        way = _in_turn if pool is None or not study.partial else _spread
+        for cell, found in way(study, out, len(before), todo, sink, pool):
             if isinstance(found, Fit):
-                fits[job.name] = found
+                fits[cell.name] = found
             elif isinstance(found, FitError):
-                failed.append(f"{job.name}: {found}")
+                failed.append(f"{cell.name}: {found}")
                 sink.note(f"error: {failed[-1]}")
             else:
-                untrained.setdefault(str(found), []).append(job.name.rpartition(", ")[0])
+                untrained.setdefault(str(found), []).append(cell.key)
         for reason, keys in untrained.items():
             failed.append(f"{', '.join(dict.fromkeys(keys))}: {reason}")
             sink.note(f"error: {failed[-1]}")
-    sink.reporting("" if plan.partial else next(iter(fits.values())).status)
+    sink.reporting("" if study.partial else next(iter(fits.values())).status)
     return fits, failed
 
 
 def _in_turn(
-    plan: Plan, before: int, todo: Sequence[Job], sink: Sink, pool: Pool | None
-) -> Iterator[tuple[Job, _Ended]]:  # fmt: skip
-    """One job after the other; a pool computes the searches that a fit is made of."""
-    for number, job in enumerate(todo, start=before + 1):
-        if plan.partial:
-            sink.note(f"{number} of {before + len(todo)}: {job.name}")
-        progress = sink.fit(job.name, job.problem, job.restart, several=job.several)
-        claim = partial(plan.claim, job)
-        yield job, _ended(plan.partial, job, (plan.path, plan.out), claim, sink.note, progress, pool)
+    study: Study | Series, out: Path, before: int, todo: Sequence[Cell], sink: Sink, pool: Pool | None
+) -> Iterator[tuple[Cell, _Ended]]:  # fmt: skip
+    """One cell after the other; a pool computes the searches that a fit is made of."""
+    for number, cell in enumerate(todo, start=before + 1):
+        if study.partial:
+            sink.note(f"{number} of {before + len(todo)}: {cell.name}")
+        progress = sink.fit(cell.name, cell.posed.problem, cell.restart, several=cell.several)
+        yield cell, _ended(cell, (study.path, out), sink.note, progress, pool)
 
 
 def _spread(
-    plan: Plan, before: int, todo: Sequence[Job], sink: Sink, pool: Pool
-) -> Iterator[tuple[Job, _Ended]]:  # fmt: skip
-    """All jobs through the pool, each as it ends; a job writes its own files."""
-    full = [replace(job, where=job.where.absolute()) for job in todo]
-    places = plan.path.absolute(), plan.out.absolute()
-    ended = pool.each(_elsewhere, ((job, places, number) for number, job in enumerate(full)))
+    study: Study | Series, out: Path, before: int, todo: Sequence[Cell], sink: Sink, pool: Pool | None
+) -> Iterator[tuple[Cell, _Ended]]:  # fmt: skip
+    """All cells through the pool, each as it ends; a cell writes its own files."""
+    if pool is None:
+        raise TypeError("cells are spread over a pool")
+    places = study.path.absolute(), out.absolute()
+    ended = pool.each(_elsewhere, ((cell, places, number) for number, cell in enumerate(todo)))
     for count, (number, found, notes) in enumerate(ended, start=before + 1):
         for told in notes:
             sink.note(told)
@@ -148,22 +192,20 @@ def _spread(
         yield todo[number], found
 
 
-def _elsewhere(job: Job, places: tuple[Path, Path], number: int) -> tuple[int, _Ended, list[str]]:
-    """One job of a table, on a worker, with its notes."""
+def _elsewhere(cell: Cell, places: tuple[Path, Path], number: int) -> tuple[int, _Ended, list[str]]:
+    """One cell of a table, on a worker, with its notes."""
     notes: list[str] = []
-    claim = partial(claimed, job.where, digest(job.problem, job.estimator), job.study)
-    return number, _ended(True, job, places, claim, notes.append, None, None), notes
+    return number, _ended(cell, places, notes.append, None, None), notes
 
 
 def _ended(
-    several: bool, job: Job, places: tuple[Path, Path], claim: Callable[[], bool], note: Note,
-    progress: Progress | None, pool: Pool | None,
+    cell: Cell, places: tuple[Path, Path], note: Note, progress: Progress | None, pool: Pool | None
 ) -> _Ended:  # fmt: skip
-    """The fit of a job; of one of several, what it failed by too."""
+    """The fit of a cell; of one of a table, what it failed by too."""
     try:
-        return _fit(job, places, claim, note, progress, pool)
+        return _fit(cell.posed, places, note, progress, pool)
     except (StudyError, FitError) as error:
-        if several and (isinstance(error, FitError) or _lacks_torch(error)):
+        if cell.key and (isinstance(error, FitError) or _lacks_torch(error)):
             return error
         raise
 
@@ -175,33 +217,34 @@ def _lacks_torch(error: StudyError) -> bool:
 
 
 def _fit(
-    job: Job, places: tuple[Path, Path], claim: Callable[[], bool], note: Note, progress: Progress | None,
-    pool: Pool | None,
+    cell: Cell, places: tuple[Path, Path], note: Note, progress: Progress | None, pool: Pool | None
 ) -> Fit:  # fmt: skip
-    """Fit one job and save it; `places` are the file of the study and the folder of the run."""
+    """Fit one cell and save it; `places` are the file of the study and the folder of the run."""
     path, out = places
+    where, who = out / cell.folder, cell.estimator
     with ExitStack() as stack:
-        stack.enter_context(swept(job.where, out))
-        stack.enter_context(kept(job.where, claim()))
-        checkpoint, who = job.where / CHECKPOINT, job.estimator
+        stack.enter_context(swept(where, out))
+        stack.enter_context(kept(where, claim(where, cell.digest, cell.study)))
+        checkpoint = where / CHECKPOINT
         try:
             if pool is not None and isinstance(who, Spread):
-                fit = who.fit(job.problem, progress=progress, checkpoint=checkpoint, pool=pool)
+                fit = who.fit(cell.problem, progress=progress, checkpoint=checkpoint, pool=pool)
             else:
-                fit = who.fit(job.problem, progress=progress, checkpoint=checkpoint)
+                fit = who.fit(cell.problem, progress=progress, checkpoint=checkpoint)
         except StudyError as error:  # an estimator does not know the file
             if _lacks_torch(error) or str(path) in str(error):
                 raise
             raise StudyError(f"{path}: {error}") from None
-    fit = overruled(fit, job.unidentified)
+    fit = overruled(fit, cell.unidentified)
     start(progress, fit.ship)
-    if job.spread is not None:
-        _keep_members(job, fit, job.spread, note)
-    save_fit(fit, job.where, job.problem, study=job.study, text=job.text, scale=job.scale, test=job.test, file=job.file)
+    if cell.spread is not None:
+        _keep_members(cell, where, fit, cell.spread, note)
+    save_fit(fit, where, cell.problem, study=cell.study, text=cell.text, scale=cell.scale, test=cell.test,
+             file=cell.file)  # fmt: skip
     return fit
 
 
-def _keep_members(job: Job, fit: Fit, sigma: Mapping[str, float], note: Note) -> None:
+def _keep_members(cell: Cell, where: Path, fit: Fit, sigma: Mapping[str, float], note: Note) -> None:
     """Write the posterior members of a fitted hybrid to its folder; other families have none.
 
     Args:
@@ -214,8 +257,8 @@ def _keep_members(job: Job, fit: Fit, sigma: Mapping[str, float], note: Note) ->
     if not isinstance(fit.ship.model, Hybrid):
         return
     try:
-        found = members(fit, job.problem, job.estimator, sigma, restart=job.restart)
+        found = members(fit, cell.problem, cell.estimator, sigma, restart=cell.restart)
     except DataError as error:
         note(f"warning: no members, so predictions cannot report their spread: {error}")
         return
-    save_members(found, job.where / NAME)
+    save_members(found, where / NAME)

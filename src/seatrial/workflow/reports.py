@@ -1,134 +1,163 @@
-"""Reports of studies, a page for each kind of details of a fit or a study; and the summaries of runs for a terminal."""
+"""What a run of `identify` is reported as: its page, what it has found as JSON, and the summary for a terminal.
+
+There are four kinds, by what a study asks for (`reporting`): a fit beside trials, a fine-tuning, a rival in several
+weathers, a table of fits.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial, singledispatch
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol, runtime_checkable
 
 from ..core.executors import Pool
+from ..core.files import plain
+from ..core.version import __version__
 from ..data import Trial
-from ..identify import Fit, Problem
+from ..identify import Fit
 from ..identify.lint import doubts
 from ..report.blocks import Body, joined, line, table
 from ..report.evidence import assumptions
-from ..report.page import Section, write
+from ..report.page import Page, Section
 from ..report.report import Report
+from ..ships import Ship
 from ..ships.files import load
-from ..study.store import MODEL
+from ..study.cells import FITS
+from ..study.series import Series
+from ..study.store import MODEL, SCHEMA, SUMMARY, read_summary
 from ..study.study import Study
 from ..validate.corrected import corrected, of_trial, shared_by_all, words
 from ..validate.foresight import foreseen
+from ..validate.metrics import scales
 from . import Document, Sink, figure
-from .comparing import compared, scales
+from .comparing import compared
 from .request import DEGREE
 
 # Combinations of parameters that a summary lists.
 _COMBINED = 6
-
-if TYPE_CHECKING:
-    from ..belief.sampling.sampled import Sampled
-    from ..identify.tuning.fine_tuning import FineTuning
-    from ..identify.tuning.tuned import Tuning
-    from ..validate.rivals import Rivals
-
-Provenance = Mapping[str, str]
+_VERSION = f"seatrial {__version__}"
 
 
-def details(study: Study, fit: Fit, sink: Sink, pool: Pool | None = None) -> object:
-    """What the report is about beside the fit: a rival in several weathers, or what the estimator has found.
+@dataclass(frozen=True)
+class Made:
+    """What a run has made, and by what.
 
-    Args:
-        pool: who computes what the report of it still needs; None does it here.
+    Attributes:
+        fits: made in this run, by the name of the cell.
+        failed: a line for each cell that failed.
+        command: that made it.
+        pool: who computes what a report still needs; None does it here.
     """
-    if study.virtual is not None and study.rival:
-        from ..validate.rivals import Rivals, judged
 
-        report.register(Rivals, _rivals)
-        sink.note(f"{fit.status}; the rival, and both in other weathers")
-        return judged(study, fit, study.virtual)
-    if fit.details is not None:
-        from ..belief.sampling.sampled import Sampled
+    fits: Mapping[str, Fit]
+    failed: Sequence[str]
+    command: str
+    sink: Sink
+    pool: Pool | None = None
+
+
+class Reporting(Protocol):
+    """The page of a run and its summary."""
+
+    def page(self, made: Made) -> Page:
+        """The page and its numbers."""
+        ...
+
+    def document(self, numbers: Mapping[str, Any]) -> Document:
+        """What the run has found, from the numbers of its page and the fits in its folder."""
+        ...
+
+    def shown(self, found: Mapping[str, Any]) -> Body:
+        """The same for a terminal."""
+        ...
+
+
+def reporting(study: Study | Series, out: Path) -> Reporting:
+    """How the run of a study in `out` is reported."""
+    from ..identify.tuning.fine_tuning import FineTuning
+
+    if isinstance(study, Series):
+        return _Table(study, out)
+    if study.rivals is not None:
+        return _Rivals(study, out)
+    return _Tuned(study, out) if isinstance(study.estimator, FineTuning) else _Fitted(study, out)
+
+
+@runtime_checkable
+class Paged(Protocol):
+    """Details of a fit (`Fit.details`) that bring a page of their own."""
+
+    def page(self, fit: Fit, provenance: Mapping[str, str]) -> Page:
+        """The page and its numbers."""
+        ...
+
+
+@dataclass(frozen=True)
+class _One:
+    """A study: one fit, in the folder of the run."""
+
+    study: Study
+    out: Path
+
+    def provenance(self, made: Made) -> dict[str, str]:
+        """Study, digest, version and command, in words."""
+        study = self.study
+        return {"study": str(study.path), "digest": study.digest, "version": _VERSION, "command": made.command}
+
+    def document(self, numbers: Mapping[str, Any]) -> Document:
+        """The numbers of the page, and what the residuals say."""
+        return {"diagnosis": read_summary(self.out).diagnosis, **numbers}
+
+
+@dataclass(frozen=True)
+class _Fitted(_One):
+    """A fit, compared with the trials kept back (those of training, where none was)."""
+
+    def page(self, made: Made) -> Page:
+        fit = made.fits[self.study.name]
+        if isinstance(fit.details, Paged):
+            return fit.details.page(fit, self.provenance(made))
+        return _compared(self.study, fit, load(self.out / MODEL), self.provenance(made), made.sink).page
+
+    def document(self, numbers: Mapping[str, Any]) -> Document:
+        """`fit.json`, its draws and its errors."""
+        from ..belief.drawn import read_draws
+
+        judged = {key: numbers[key] for key in ("standardised", "forecasts", "worse_than_untuned") if key in numbers}
+        drawn = read_draws(self.out)
+        posterior = {} if drawn is None else {"posterior": drawn.said}
+        return {"schema": SCHEMA, **plain(read_summary(self.out)), **posterior, **judged}
+
+    def shown(self, found: Mapping[str, Any]) -> Body:
+        return _fit(found, self.out, _of(self.study.kept_back))
+
+
+@dataclass(frozen=True)
+class _Tuned(_One):
+    """A fine-tuning: its ranges and methods, and what the data determine."""
+
+    def page(self, made: Made) -> Page:
+        from ..identify.tuning.fine_tuning import FineTuning
         from ..identify.tuning.tuned import Tuning
+        from ..report.tuning import page
 
-        report.register(Tuning, partial(_tuned, pool=pool))
-        report.register(Sampled, _drawn)
-    return fit.details
+        study, fit = self.study, made.fits[self.study.name]
+        if not isinstance(study.estimator, FineTuning) or not isinstance(fit.details, Tuning):
+            raise TypeError(f"{type(study.estimator).__name__} makes no Tuning")
+        made.sink.note("what the data determine: profiles, repetitions, bands")
+        return page(
+            fit.details, title=study.title or f"{study.problem.ship.name}: fine-tuning", method=study.estimator.method,
+            provenance={**self.provenance(made), "data": sources(study.problem.trials)},
+            sections=_identifiability(fit, study, fit.details.tests, study.estimator.evolution(), made.pool), fit=fit,
+        )  # fmt: skip
 
-
-@singledispatch
-def report(found: object, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
-    """Write the page of a study and its numbers beside it, by the kind of its details; register others here.
-
-    Without any, the fit is compared with the trials kept back (those of training, where none was).
-
-    Args:
-        found: what `details` returns.
-        page: the file; its folder holds the saved fit.
-        provenance: study, digest, version and command, in words.
-    """
-    _compare(study, fit, page, provenance, sink, None)
-
-
-def _drawn(found: Sampled, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
-    """Of a fit whose posterior was sampled: as without, and what the draws say."""
-    _compare(study, fit, page, provenance, sink, found)
-
-
-def _compare(
-    study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink, drawn: Sampled | None
-) -> None:  # fmt: skip
-    """The fit compared with the trials kept back (those of training, where none was), and its posterior."""
-    problem, trials, out = study.problem, judged_on(study), page.parent
-    ahead, missing = foreseen(study, fit.ship)
-    names, model = {trial.name for trial in (*problem.trials, *trials)}, problem.ship.model
-    right = [corrected(trial, of_trial(trial.name, fit.nuisances, names), model) for trial in trials]
-    fitted = load(out / MODEL)
-    comparisons, failed = compared(fitted, right, study.restart, scales(trials, study.sigma), problem.ship)
-    changes = _changes(fit, trials)
-    for told in (*(f"error: {one}" for one in failed), *(f"note: {one}" for one in changes)):
-        sink.note(told)
-    Report(
-        study.title or f"{fit.ship.name}: {'fitted' if study.name == 'study' else f'study {study.name}'}",
-        comparisons, fit, tuple(t.name for t in problem.trials),
-        (*missing, *map(str, doubts(problem, study.test))),
-        assumptions(fit.ship, [f.path for f in fit.free]), ahead,
-        {**provenance, "trials": _counted({"for training": problem.trials, "for validation": problem.validation,
-                                           "kept back": study.test})},
-        changes=changes, drawn=drawn,
-    ).write(page)  # fmt: skip
-
-
-def _changes(fit: Fit, trials: Sequence[Trial]) -> tuple[str, ...]:
-    """What the errors of instruments and the current that the fit found in all trials do to those of its report."""
-    shared = shared_by_all(fit.nuisances)
-    what = words(shared, fit.ship.model, trials[0]) if shared else ""
-    return (f"trials are compared as corrected by {what}, as the fit estimated for all trials of the study",) if what \
-        else ()
-
-
-def _tuned(
-    found: Tuning, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink, pool: Pool | None = None,
-) -> None:  # fmt: skip
-    """Of a fine-tuning: its ranges and methods, and what the data determine."""
-    from ..identify.tuning.fine_tuning import FineTuning
-    from ..report.tuning import page as page_of
-
-    estimator = study.estimator
-    if not isinstance(estimator, FineTuning):
-        raise TypeError(f"{type(estimator).__name__} makes no Tuning")
-    sink.note("what the data determine: profiles, repetitions, bands")
-    write(page, page_of(
-        found, title=study.title or f"{study.problem.ship.name}: fine-tuning", method=estimator.method,
-        provenance={**provenance, "data": sources(study.problem.trials)},
-        sections=_identifiability(fit, study.problem, found.tests, estimator, pool), fit=fit,
-    ))  # fmt: skip
+    def shown(self, found: Mapping[str, Any]) -> Body:
+        return _tuning(found, self.out)
 
 
 def _identifiability(
-    fit: Fit, problem: Problem, tests: Sequence[Trial], estimator: FineTuning, pool: Pool | None
+    fit: Fit, study: Study, tests: Sequence[Trial], settings: Any, pool: Pool | None
 ) -> list[Section]:  # fmt: skip
     """Sections on the chosen fit: profiles, correlations, restarts, residuals, and bands on the test trials."""
     from ..belief.ensemble import bands, ensemble
@@ -137,7 +166,7 @@ def _identifiability(
     from ..report.identifiability import sections
     from ..validate.comparison import manoeuvre
 
-    settings, chosen = estimator.evolution(), replace(problem, free=fit.free)
+    chosen = replace(study.problem, free=fit.free)
     group = ensemble(fit, chosen, settings, pool=pool)
     return sections(
         fit, profiles(fit, chosen, settings, pool=pool), group=group, left=misfit(fit, chosen, settings),
@@ -145,18 +174,80 @@ def _identifiability(
     )  # fmt: skip
 
 
-def _rivals(found: Rivals, study: Study, fit: Fit, page: Path, provenance: Provenance, sink: Sink) -> None:
-    """Of a study with a rival on virtual trials: both beside the truth, in several weathers."""
-    from ..report.rivals import page as page_of
+@dataclass(frozen=True)
+class _Rivals(_One):
+    """A study with a rival on virtual trials: both beside the truth, in several weathers."""
 
-    virtual = study.virtual
-    truth = {} if virtual is None else {"truth": f"{virtual.ship.name}, seed {virtual.seed}"}
-    write(page, page_of(found, provenance={**provenance, **truth}))
+    def page(self, made: Made) -> Page:
+        from ..report.rivals import page
+        from ..validate.rivals import judged
+
+        fit, virtual = made.fits[self.study.name], self.study.rivals
+        if virtual is None:
+            raise TypeError(f"{self.study.name} has no rival")
+        made.sink.note(f"{fit.status}; the rival, and both in other weathers")
+        truth = {"truth": f"{virtual.ship.name}, seed {virtual.seed}"}
+        return page(judged(self.study, fit, virtual), provenance={**self.provenance(made), **truth})
+
+    def shown(self, found: Mapping[str, Any]) -> Body:
+        return _shooting(found, self.out)
 
 
-def judged_on(study: Study) -> Sequence[Trial]:
-    """The trials kept back; those of training, where none was."""
-    return (*study.problem.validation, *study.test) or study.problem.trials
+@dataclass(frozen=True)
+class _Table:
+    """A table of all fits that are done, made in this run or before."""
+
+    series: Series
+    out: Path
+
+    def page(self, made: Made) -> Page:
+        from ..report.series import covered, page
+        from ..validate.series import judged
+
+        series = self.series
+        return page(series, judged(series, self.out), covered(series), failed=made.failed, provenance={
+            "study": str(series.path), "version": _VERSION, "data": sources(series.apart), "command": made.command,
+        })  # fmt: skip
+
+    def document(self, numbers: Mapping[str, Any]) -> Document:
+        """The numbers of the page, and the fits whose model does not explain the data."""
+        done = [cell for cell in self.series.cells if (self.out / cell.folder / SUMMARY).exists()]
+        lacking = [cell.name for cell in done if not read_summary(self.out / cell.folder).explained]
+        return {**numbers, "not_explained": lacking}
+
+    def shown(self, found: Mapping[str, Any]) -> Body:
+        return _table(found, self.out)
+
+
+def _compared(study: Study, fit: Fit, fitted: Ship, provenance: Mapping[str, str], sink: Sink) -> Report:
+    """The ship as it was saved beside its baselines, on the trials that a study is judged on, and what the fit says."""
+    from ..belief.sampling.sampled import Sampled
+
+    problem, trials = study.problem, study.judged_on
+    ahead, missing = foreseen(study, fit.ship)
+    names, model = {trial.name for trial in (*problem.trials, *trials)}, problem.ship.model
+    right = [corrected(trial, of_trial(trial.name, fit.nuisances, names), model) for trial in trials]
+    comparisons, failed = compared(fitted, right, study.restart, scales(trials, study.sigma), problem.ship)
+    changes = _changes(fit, trials)
+    for told in (*(f"error: {one}" for one in failed), *(f"note: {one}" for one in changes)):
+        sink.note(told)
+    return Report(
+        study.title or f"{fit.ship.name}: {'fitted' if study.name == 'study' else f'study {study.name}'}",
+        comparisons, fit, tuple(t.name for t in problem.trials),
+        (*missing, *map(str, doubts(problem, study.test))),
+        assumptions(fit.ship, [f.path for f in fit.free]), ahead,
+        {**provenance, "trials": _counted({"for training": problem.trials, "for validation": problem.validation,
+                                           "kept back": study.test})},
+        changes=changes, drawn=fit.details if isinstance(fit.details, Sampled) else None,
+    )  # fmt: skip
+
+
+def _changes(fit: Fit, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """What the errors of instruments and the current that the fit found in all trials do to those of its report."""
+    shared = shared_by_all(fit.nuisances)
+    what = words(shared, fit.ship.model, trials[0]) if shared else ""
+    return (f"trials are compared as corrected by {what}, as the fit estimated for all trials of the study",) if what \
+        else ()
 
 
 def sources(trials: Iterable[Trial]) -> str:
@@ -168,24 +259,15 @@ def _counted(parts: Mapping[str, Sequence[Trial]]) -> str:
     return ", ".join(f"{len(trials)} {what}" for what, trials in parts.items() if trials)
 
 
-def shown(document: Document, out: Path, kept_back: bool) -> Body:
-    """The summary of the run in `out`.
-
-    Args:
-        document: what `plans.Plan.document` returns.
-        kept_back: whether it is judged on trials that the fit has not seen.
-    """
-    of = "trials kept back" if kept_back else "the training trials (none was kept back)"
-    summary = _SUMMARIES.get(str(document["schema"]))
-    return line(_wrote(out)) if summary is None else summary(document, out, of)
+def _of(kept_back: bool) -> str:
+    return "trials kept back" if kept_back else "the training trials (none was kept back)"
 
 
-def leads(document: Document, out: Path, kept_back: bool) -> tuple[str, ...]:
+def leads(found: Mapping[str, Any], out: Path, kept_back: bool) -> tuple[str, ...]:
     """What speaks against the result of the run in `out`, one short line each; empty where nothing does.
 
     That the model does not explain the data, with the first ground, and that it predicts worse than before the fit.
     """
-    found: Mapping[str, Any] = document
     lost = found.get("worse_than_untuned")
     tested: Mapping[str, Any] = found.get("diagnosis") or {"explained": True}
     said: list[str] = []
@@ -194,7 +276,7 @@ def leads(document: Document, out: Path, kept_back: bool) -> tuple[str, ...]:
         said.append(f"not explained: {short}; see {out}/report.html")
     if lacking := found.get("not_explained"):
         named = f"{', '.join(lacking[:3])}{', ...' * (len(lacking) > 3)}"
-        said.append(f"not explained: the data of {len(lacking)} fits ({named}); see fit.json of each in {out}/fits")
+        said.append(f"not explained: the data of {len(lacking)} fits ({named}); see fit.json of each in {out}/{FITS}")
     if (drawn := found.get("posterior")) and not drawn["converged"]:
         said.append(drawn["words"][0])
     if lost:
@@ -232,9 +314,10 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> Body:
         *((f"... and {len(combined) - _COMBINED} more combinations: see {out}/report.html",)
           if len(combined) > _COMBINED else ()),
         *_tested(found),
-        *(f"standardised error on {of}, {label}: {figure(value)}" for label, value in found["standardised"].items()),
+        *(f"standardised error on {of}, {label}: {figure(value)}"
+          for label, value in found.get("standardised", {}).items()),
         *(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
-          f"{figure(f['heading'] / DEGREE)} deg" for f in found["forecasts"]),
+          f"{figure(f['heading'] / DEGREE)} deg" for f in found.get("forecasts", ())),
         f"{found['status']}; {found['seconds']:.1f} s; {_wrote(out)}",
     )))  # fmt: skip
 
@@ -244,7 +327,7 @@ def _tested(found: Mapping[str, Any]) -> Sequence[str]:
     return (found.get("diagnosis") or {"lines": ()})["lines"]
 
 
-def _tuning(found: Mapping[str, Any], out: Path, _: str) -> Body:
+def _tuning(found: Mapping[str, Any], out: Path) -> Body:
     """Losses of each range of a fine-tuning, and its findings."""
     before = [figure(sum(found["untuned"][key].values())) for key in ("tune", "test")]
     rows: list[tuple[str, ...]] = [("untuned", *before, "", "", "", "")]
@@ -261,7 +344,7 @@ def _tuning(found: Mapping[str, Any], out: Path, _: str) -> Body:
     return table(head, rows) + joined(map(line, (*_tested(found), *findings, _wrote(out))))
 
 
-def _shooting(found: Mapping[str, Any], out: Path, _: str) -> Body:
+def _shooting(found: Mapping[str, Any], out: Path) -> Body:
     """Relative errors of a model, its rival and the truth in each weather, and the servos."""
     rows: list[tuple[str, ...]] = []
     for name, case in found["cases"].items():
@@ -277,7 +360,7 @@ def _shooting(found: Mapping[str, Any], out: Path, _: str) -> Body:
     return table(head, rows, words=(1,)) + joined(map(line, (*_tested(found), *servos, _wrote(out))))
 
 
-def _table(found: Mapping[str, Any], out: Path, _: str) -> Body:
+def _table(found: Mapping[str, Any], out: Path) -> Body:
     """Errors of each model of a table of fits on each test, and its claims."""
     tests = [*found["tests"], "together"]
     rows = tuple(
@@ -303,8 +386,3 @@ def _error(one: Mapping[str, Any], test: str) -> str:
         return "no number" if one["seeds"] else ""
     return figure(mean, 3) + ("" if spread is None else f" +- {figure(spread, 2)}")
 
-
-_SUMMARIES = {
-    "seatrial-fit/1": _fit, "seatrial-tuning/1": _tuning, "seatrial-shooting/1": _shooting,
-    "seatrial-networks/1": _table,
-}  # fmt: skip

@@ -31,9 +31,10 @@ from ...study.study import read_study
 from ...validate import Comparison
 from ...validate.ahead import Ahead, ahead, by_kind
 from ...validate.fitness import Fitness
+from ...validate.metrics import scales
 from .. import SILENT, Outcome, RequestError, Sink, figure
 from ..asked import Predicting
-from ..comparing import compared, fitness, judged, refuse, scales
+from ..comparing import compared, fitness, judged, refuse
 from ..request import PAGES, positive
 from .carded import calibrated_of
 
