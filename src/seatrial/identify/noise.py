@@ -54,7 +54,7 @@ def sensor_noise(values: Array) -> float:
     at any rate of the log.
 
     Returns:
-        NaN with fewer than nine readings in a row.
+        NaN with fewer than three readings in a row.
     """
     found: list[float] = []
     for order in _ORDERS:
