@@ -199,7 +199,7 @@ def test_a_fit_that_predicts_worse_than_before_says_so_first(fitted: Path, tmp_p
     write_summary(model.parent, json.loads(model.with_name("fit.json").read_text()))
     outcome = validate(str(model), [fitted / "logs"])
     (line,) = outcome.leads
-    assert outcome.shown[0] == Line(line)
+    assert outcome.shown[0].body[0] == Line(line)  # type: ignore[union-attr]
     assert line.startswith("worse than untuned: standardised error ")
     assert line.endswith("on the training trials")
     said = outcome.document["worse_than_untuned"]

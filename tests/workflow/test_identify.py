@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,13 +17,13 @@ from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.identify import Fit, Problem, Progress, StudyError
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.report.blocks import Line, Table, plain_text
+from seatrial.report.blocks import Body, Fields, Line, Table, plain_text
 from seatrial.report.page import Page
 from seatrial.report.report import Report
 from seatrial.sensors import Sensors
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
-from seatrial.workflow import RequestError, Silent, reports
+from seatrial.workflow import Outcome, RequestError, Silent, reports
 from seatrial.workflow.asked import Predicting
 from seatrial.workflow.identify import identify
 from seatrial.workflow.validate import check, predict, validate
@@ -64,6 +65,13 @@ class Recording(Silent):
         self.ended.append(text)
 
 
+def blocks(outcome: Outcome[Any]) -> Body:
+    """What is shown to people, within what JSON says in its place."""
+    (said,) = outcome.shown
+    assert isinstance(said, Fields)
+    return said.body
+
+
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     at = tmp_path_factory.mktemp("workflow")
@@ -83,8 +91,9 @@ def test_identify_returns_fit_document_and_summary_and_prints_nothing(
     truth = 1.2 * float(load("kvlcc2_l7").model.hull.N_r)
     assert abs(fit.values[0] - truth) < 0.1 * abs(truth)  # it starts at a sixth off
     assert outcome.document["standardised"] == json.loads((out / "report.json").read_text())["standardised"]
-    assert [*plain_text(outcome.shown[: len(outcome.leads)])] == [*outcome.leads]
-    (table, *lines) = outcome.shown[len(outcome.leads) :]
+    shown = blocks(outcome)
+    assert [*plain_text(shown[: len(outcome.leads)])] == [*outcome.leads]
+    (table, *lines) = shown[len(outcome.leads) :]
     assert isinstance(table, Table)
     assert table.rows[0][0] == "hull.N_r"
     assert [*plain_text(lines)][-1].endswith(f"wrote {out}/model.toml, {out}/report.html")
@@ -206,9 +215,10 @@ def test_a_fit_that_does_not_explain_the_data_says_so_first(study: Path, tmp_pat
     assert plain.leads[0].startswith("not explained: an offset of delta of 2")
     assert plain.leads[0].endswith(f"see {tmp_path}/plain/report.html")
     assert len(plain.leads[0].partition("; see")[0]) < 120
-    assert plain.shown[0] == Line(plain.leads[0])
-    table = next(k for k, block in enumerate(plain.shown) if isinstance(block, Table))
-    details = [*plain_text(plain.shown[table + 1 :])]
+    shown = blocks(plain)
+    assert shown[0] == Line(plain.leads[0])
+    table = next(k for k, block in enumerate(shown) if isinstance(block, Table))
+    details = [*plain_text(shown[table + 1 :])]
     assert any(line.startswith("suspect: an offset of delta") for line in details)
     found = freed.result["study"].nuisances["*"]["offset.delta"]
     assert found == pytest.approx(math.radians(2.0), abs=math.radians(0.1))
@@ -236,7 +246,7 @@ def test_a_fit_that_predicts_worse_than_its_start_says_so(study: Path, tmp_path:
     (at / "study.toml").write_text(STUDY)
     outcome = identify(at / "study.toml", tmp_path / "run")
     line = next(one for one in outcome.leads if one.startswith("worse than untuned"))
-    assert Line(line) in outcome.shown
+    assert Line(line) in blocks(outcome)
     assert line.endswith("before the fit, on trials kept back")
     assert outcome.document["worse_than_untuned"]["fitted"] > outcome.document["worse_than_untuned"]["untuned"]
     written = json.loads((tmp_path / "run" / "report.json").read_text())

@@ -323,7 +323,7 @@ def test_findings_are_counted_by_severity(monkeypatch: pytest.MonkeyPatch) -> No
     assert found.document["counts"] == {"error": 1, "warning": 2, "info": 1}
     assert [len(found.result[name]) for name in ("a", "b")] == [3, 2]
     assert len(found.errors) == 1
-    assert found.shown[-1].text == "2 trials: 1 error, 2 warnings, 1 note"  # type: ignore[union-attr]
+    assert found.shown[0].body[-1].text == "2 trials: 1 error, 2 warnings, 1 note"  # type: ignore[union-attr]
 
 
 # --- logs ---
