@@ -175,6 +175,133 @@ def test_a_mean_over_a_hundredth_of_the_rows_keeps_lines_and_calms_noise() -> No
     assert _calm(np.array([0.0, 3.0, 0.0])) == pytest.approx([1.0, 1.0, 1.0])
 
 
+def option(motion: Motion, ways: str, **choice: str) -> tuple[float, list[float]]:
+    """Strain and first values of the way to read something that has these answers."""
+    wanted = {key.replace("_", " "): value for key, value in choice.items()}
+    found = next(one for one in getattr(motion, ways) if wanted.items() <= dict(one.choice).items())
+    return found.strain, [float(values[1]) for values in found.values]
+
+
+def test_courses_and_speeds_over_ground_are_read_in_every_unit() -> None:
+    t = np.arange(3.0)
+    for said, own, other in (("", 0.0, 0.3), ("m/s", 0.0, 3.3)):
+        pair = {"sog": signal("sog", [1.0, 2.0, 1.0], unit=said), "cog": signal("cog", [0.0, 60.0, 50.0])}
+        motion = Motion(t, pair)
+        strain, values = option(motion, "velocities", unit_of_speed="m/s", unit_of_course="deg")
+        assert (strain, values) == (pytest.approx(own), pytest.approx([1.0, math.sqrt(3.0)]))
+        strain, values = option(motion, "velocities", unit_of_speed="kn", unit_of_course="rad")
+        assert (strain, values) == (pytest.approx(other + 4.0),
+                                    pytest.approx([2 * 0.514444 * math.cos(60), 2 * 0.514444 * math.sin(60)], rel=1e-5))
+        assert option(motion, "velocities", unit_of_speed="km/h", unit_of_course="deg")[0] == pytest.approx(
+            other + 0.3
+        )
+    known = Motion(t, {**pair, "cog": signal("cog", [0.0, 1.0, 2.0], unit="deg")})
+    assert option(known, "velocities", unit_of_speed="m/s", unit_of_course="rad")[0] == pytest.approx(3.0)
+    assert option(known, "velocities", unit_of_speed="m/s", unit_of_course="deg")[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("pair", "strains"), [
+    (("u", "v"), (0.0, 1.0, 1.2, 2.0)), (("vx", "vy"), (0.3, 1.0, 0.3, 1.0)),
+    (("v_north", "v_east"), (None, None, 0.0, 2.0)),
+])  # fmt: skip
+def test_axes_of_velocities_strain_their_names(pair: tuple[str, str], strains: tuple[float | None, ...]) -> None:
+    motion = Motion(np.arange(3.0), {name: signal(name, [0.0, 1.0 + k, 0.0], unit="kn") for k, name in enumerate(pair)})
+    frames = ("ahead and starboard of the ship", "ahead and port of the ship", "north, east", "east, north")
+    found = {(one.choice["unit of speed"], one.choice["frame of speeds"]): one for one in motion.velocities}
+    for frame, strain in zip(frames, strains, strict=True):
+        assert (found["kn", frame].strain if ("kn", frame) in found else None) == (
+            strain if strain is None else pytest.approx(0.3 + strain)
+        )
+        if strain is not None:
+            assert found["m/s", frame].strain == pytest.approx(3.0 + strain)
+            assert [float(one[1]) for one in found["kn", frame].values] == pytest.approx([0.514444, 1.028889], rel=1e-5)
+
+
+def test_positions_are_read_as_named_or_exchanged() -> None:
+    t = np.arange(3.0)
+    for pair, head, own, other in ((("north", "east"), "A", 0.0, 3.0), (("x", "y"), "A", 0.0, 1.0),
+                                   (("x", "y"), "pose.x", 0.3, 0.0),
+                                   (("north", "east"), "pose.x", 0.0, 3.0)):  # fmt: skip
+        found = {name: signal(name, [0.0, 5.0 + k, 0.0], head) for k, name in enumerate(pair)}
+        motion = Motion(t, {**found, "r": signal("r", [0.0, 1.0, 2.0])})
+        assert option(motion, "positions", axes="x, y") == (pytest.approx(own), [5.0, 6.0])
+        assert option(motion, "positions", axes="y, x") == (pytest.approx(other), [6.0, 5.0])
+    fix = {"latitude": signal("latitude", [60.0, 60.001, 60.0]), "longitude": signal("longitude", [5.0, 5.001, 5.0])}
+    motion = Motion(t, fix)
+    assert option(motion, "positions", axes="x, y")[1] == pytest.approx([111.3, 55.66], rel=1e-3)
+    assert option(motion, "positions", axes="y, x") == (2.5, pytest.approx([111.3, 110.9], rel=1e-3))
+    assert option(motion, "positions", axes="x, y")[0] == 0.0
+    for longitude, ways in ((88.5, 2), (-89.5, 1), (100.0, 1)):
+        fix["longitude"] = signal("longitude", [longitude] * 3)
+        assert len(Motion(t, fix).positions) == ways
+
+
+@pytest.mark.parametrize(("head", "ned", "enu"), [("orientation.w", 0.3, 0.0), ("qw", 0.0, 0.5)])
+def test_a_quaternion_of_a_robot_is_as_often_of_east_north_up(head: str, ned: float, enu: float) -> None:
+    motion = Motion(np.arange(2.0), {"qz": signal("qz", [0.0, 0.1]), "qw": signal("qw", [1.0, 0.99], head)})
+    assert [one.strain for one in motion.headings] == [ned, enu]
+    named = Motion(np.arange(2.0), {**motion.found, "heading": signal("heading", [0.0, 1.0])})
+    assert "unit of psi" in named.headings[0].choice
+
+
+def reading(miss: float, strain: float = 0.0, answer: str = "a", **parts: float) -> Reading:
+    return Reading({"k": answer}, strain, miss, parts)
+
+
+def test_a_choice_is_sure_where_the_others_fit_worse_or_strain_more() -> None:
+    def judged(miss: float, strain: float, smallest: float = 0.1) -> tuple[bool, bool]:
+        rival = reading(miss, strain, "b", track=miss)
+        found = Verdict(reading(smallest, 1.0, track=smallest), {"k": rival}, {"k": rival}, smallest)
+        return found.sure("k"), found.measured("k")
+
+    assert judged(0.161, 1.0) == (True, True)  # 1.3 times .1, and .03
+    assert judged(0.159, 1.0) == (False, False)
+    assert judged(0.159, 3.1) == (True, False)
+    assert judged(0.159, 2.9) == (False, False)
+    assert judged(0.031, 1.0, 0.0) == (True, True)
+    assert judged(0.029, 1.0, 0.0) == (False, False)
+    alone = Verdict(reading(0.1), {}, {}, 0.1)
+    assert (alone.sure("k"), alone.measured("k"), alone.told("k"), alone.lost) == (True, False, "", 0.0)
+
+
+def test_the_evidence_is_the_test_that_the_other_reading_fails_most() -> None:
+    best = Reading({"k": "a"}, 0.0, 0.05, {"track": 0.02, "course": 0.03})
+    rival = Reading({"k": "b"}, 0.0, 1.2, {"track": 0.9, "course": 0.3})
+    assert Verdict(best, {"k": rival}, {"k": rival}, 0.05).told("k") == (
+        "the track follows the speeds within 2% (90% if b)"
+    )
+    other = Reading({"k": "c"}, 0.0, 0.5, {"track": 0.1, "course": 0.3})
+    assert Verdict(best, {"k": other}, {"k": other}, 0.05).told("k") == (
+        "the ship goes where it points within 6 deg (57 deg if c)"
+    )
+    near = Reading({"k": "b"}, 0.0, 0.09, {"track": 0.06})
+    assert Verdict(best, {"k": near}, {"k": near}, 0.05).told("k") == ""
+
+
+def test_a_unit_of_time_strains_and_scales_the_clock() -> None:
+    """A turn of .1 rad a row at .1 rad/s: a row is a second, in whatever unit that is written."""
+    rows = np.arange(300.0)
+    psi, r = np.degrees(0.1 * rows + 0.2 * np.sin(0.1 * rows)), 0.1 + 0.02 * np.cos(0.1 * rows)
+    found = {"heading": signal("heading", psi, unit="deg"), "r": signal("r", r, unit="rad/s")}
+    for unit, size in (("s", 1.0), ("ms", 1000.0), ("us", 1e6), ("min", 1.0 / 60.0)):
+        best = Motion(size * rows, found, ("ms", "us", "min")).verdict().best
+        assert best.choice["unit of time"] == unit
+        assert best.miss < 0.01
+        assert best.strain == pytest.approx(0.3 + {"s": 0.0, "ms": 0.5, "us": 1.0, "min": 1.6}[unit])  # rad/s: .3
+    assert "unit of time" not in Motion(rows, found).verdict().best.choice
+
+
+@pytest.mark.parametrize(("part", "lost"), [(0.2, False), (0.3, True)])
+def test_sources_that_contradict_each_other_decide_nothing(part: float, lost: bool) -> None:
+    """A heading that turns to one side, and a rate that is too small by a part in each unit."""
+    rows = np.arange(300.0)
+    psi, r = np.degrees(0.1 * rows), (1.0 - part) * 0.1 + 1e-3 * np.sin(rows)
+    found = {"heading": signal("heading", psi, unit="deg"), "r": signal("r", r, unit="rad/s")}
+    verdict = Motion(rows, found).verdict()
+    assert verdict.lost == (pytest.approx(part, abs=0.01) if lost else 0.0)
+    assert (verdict.best.miss == 0.0) == lost
+
+
 def verdict(**choice: str) -> Verdict:
     named = {key.replace("_", " "): value for key, value in choice.items()}
     return Verdict(Reading(named, 0.0, 0.0, {}), {}, {}, 0.0)

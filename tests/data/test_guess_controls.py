@@ -91,7 +91,11 @@ def test_how_sure_a_side_is_is_the_partial_correlation_with_a_quarter_of_the_row
     rest = [one - table @ np.linalg.lstsq(table, one, rcond=None)[0] for one in (r[1:] - r[:-1], delta[:-1])]
     rho = float(np.corrcoef(*rest)[0, 1])
     assert rudder_sense(t, r, delta) == pytest.approx((1.0, 0.5 * rho * math.sqrt(28 / (1.0 - rho**2))))
+    assert rudder_sense(t[:31], r[:31], delta[:31])[1] > 0.0  # thirty windows
     assert rudder_sense(t[:30], r[:30], delta[:30]) == (0.0, 0.0)
+    weak = rng.normal(0.0, 0.01, 400) + np.concatenate([[0.0], 0.02 * (long := rng.normal(0.0, 0.1, 400))[:-1]])
+    weak = np.cumsum(weak)  # a twenty-fifth of the changes is that of the rudder
+    assert rudder_sense(2.0 * np.arange(400), weak, long) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
