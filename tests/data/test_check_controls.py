@@ -19,6 +19,8 @@ from seatrial.data.check.helm import (
     _small,
     _step_at,
     held_angles,
+    helm_faults,
+    stuck_faults,
 )
 from seatrial.data.check.motion import rudder_faults, scale_faults
 from seatrial.data.check.numbered import numbered_faults
@@ -305,3 +307,101 @@ def test_azimuths_that_push_astern_of_a_ship_ahead_have_their_zero_astern() -> N
     assert [one for one in numbered_faults([*azimuths(math.pi), *azimuths(math.pi, 0.55)]) if "astern" in one.what]
     assert [one for one in numbered_faults(azimuths(0.55 * math.pi)) if "astern" in one.what]
     assert not [one for one in numbered_faults(azimuths(0.45 * math.pi)) if "astern" in one.what]
+
+
+# -- a rudder that is late, frozen, or an order
+
+
+def helm(t: Array) -> Array:
+    """Ten degrees to either side in turn every 40 s, at 3 deg/s."""
+    return np.interp(np.mod(t, 80.0), [0, 20, 26.67, 60, 66.67, 80], [10, 10, -10, -10, 10, 10]) * DEGREE
+
+
+def late(by: float, dt: float = 0.5, rows: int = 1000, **more: Any) -> list[Fault]:
+    """A hull without damping, r' = K delta, whose indicator is late by so many seconds."""
+    t = dt * np.arange(float(rows))
+    fine = np.arange(0.0, t[-1] + 0.05, 0.05)
+    turned = np.concatenate([[0.0], np.cumsum(0.025 * (helm(fine)[1:] + helm(fine)[:-1]))])
+    r = 0.01 * np.interp(t, fine, turned) - 0.01
+    trial = Trial("a", t, {"u": np.full(rows, 5.0), "r": r, "delta": helm(t - by), **more}, meta={"L_pp": L})
+    return [one for one in helm_faults([trial]) if one.key == "lag"]
+
+
+@pytest.mark.parametrize("by", [1.9, 2.6, -0.9, -1.6])
+def test_a_late_rudder_is_told_by_when_the_yaw_bends(by: float) -> None:
+    """The damping that a hull would have, .18 ship times, is taken off: .57 s.  Lags are .63 s apart, and a parabola between."""
+    (fault,) = late(by)
+    wanted = by - 0.18 * math.sqrt(L / 9.81)
+    assert amount(fault)[0] == pytest.approx(-wanted, abs=0.11)
+    assert fault.what == f"the rudder is {'late' if by > 0 else 'early'} by {abs(amount(fault)[0]):.2g} s"
+    assert isinstance(fault.remedy, Remedy)
+    assert ("it is the order" in fault.remedy.text) == (by < 0)
+    assert f"{-amount(fault)[0]:+.3g} +-" in fault.evidence
+    assert ("before the one" in fault.evidence) == (by > 0)
+
+
+def test_a_lag_of_a_third_of_a_ship_time_by_three_moves_counts() -> None:
+    assert late(0.35 * 3.162 + 0.57 + 0.15)
+    assert not late(0.35 * 3.162 + 0.57 - 0.15)
+    assert not late(-0.35 * 3.162 + 0.57 + 0.15)
+    assert late(-0.35 * 3.162 + 0.57 - 0.15)
+    assert late(1.9, rows=240)  # at 20, 60 and 100 s
+    assert not late(1.9, rows=200)
+    astern = np.where(np.arange(1000) < 800, -1.0, 1.0)
+    assert not late(1.9, n_P=astern)
+    assert not late(1.9, n_P=np.maximum(astern, 0.0))
+
+
+def test_orders_called_the_angle_are_followed_at_the_rate_of_solas() -> None:
+    t = np.arange(100.0)
+    steps = np.where(t // 20 % 2 == 0, 10.0, -10.0) * DEGREE
+    (fault,) = [one for one in helm_faults([log(u=5.0, r=wavy(0.01), delta=steps)]) if "orders" in one.what]
+    assert (fault.key, amount(fault)) == ("order_as_measured", (2.32,))
+    assert fault.evidence.startswith("4 leaps, up to 20 deg/s")
+
+
+def flickering(held: int, usual: int = 3, step: float = 0.1, rows: int = 1200) -> list[Fault]:
+    """An indicator in steps that repeats a value a few rows, and once for many."""
+    rng = np.random.default_rng(0)
+    levels = np.cumsum(rng.choice([-step, step], rows)) * DEGREE
+    values = np.repeat(levels, usual)[:rows]
+    values[600 : 600 + held] = values[600]
+    return [one for one in stuck_faults([log(rows, delta=values + 1e-9)]) if one.key == "frozen"]
+
+
+def test_a_frozen_indicator_repeats_four_times_as_long_as_ever() -> None:
+    (fault,) = flickering(200)
+    assert isinstance(fault.remedy, Remedy)
+    ((first, last),) = fault.remedy.steps[0].where
+    assert (first, last) == (pytest.approx(600.0, abs=3.0), pytest.approx(800.0, abs=3.0))
+    assert fault.remedy.steps[0].trials == ("a",)
+    assert not flickering(28)
+    assert not flickering(200, usual=16)
+    assert not stuck_faults_of_few()
+
+
+def stuck_faults_of_few() -> list[Fault]:
+    """Nine stretches that repeat are too few to say what is usual."""
+    values = np.repeat(np.arange(8.0), 4) * DEGREE
+    return [*stuck_faults([log(132, delta=np.concatenate([values, np.full(100, 0.3)]))])]
+
+
+# -- findings of one of several rudders
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_sense_of_each_of_two_rudders_shows_where_they_move_together(side: float) -> None:
+    t = np.arange(400.0)
+    delta = 0.2 * np.sign(np.sin(2.0 * np.pi * (t + 0.5) / 80.0))
+    r = np.zeros(400)
+    for k in range(399):
+        r[k + 1] = r[k] + (0.05 * delta[k] - r[k]) / 8.0
+    both = {"u": 5.0, "psi": np.cumsum(r), "r": r, "delta_1": side * delta, "delta_2": side * delta + wavy(0.01, 400)}
+    wrong = [one for one in numbered_faults([log(400, **both)]) if one.key == "sign"]
+    assert [one.where for one in wrong] == ([] if side > 0 else ["delta_1", "delta_2"])
+    for one in wrong:
+        assert isinstance(one.remedy, Remedy)
+        assert [step.channels for step in one.remedy.steps] == [(one.where,)]
+        assert f"rudder {one.where[-1]} sign" in one.what
+    apart = np.random.default_rng(0).permutation(both["delta_2"])
+    assert not [one for one in numbered_faults([log(400, **{**both, "delta_2": apart})]) if one.key == "sign"]
