@@ -329,7 +329,7 @@ def late(by: float, dt: float = 0.5, rows: int = 1000, **more: Any) -> list[Faul
 
 @pytest.mark.parametrize("by", [1.9, 2.6, -0.9, -1.6])
 def test_a_late_rudder_is_told_by_when_the_yaw_bends(by: float) -> None:
-    """The damping that a hull would have, .18 ship times, is taken off: .57 s.  Lags are .63 s apart, and a parabola between."""
+    """A hull adds .18 ship times by its damping, which is taken off; lags are .63 s apart, a parabola between."""
     (fault,) = late(by)
     wanted = by - 0.18 * math.sqrt(L / 9.81)
     assert amount(fault)[0] == pytest.approx(-wanted, abs=0.11)

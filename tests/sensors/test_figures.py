@@ -207,3 +207,29 @@ def test_a_recorded_channel_has_bias_then_noise_then_steps() -> None:
     assert np.std(read["r"]) == pytest.approx(math.hypot(0.5, 0.25 / math.sqrt(12.0)), rel=0.04)
     assert abs(np.mean(read["r"])) < 4.0 * 0.5 / math.sqrt(5000)
     assert np.array_equal(read["psi"], run["psi"])
+
+
+@pytest.mark.parametrize("rate", [0.1, 1.0, 50.0])
+def test_sums_of_steps_that_are_rounded_take_the_samples_of_their_numbers(rate: float) -> None:
+    """Ten steps a sample, added up: the times are a little early or late, the samples and their noise the same."""
+    step, t = 0.1 / rate, 0.0
+    gyro = RateGyro(rate=rate, latency=2.0 / rate, rate_of_turn=Errors(noise=1.0))
+    summed, exact = gyro.start(5), gyro.start(5)
+    for k in range(400):
+        one, other = summed.read(t, TRUTH), exact.read(k * step, TRUTH)
+        assert (one is None) == (other is None) == (k < 20 or k % 10 != 0)
+        if one is not None and other is not None:
+            assert one.values == other.values
+        t += step
+
+
+def test_an_instrument_of_which_nothing_is_said_reads_once_a_second_at_once_and_always() -> None:
+    gyro = Gyro()
+    assert (gyro.rate, gyro.latency, gyro.loss, gyro.outage_every, gyro.outage_length) == (1.0, 0.0, 0.0, math.inf, 0.0)
+    run = gyro.start()
+    assert [k for k in range(40) if run.read(0.25 * k, TRUTH) is not None] == list(range(0, 40, 4))
+    assert Errors() == Errors(0.0, 0.0, 0.0, math.inf, 0.0) == EXACT
+    assert Errors(memory=0.4).memory == 0.4
+    lossy = Gyro(loss=0.5, rate=10.0).start(1)
+    kept = sum(lossy.read(0.1 * k, TRUTH) is not None for k in range(1000))
+    assert abs(kept - 500) < 4.0 * math.sqrt(250)
