@@ -13,12 +13,12 @@ from scipy import stats
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
+from seatrial.belief.bands.manoeuvring import Bands
 from seatrial.campaign import Campaign, Case, Correlated, Criterion
 from seatrial.campaign.analysis import margin
 from seatrial.campaign.analysis.proportion import Proportion, runs_to_exclude
 from seatrial.campaign.analysis.sensitivity import given_data, saltelli
 from seatrial.campaign.analysis.spread import SHARES, histogram, spread
-from seatrial.campaign.bands import Bands
 from seatrial.campaign.chunk import compute, drawn, ready, sailed_at
 from seatrial.campaign.designs import points, uniform
 from seatrial.campaign.inputs import Input

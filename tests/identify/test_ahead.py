@@ -17,7 +17,7 @@ from seatrial.data import DataError, Trial
 from seatrial.forces.azimuth import Azimuth
 from seatrial.forces.damping import Polynomial
 from seatrial.identify import Fit, Loss, Nuisance, Problem
-from seatrial.identify.filters.ahead import CONSTANT, MODEL, STAYING, Ahead, joined, looked_ahead
+from seatrial.identify.filters.ahead import CONSTANT_VELOCITY, MODEL, STAYING, Ahead, joined, looked_ahead
 from seatrial.identify.filters.filtering import Kalman
 from seatrial.identify.filters.measurement import Antenna, Heading
 from seatrial.identify.trajectory.shooting import Trajectory
@@ -88,8 +88,8 @@ def test_the_fit_finds_the_ferry_though_the_current_changes() -> None:
 @pytest.mark.slow
 def test_forecasts_beat_those_who_know_no_ship() -> None:
     for ahead in forecasts():
-        assert ahead.rms()[0] < 0.3 * min(ahead.rms(STAYING)[0], ahead.rms(CONSTANT)[0])
-        assert ahead.rms()[1] < 0.3 * min(ahead.rms(STAYING)[1], ahead.rms(CONSTANT)[1])
+        assert ahead.rms()[0] < 0.3 * min(ahead.rms(STAYING)[0], ahead.rms(CONSTANT_VELOCITY)[0])
+        assert ahead.rms()[1] < 0.3 * min(ahead.rms(STAYING)[1], ahead.rms(CONSTANT_VELOCITY)[1])
         assert max(ahead.ratio()) < 0.3
 
 
@@ -142,4 +142,4 @@ def test_the_real_ferry_is_forecast_better_than_by_staying_put_and_constant_velo
     for ahead in (five, ten, twenty):
         for name in script["TRIALS"]:
             assert min(ahead.of(name).covered(0.9)) > 0.7, (name, ahead.horizon)
-        assert ahead.rms(MODEL)[0] < ahead.rms(CONSTANT)[0]
+        assert ahead.rms(MODEL)[0] < ahead.rms(CONSTANT_VELOCITY)[0]

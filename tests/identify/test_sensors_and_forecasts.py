@@ -15,7 +15,17 @@ from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.environment import Environment
 from seatrial.identify import StudyError
-from seatrial.identify.filters.ahead import CONSTANT, MODEL, STAYING, Ahead, _blind, _errors, _row, _surprise, joined
+from seatrial.identify.filters.ahead import (
+    CONSTANT_VELOCITY,
+    MODEL,
+    STAYING,
+    Ahead,
+    _blind,
+    _errors,
+    _row,
+    _surprise,
+    joined,
+)
 from seatrial.identify.filters.forecast import forecasts
 from seatrial.identify.filters.kalman import over, substeps
 from seatrial.identify.filters.measurement import Antenna, Heading, Log, Rate, Track
@@ -101,7 +111,7 @@ def test_a_forecast_holds_the_current_and_the_numbers_known_at_its_start() -> No
 
 def ahead(seed: int = 0, count: int = 400) -> Ahead:
     rng = np.random.default_rng(seed)
-    errors = {who: rng.normal(size=(count, 3)) * [3.0, 3.0, 0.2] for who in (MODEL, STAYING, CONSTANT)}
+    errors = {who: rng.normal(size=(count, 3)) * [3.0, 3.0, 0.2] for who in (MODEL, STAYING, CONSTANT_VELOCITY)}
     names = tuple("ab"[k % 2] + str(k) for k in range(count))
     return Ahead(10.0, names, np.arange(count) * 1.0, errors, np.tile([2.0, 4.0, 0.1], (count, 1)),
                  rng.normal(size=(count, 6)), rng.random(count))
@@ -112,8 +122,8 @@ def test_errors_are_pooled_and_held_against_the_better_rival() -> None:
     place = {who: math.sqrt(np.mean(e[:, 0] ** 2 + e[:, 1] ** 2)) for who, e in some.errors.items()}
     turn = {who: math.sqrt(np.mean(e[:, 2] ** 2)) for who, e in some.errors.items()}
     assert some.rms() == pytest.approx((place[MODEL], turn[MODEL]))
-    assert some.ratio() == pytest.approx((place[MODEL] / min(place[STAYING], place[CONSTANT]),
-                                          turn[MODEL] / min(turn[STAYING], turn[CONSTANT])))
+    assert some.ratio() == pytest.approx((place[MODEL] / min(place[STAYING], place[CONSTANT_VELOCITY]),
+                                          turn[MODEL] / min(turn[STAYING], turn[CONSTANT_VELOCITY])))
     assert np.array_equal(some.north, some.errors[MODEL][:, 0])
     assert np.array_equal(some.east, some.errors[MODEL][:, 1])
     z = np.abs(some.errors[MODEL]) / (1.5 * some.sigma)
@@ -133,7 +143,7 @@ def test_shares_are_least_squares_on_the_ways_of_model_and_rival() -> None:
     count = 3000
     way, other = rng.normal(size=(count, 3)), rng.normal(size=(count, 3))
     true = np.column_stack([0.5 * way[:, :2], other[:, 2]])
-    errors = {MODEL: way - true, STAYING: -true, CONSTANT: other - true}
+    errors = {MODEL: way - true, STAYING: -true, CONSTANT_VELOCITY: other - true}
     some = replace(ahead(count=count), errors=errors)
     stack = Stack.fitted(some, lambda one: np.ones((len(one.start), 1)))
     # what is added to the model: of its own way, and of the other's; drawn to zero by a hundredth

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import Array
-from seatrial.identify.filters.ahead import CONSTANT, MODEL, STAYING, Ahead, joined
+from seatrial.identify.filters.ahead import CONSTANT_VELOCITY, MODEL, STAYING, Ahead, joined
 from seatrial.identify.filters.stacking import Bands, Stack, banded, chosen, crossed
 
 STATED = 0.9
@@ -20,7 +20,7 @@ def moored(seed: int, count: int = 400, spread: float = 0.05) -> Ahead:
     state, way = np.zeros((count, 6)), rng.normal(0.0, 1.0, (count, 3))
     state[:, 0] = rng.integers(0, 2, count)
     true = np.where(state[:, :1] > 0.5, 1.0, 0.3) * way + rng.normal(0.0, spread, (count, 3)) * (2.0 - state[:, :1])
-    errors = {MODEL: way - true, STAYING: -true, CONSTANT: 3.0 * rng.normal(0.0, 1.0, (count, 3)) - true}
+    errors = {MODEL: way - true, STAYING: -true, CONSTANT_VELOCITY: 3.0 * rng.normal(0.0, 1.0, (count, 3)) - true}
     names = ("a",) * count
     return Ahead(
         10.0,

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.belief.bands.manoeuvring import bands
 from seatrial.campaign import Campaign, Case
-from seatrial.campaign.bands import bands
 from seatrial.campaign.chunk import compute
 from seatrial.campaign.inputs import Input
 from seatrial.environment import CALM, Uniform

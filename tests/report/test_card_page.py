@@ -16,10 +16,9 @@ from summaries import summary_of
 from seatrial.belief.bands.held import Held
 from seatrial.identify import Verdict
 from seatrial.report.judging.card import Calibrated, Card, _least, forbidden, page, pooled
-from seatrial.validate.ahead import Row
 from seatrial.validate.fitness import FIT, NOT_FIT, OPEN, Fitness, Found, Limit
 
-ERRORS = {"position": 12.0, "heading": math.radians(3.0), "u": 0.11, "v_m": 0.07, "r": math.radians(0.25)}
+ERRORS = {"x": 7.2, "y": 9.6, "psi": math.radians(3.0), "u": 0.11, "v_m": 0.07, "r": math.radians(0.25)}
 HELD = {"position": 0.93, "heading": 0.96, "speeds": 0.88}
 WIDE = dict(zip(("x", "y", "psi", "u", "v_m", "r"), (1.0, 2.0, math.radians(3.0), 0.4, 0.5, math.radians(6.0)),
                 strict=True))  # fmt: skip
@@ -44,9 +43,9 @@ def card(**changes: Any) -> Card:
     own = replace(fit(), ship=SimpleNamespace(name="boat", L_pp=7.0))
     summary = summary_of(grounds={"trials": TRIALS, "covered": COVERED, "kinds": ["zigzag", "turning"]},
                    provenance={"trained_on": ["a", "b", "c"]}, diagnosis={"explained": True})  # fmt: skip
-    rows = (Row("zigzag", 10.0, 40, 2, ERRORS, HELD), Row("zigzag", 20.0, 30, 2, ERRORS, HELD),
-            Row("all kinds", 10.0, 900, 3, {**ERRORS, "position": 6.0}, HELD),
-            Row("all kinds", 20.0, 700, 3, {**ERRORS, "position": 15.0}, {**HELD, "speeds": 0.91}))  # fmt: skip
+    rows = (Held("zigzag", 10.0, 40, 2, HELD, WIDE, ERRORS), Held("zigzag", 20.0, 30, 2, HELD, WIDE, ERRORS),
+            Held("all kinds", 10.0, 900, 3, HELD, WIDE, {**ERRORS, "x": 3.6, "y": 4.8}),
+            Held("all kinds", 20.0, 700, 3, {**HELD, "speeds": 0.91}, WIDE, {**ERRORS, "x": 9.0, "y": -12.0}))
     given = {"fit": own, "summary": summary, "restart": 20.0, "rows": rows, "pooled": {"fitted": 0.25}, "uses": (),
              "unjudged": {}, "missing": (), "unseen": (("d", "spiral", 70.0), ("new", "turning", 31.4)),
              "banded": True, "widened": False, "calibrated": None, "repeat": {"digest of the model": "m"},
@@ -197,15 +196,15 @@ def test_bands_are_called_narrow_only_beyond_chance() -> None:
         rng = np.random.default_rng(1)
         shares = rng.binomial(windows, 0.95, 200_000) / windows
         assert _least(windows) == pytest.approx(min(0.9, 0.95 - 3.0 * shares.std()), abs=2e-3)
-    few = Row("all kinds", 20.0, 16, 3, ERRORS, {"position": 0.79, "heading": 0.99, "speeds": 0.99})
+    few = Held("all kinds", 20.0, 16, 3, {"position": 0.79, "heading": 0.99, "speeds": 0.99}, WIDE, ERRORS)
     told = "with its bands as a margin: where 95 % are claimed, "
     assert not any(line.startswith(told) for line in forbidden(card(rows=(few,))))
     for held, said in (({"position": 0.78, "heading": 0.7}, "70 %"), ({"position": 0.99, "heading": 0.78}, "78 %")):
-        assert told + f"{said} held" in forbidden(card(rows=(replace(few, held=held),)))
-    many = replace(few, windows=5000, held={"position": 0.893})
+        assert told + f"{said} held" in forbidden(card(rows=(replace(few, inside=held),)))
+    many = replace(few, windows=5000, inside={"position": 0.893})
     assert told + "89 % held" in forbidden(card(rows=(many,)))
-    assert not any(line.startswith(told) for line in forbidden(card(rows=(replace(many, held={"position": 0.907}),))))
-    kinds = (replace(few, kind="zigzag", held={"position": 0.1}), few)
+    assert not any(line.startswith(told) for line in forbidden(card(rows=(replace(many, inside={"position": 0.907}),))))
+    kinds = (replace(few, kind="zigzag", inside={"position": 0.1}), few)
     assert not any(line.startswith(told) for line in forbidden(card(rows=kinds))), "of all kinds together only"
     assert pooled(card(rows=kinds)) == (few,)
     held = tuple(Held(kind, 5.0, 5000, 3, {"position": share}, WIDE, WIDE)

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from seatrial.belief.bands.held import GROUPS, Held
+from seatrial.belief.bands.manoeuvring import Bands
 from seatrial.belief.bands.prediction import Fan
 from seatrial.campaign.analysis.sensitivity import Effect, Sensitivity
 from seatrial.campaign.analysis.spread import Histogram
-from seatrial.campaign.bands import Bands
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.report import figures, identifiability

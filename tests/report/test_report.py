@@ -4,8 +4,8 @@ import re
 import pytest
 from example_report import report
 
+from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
 from seatrial.report.report import Report, ReportError
-from seatrial.validate.comparison import CONSTANT_VELOCITY
 
 
 @pytest.mark.long

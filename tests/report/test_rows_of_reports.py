@@ -12,14 +12,15 @@ import pytest
 from example_report import fit, report
 from shown import html, items, tables, tiles, words
 
+from seatrial.belief.foresight import Foresight
 from seatrial.data import Trial
 from seatrial.identify import Verdict
+from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
 from seatrial.report import report as pages
 from seatrial.report.evidence import Assumption, caveats
 from seatrial.report.printed import Row, fields, side_by_side
 from seatrial.report.report import Report
-from seatrial.validate.comparison import CONSTANT_VELOCITY, Comparison, compare
-from seatrial.validate.foresight import Foresight
+from seatrial.validate.comparison import Comparison, compare
 
 T = np.arange(101.0)
 SIGMA = {"x": 2.0, "y": 2.0, "psi": 0.1, "u": 0.5, "v_m": 0.5, "r": 0.01}

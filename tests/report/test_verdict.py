@@ -7,12 +7,13 @@ from dataclasses import replace
 import pytest
 from example_report import report
 
+from seatrial.belief.foresight import Foresight
+from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
 from seatrial.report.evidence import assumptions
 from seatrial.report.report import Report, against, sentence, worse, worse_than_start, worse_words
 from seatrial.ships import Entry
 from seatrial.ships.files import load
-from seatrial.validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
-from seatrial.validate.foresight import Foresight
+from seatrial.validate.comparison import compare, constant_velocity
 
 
 def test_the_head_names_every_score_and_how_it_was_predicted():

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from seatrial.actuators import Actuator
+from seatrial.belief.fit_first import Beginning
 from seatrial.core.errors import RequestError
 from seatrial.core.files import toml_of
 from seatrial.core.parameters import read
@@ -25,7 +26,6 @@ from seatrial.realtime.afloat import reporter
 from seatrial.realtime.links import wiring
 from seatrial.realtime.range.reports import REPORTED
 from seatrial.ships.files import load
-from seatrial.validate.fit_first import Beginning
 from seatrial.workflow import Silent, afloat, comparing, demo, identify, judging, plant, seaway
 from seatrial.workflow.asked import Around, Bands, Departure, InWaves, Predicting
 from seatrial.workflow.comparing import purpose_of, scales_asked

@@ -16,9 +16,9 @@ from calibrated_run import RECORDINGS, WINDOWS, H, calibrated
 from fitted_run import PATHS, covariance, saved, trial, truth
 from seatrial.belief.bands.calibration import beside, load
 from seatrial.belief.bands.held import SHARES
+from seatrial.belief.bands.manoeuvring import Bands
 from seatrial.belief.posterior import Posterior
 from seatrial.belief.reading import posterior
-from seatrial.campaign.bands import Bands
 from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
@@ -313,17 +313,6 @@ def test_recordings_of_two_days_are_not_of_one() -> None:
     assert of_one_day(named("a_2020-08-06", "b_2020-08-07")) == ()
     assert of_one_day(named("a_2020-08-06", "b")) == ()
     assert len(of_one_day(named("a_2020-08-06", "b_2020-08-06"))) == 1
-
-
-def test_a_left_out_trial_begins_where_its_first_seconds_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    one = run()
-    begin = SimpleNamespace(trial=one, t=5.0, state="state", found={"current.north": 0.3}, sigma={"current.north": 0.1})
-    monkeypatch.setattr(calibrating, "fit_first", lambda ship, trial, span, differing: begin)
-    first = calibrating._first(5.0, {}, truth(), one)
-    assert first.trial.t.tolist() == [5.0, 7.5, 10.0]
-    assert first.state == "state"
-    begin.t = 5.0 + 1e-8
-    assert calibrating._first(5.0, {}, truth(), one).trial.t[0] == 5.0
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatrial.campaign.bands import Bands
+from seatrial.belief.bands.manoeuvring import Bands
 from seatrial.data import Trial
 from seatrial.ships.files import load
 from seatrial.validate.imo import PASS, Criterion, Source

@@ -14,8 +14,9 @@ import pytest
 
 from calibrated_run import calibrated
 from fitted_run import saved, trial
+from seatrial.belief.bands.manoeuvring import Bands
 from seatrial.belief.bands.prediction import Fan
-from seatrial.campaign.bands import Bands
+from seatrial.belief.fit_first import Beginning
 from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
@@ -24,7 +25,6 @@ from seatrial.models import STATES
 from seatrial.realtime import listening
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
-from seatrial.validate.fit_first import Beginning
 from seatrial.workflow import Silent, harbour, seaway
 from seatrial.workflow.asked import Bands as Asked
 from seatrial.workflow.asked import Draws

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from fitted_run import trial
-from seatrial.campaign.bands import Bands
+from seatrial.belief.bands.manoeuvring import Bands
 from seatrial.core.errors import RequestError
 from seatrial.manoeuvres import Index
 from seatrial.realtime.afloat import Voyage

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.belief.fit_first import Beginning
 from seatrial.data import DataError, Trial
 from seatrial.data.check import Finding
 from seatrial.engine import SimulationError
@@ -20,7 +21,6 @@ from seatrial.ships.files import load
 from seatrial.simulate import replay as replays
 from seatrial.study import store
 from seatrial.study.study import Study
-from seatrial.validate.fit_first import Beginning
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA, scales
 from seatrial.workflow import RequestError, comparing, data, demo, identify
 from seatrial.workflow.asked import Predicting

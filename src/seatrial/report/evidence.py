@@ -8,14 +8,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..belief.foresight import Foresight
 from ..belief.sampling.sampled import Sampled
 from ..data import Trial
 from ..identify import Fit
+from ..identify.filters.ahead import CONSTANT_VELOCITY
 from ..ships import Ship
 from ..validate import Comparison
-from ..validate.comparison import CONSTANT_VELOCITY, pooled
+from ..validate.comparison import pooled
 from ..validate.fitness import Fitness
-from ..validate.foresight import Foresight
 from .blocks import number
 from .judging.fans import BandsHeld
 from .page import ReportError

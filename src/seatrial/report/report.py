@@ -15,9 +15,9 @@ import numpy as np
 
 from ..belief.sampling.sampled import Sampled
 from ..identify import Fit
+from ..identify.filters.ahead import CONSTANT_VELOCITY
 from ..models import STATES
 from ..validate import Comparison
-from ..validate.comparison import CONSTANT_VELOCITY
 from ..validate.metrics import scale_words
 from . import diagnosis, figures
 from .blocks import (

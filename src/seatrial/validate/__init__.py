@@ -1,8 +1,8 @@
-"""Validation: errors of predictions against measurements, coverage of the training data, criteria and requirements.
+"""Validation: errors of predictions against measurements, criteria and requirements.
 
 Contract: a `Comparison` holds one prediction and one measured trial on the same rows with their `Metrics`; `report`
-turns comparisons into pages.  Modules: comparison, metrics, coverage, spread, foresight (forecasts), series (tables of
-fits), rivals (virtual studies), imo (MSC.137(76)), requirements (Sawada 2024).
+turns comparisons into pages.  Modules: comparison, metrics, series (tables of fits), rivals (virtual studies), imo
+(MSC.137(76)), requirements (Sawada 2024).
 """
 
 from __future__ import annotations

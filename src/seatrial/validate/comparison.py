@@ -16,9 +16,6 @@ from ..models import ROLL, STATES
 from . import Comparison
 from .metrics import horizons, metrics, pairs, segments, spread, standardised
 
-CONSTANT_VELOCITY = "constant velocity"
-"""Label of the baseline of `constant_velocity`."""
-
 
 def compare(
     measured: Trial, predicted: Trial, *, label: str, restart: float | None = None,

@@ -21,9 +21,9 @@ from .asked import Predicting
 from .request import positive, vector
 
 if TYPE_CHECKING:
+    from ..belief.fit_first import Beginning
     from ..choosing.purposes import Purpose
     from ..simulate.carried import Carrier
-    from ..validate.fit_first import Beginning
     from ..validate.fitness import Fitness
 
 # Greatest current that is accepted [m/s], as in `request.surroundings`.
@@ -67,8 +67,9 @@ def compared(
     Returns:
         The comparisons, and a line for each prediction that blew up, which is left out.
     """
+    from ..identify.filters.ahead import CONSTANT_VELOCITY
     from ..simulate.replay import replay
-    from ..validate.comparison import CONSTANT_VELOCITY, compare, constant_velocity
+    from ..validate.comparison import compare, constant_velocity
 
     found: list[Comparison] = []
     failed: list[str] = []
@@ -158,8 +159,8 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], how: Predicting, sin
                  for t in right]  # fmt: skip
         changes.append(f"--current: {how.current.replace(',', ' m/s towards ')} deg acts on every trial")
     if how.fit_first is not None:
+        from ..belief.fit_first import between_trials, fit_first
         from ..study.store import summary_beside
-        from ..validate.fit_first import between_trials, fit_first
 
         said = summary_beside(model)
         differing = between_trials(said.nuisances if said else {})
@@ -176,8 +177,8 @@ def _corrected(
     ship: Ship, model: str, trials: Sequence[Trial], how: Predicting
 ) -> tuple[list[Trial], list[str]]:  # fmt: skip
     """The trials without the errors that a fit estimated, and a line on each that was corrected or was not."""
+    from ..belief.corrected import corrected, of_trial, shared_by_all, summed, words
     from ..study.store import summary_beside
-    from ..validate.corrected import corrected, of_trial, shared_by_all, summed, words
 
     said = summary_beside(model)
     found = said.nuisances if said else {}
@@ -219,8 +220,8 @@ def _named(names: Sequence[str]) -> str:
 
 
 def _begun_words(ship: Ship, one: Beginning, span: float) -> list[str]:
+    from ..belief.corrected import words
     from ..identify.diagnosis.findings import LARGE
-    from ..validate.corrected import words
 
     clear = {name: size for name, size in one.found.items() if abs(size) > _CLEAR * one.sigma[name]}
     if any(name.startswith("current.") for name in clear):

@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+from ..belief.corrected import corrected, of_trial, shared_by_all, words
+from ..belief.foresight import foreseen
 from ..core.executors import Pool
 from ..core.files import plain
 from ..core.version import __version__
@@ -27,8 +29,6 @@ from ..study.cells import FITS
 from ..study.series import Series
 from ..study.store import MODEL, SCHEMA, SUMMARY, read_summary
 from ..study.study import Study
-from ..validate.corrected import corrected, of_trial, shared_by_all, words
-from ..validate.foresight import foreseen
 from ..validate.metrics import scales
 from . import Document, Sink, figure
 from .comparing import compared

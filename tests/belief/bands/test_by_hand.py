@@ -13,7 +13,7 @@ from known_calibration import H, made
 from virtual_logs import ship
 
 from seatrial.belief.bands import beginnings
-from seatrial.belief.bands.beginnings import First, by_first
+from seatrial.belief.bands.beginnings import by_first
 from seatrial.belief.bands.calibrating import horizons_of, spread
 from seatrial.belief.bands.calibration import Calibration, Left, best_share
 from seatrial.belief.bands.conformal import _prior, _quantile, _sizes, factors, needed, shown
@@ -279,7 +279,7 @@ def test_the_row_of_a_horizon_is_so_long_after_its_own_start() -> None:
     assert one.error[:, :2, 0].tolist() == [[4.0, 9.0]] * 3
     assert one.error[:, 2, 0].tolist() == [9.5, 9.5, 10.0]  # a restart stands where the window would end
     assert np.isnan(one.error[:, 3]).all()
-    rows = held([one], (4.0, 9.0, 10.0, 12.0))
+    rows = held([one])
     assert [row.horizon for row in rows] == [4.0, 9.0, 10.0]
     assert [row.inside["position"] for row in rows] == [1.0, 0.5, 0.5]
     assert [row.inside["heading"] for row in rows] == [1.0, 1.0, 1.0]
@@ -436,10 +436,11 @@ class Grounded:
 def test_predictions_that_fit_the_first_seconds_have_the_spread_of_the_current_that_is_left(monkeypatch: Any) -> None:
     asked: list[tuple[float, str]] = []
 
-    def first(_: Any, one: Trial) -> First:
+    def fit_first(_: Any, one: Trial, span: float, *, differing: Any) -> Any:
+        assert (span, differing) == (20.0, {"bias.psi": 0.01})
         if one.name == "t3":
             raise DataError("too short")
-        return First(one, np.full(6, 7.0), 0.03)
+        return SimpleNamespace(rest=one, state=np.full(6, 7.0), current=0.03)
 
     def windows_of(_: Any, trials: Any, horizons: Any, dt: float, begun: Any) -> Windows:
         (one,) = trials
@@ -453,10 +454,11 @@ def test_predictions_that_fit_the_first_seconds_have_the_spread_of_the_current_t
         asked.append((lacks.current, out.trials[0].name))
         return np.tile(np.arange(2.0)[None, :, None], (2, 1, 6))  # a row at the start and one at the first horizon
 
+    monkeypatch.setattr(beginnings, "fit_first", fit_first)
     monkeypatch.setattr(beginnings, "windows_of", windows_of)
     monkeypatch.setattr(beginnings, "spread_of", spread_of)
     grounds: Any = Grounded(21, 60.0)
-    begin, cuts, errors, spreads = by_first(grounds, 20.0, first)
+    begin, cuts, errors, spreads = by_first(grounds, 20.0, {"bias.psi": 0.01})
     assert begin == "fit-first 20"
     names = [name for cut in cuts for name in cut.trials]
     assert len(set(names)) == 20
@@ -469,4 +471,4 @@ def test_predictions_that_fit_the_first_seconds_have_the_spread_of_the_current_t
     few: Any = Grounded(19, 60.0)
     with pytest.raises(RequestError, match="--fit-first 20: 18 of the left-out trials last longer, and bands of 95 % "
                                            "take at least 19"):  # fmt: skip
-        by_first(few, 20.0, first)
+        by_first(few, 20.0, {"bias.psi": 0.01})

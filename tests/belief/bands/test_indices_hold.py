@@ -9,7 +9,7 @@ import pytest
 from virtual_logs import DEGREE, left_out, log, posterior, ship
 
 from seatrial.belief.bands.calibrating import calibrated
-from seatrial.campaign.bands import read as indices_of
+from seatrial.belief.bands.manoeuvring import read as indices_of
 from seatrial.core.parameters import read
 from seatrial.environment import Uniform
 from seatrial.manoeuvres import Manoeuvre

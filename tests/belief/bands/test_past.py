@@ -9,7 +9,7 @@ import pytest
 from known_calibration import made
 from virtual_logs import NOISE, left_out, log, posterior, ship
 
-from seatrial.belief.bands.beginnings import First, by_first, by_history
+from seatrial.belief.bands.beginnings import by_first, by_history
 from seatrial.belief.bands.calibrating import Withheld
 from seatrial.belief.bands.calibration import Calibration, beside, load, save
 from seatrial.belief.bands.disturbance import Disturbance, Process
@@ -21,7 +21,6 @@ from seatrial.core.parameters import read
 from seatrial.data import Trial
 from seatrial.identify import StudyError
 from seatrial.models import STATES
-from seatrial.ships import Ship
 from seatrial.simulate.replay import replay
 
 SIGMA = np.array([NOISE[name] for name in STATES])
@@ -127,7 +126,7 @@ def test_a_calibration_is_kept_with_what_it_is_for(tmp_path: object) -> None:
 
 def judged(fans: list[tuple[Fan, Trial]], horizons: tuple[float, ...]) -> tuple[float, dict[str, float]]:
     """Mean coverage, and mean width at the first horizon."""
-    rows = [row for row in held([windows(one, t, horizons) for one, t in fans], horizons) if row.kind == "all kinds"]
+    rows = [row for row in held(windows(one, t, horizons) for one, t in fans) if row.kind == "all kinds"]
     return float(np.mean([value for row in rows for value in row.inside.values()])), dict(rows[0].width)
 
 
@@ -168,20 +167,14 @@ def test_bands_with_a_past_hold_on_new_trials_and_are_narrower_where_a_disturban
 
 @pytest.mark.long
 def test_bands_of_predictions_that_fit_the_first_seconds_hold() -> None:
-    from seatrial.validate.fit_first import fit_first
-    from seatrial.workflow.evidence.fans import current_of
+    from seatrial.belief.fit_first import fit_first
 
     rng = np.random.default_rng(5)
     logs = [log(ship(), k, rng, drifting(rng)) for k in range(24)]
     new = [log(ship(), k, rng, drifting(rng)) for k in range(24)]
 
-    def first(who: Ship, trial: Trial) -> First:
-        one = fit_first(who, trial, SPAN)
-        row = int(np.searchsorted(one.trial.t, one.t - 1e-6))
-        return First(one.trial.rows(slice(row, None)), one.state, current_of(one))
-
     withheld = Withheld.of(posterior(), left_out(logs))
-    plain, found = withheld.measured(), by_first(withheld, SPAN, first)
+    plain, found = withheld.measured(), by_first(withheld, SPAN, {})
     assert found.begin == "fit-first 20"
     both: list[list[tuple[Fan, Trial]]] = [[], []]
     for trial in new:
@@ -189,7 +182,7 @@ def test_bands_of_predictions_that_fit_the_first_seconds_hold() -> None:
         begin = (one.t, one.state)
         run = replay(ship(), one.trial, begin=begin)
         both[0].append((fan(posterior(), found, one.trial, run, 0.95, draws=200, begin=begin,
-                            current=current_of(one)), one.trial))  # fmt: skip
+                            current=one.current), one.trial))  # fmt: skip
         rest = trial.rows(slice(int(np.searchsorted(trial.t, one.t - 1e-6)), None))
         both[1].append((fan(posterior(), plain, rest, replay(ship(), rest), 0.95, draws=200), rest))
     (inside, narrow), (_, wide) = (judged(one, (4.0, 10.0, 20.0)) for one in both)

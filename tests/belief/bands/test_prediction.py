@@ -55,10 +55,10 @@ def test_coverage_counts_the_rows_at_the_horizons() -> None:
     made = fan(posterior(), FOUND, trial, predicted, 0.9, restart=20.0, draws=60)
     made = replace(made, half=100.0 * made.half)
     off = trial.having(y=trial["y"] + 1e3)  # one of the two components of position lies outside everywhere
-    rows = held([windows(made, one, (4.0, 20.0)) for one in (trial, off)], (4.0, 20.0))
+    rows = held(windows(made, one, (4.0, 20.0)) for one in (trial, off))
     told = [(row.kind, row.horizon, row.windows, row.trials) for row in rows]
     assert told == [("turning", 4.0, 6, 2), ("turning", 20.0, 6, 2)]
-    both = held([windows(made, trial, (4.0,)), replace(windows(made, off, (4.0,)), kind="zigzag")], (4.0,))
+    both = held([windows(made, trial, (4.0,)), replace(windows(made, off, (4.0,)), kind="zigzag")])
     assert [row.kind for row in both] == ["turning", "zigzag", ALL]
     assert both[0].inside["position"] - both[1].inside["position"] == pytest.approx(0.5, abs=0.01)
     assert both[2].inside["position"] == pytest.approx(0.5 * (both[0].inside["position"] + both[1].inside["position"]))

@@ -38,7 +38,7 @@ def judged(found: Calibration, trials: list[Trial], level: float = 0.95) -> tupl
     """Coverage on trials, all kinds together, by horizon."""
     fans = [(fan(posterior(), found, t, replay(ship(), t, restart=20.0), level, restart=20.0, draws=200), t)
             for t in trials]  # fmt: skip
-    rows = held([windows(made, t, HORIZONS) for made, t in fans], HORIZONS)
+    rows = held(windows(made, t, HORIZONS) for made, t in fans)
     return tuple(row for row in rows if row.kind == "all kinds")
 
 

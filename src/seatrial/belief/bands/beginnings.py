@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ...core.errors import RequestError
-from ...data import Array, DataError, Trial
+from ...data import Array, DataError
 from ...identify.record import Record, even
 from ...models import STATES
-from ...ships import Ship
 from ...simulate.lanes import run
+from ..fit_first import fit_first
 from .calibrating import Part, Withheld, spread_of
 from .calibration import Calibration, begin_of
 from .conformal import needed
@@ -83,27 +83,12 @@ def _predicted(filters: Filter, lanes: FreeRuns, past: Past, law: str) -> Array:
     return rows[:, :, : len(STATES)]
 
 
-@dataclass(frozen=True)
-class First:
-    """How a trial begins by a fit of its first seconds.
-
-    Attributes:
-        trial: corrected, from where predictions start.
-        state: there, shape (6,).
-        current: standard deviation of each component of the current that was estimated [m/s]; inf where none was.
-    """
-
-    trial: Trial
-    state: Array
-    current: float
-
-
-def by_first(withheld: Withheld, span: float, first: Callable[[Ship, Trial], First]) -> Calibration:
-    """Of predictions whose start, current and biases are estimated on the first seconds of a trial.
+def by_first(withheld: Withheld, span: float, differing: Mapping[str, float]) -> Calibration:
+    """Of predictions whose start, current and biases are estimated on the first seconds of a trial (`fit_first`).
 
     Args:
-        span: those seconds.
-        first: estimates how a trial begins; a DataError says that it is too short.
+        span: those seconds; trials that are no longer are left out.
+        differing: as of `fit_first`.
 
     Raises:
         RequestError: too few recordings last longer.
@@ -114,8 +99,8 @@ def by_first(withheld: Withheld, span: float, first: Callable[[Ship, Trial], Fir
         own: list[Windows] = []
         for trial in part.out.trials:
             try:
-                one = first(part.out.held.ship, trial)
-                cut = windows_of(part.out.held.ship, [one.trial], withheld.horizons, withheld.dt,
+                one = fit_first(part.out.held.ship, trial, span, differing=differing)
+                cut = windows_of(part.out.held.ship, [one.rest], withheld.horizons, withheld.dt,
                                  {trial.name: one.state})  # fmt: skip
             except DataError:  # too short: it says nothing of such predictions
                 continue

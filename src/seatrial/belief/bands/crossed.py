@@ -39,8 +39,8 @@ def crossed(found: Calibration, level: float, horizons: Sequence[int] | None = N
         own, others = group == name, group != name
         half = _half(found, own, others, scale, level)[:, chosen]
         error = np.where(np.isfinite(half), left.error[own][:, chosen], np.nan)
-        windows.append(Windows(left.kinds[int(np.argmax(own))], error, half))
-    return held(windows, [float(left.horizons[j]) for j in chosen])
+        windows.append(Windows.of(left.kinds[int(np.argmax(own))], left.horizons[chosen], error, half))
+    return held(windows)
 
 
 def _half(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -40,14 +41,35 @@ class Held:
     width: Mapping[str, float]
     error: Mapping[str, float]
 
+    @property
+    def distance(self) -> float:
+        """Root mean square distance from the measured place [m]."""
+        return math.hypot(self.error["x"], self.error["y"])
+
 
 @dataclass(frozen=True)
 class Windows:
-    """Errors and half widths of one trial where its windows reach a horizon, shape (windows, horizons, 6)."""
+    """Windows of one trial where they reach a horizon; NaN where one ends before, or nothing was measured.
+
+    Attributes:
+        kind: of manoeuvre.
+        horizons: [s], shape (horizons,).
+        error: predicted minus measured, shape (windows, horizons, 6).
+        half: half widths of the bands, of the same shape.
+        inside: whether the measurement lies within its band, 1 or 0, of the same shape.
+    """
 
     kind: str
+    horizons: Array
     error: Array
     half: Array
+    inside: Array
+
+    @staticmethod
+    def of(kind: str, horizons: Sequence[float] | Array, error: Array, half: Array) -> Windows:
+        """Of bands that lie alike to both sides of the prediction."""
+        inside = np.where(np.isfinite(error), np.abs(error) <= half, np.nan)
+        return Windows(kind, np.array(horizons, dtype=np.float64), error, half, inside)
 
 
 def windows(made: Fan, measured: Trial, horizons: Sequence[float]) -> Windows:
@@ -69,7 +91,7 @@ def windows(made: Fan, measured: Trial, horizons: Sequence[float]) -> Windows:
             if row < b:
                 error[k, j], half[k, j] = off[row], made.half[row]
     known = np.isfinite(error) & np.isfinite(half)
-    return Windows(made.kind, np.where(known, error, np.nan), np.where(known, half, np.nan))
+    return Windows.of(made.kind, horizons, np.where(known, error, np.nan), np.where(known, half, np.nan))
 
 
 def differences(made: Fan, measured: Trial) -> Array:
@@ -80,29 +102,40 @@ def differences(made: Fan, measured: Trial) -> Array:
     return off
 
 
-def held(found: Iterable[Windows], horizons: Sequence[float]) -> tuple[Held, ...]:
-    """Coverage by kind and horizon, all kinds together last; horizons that no window reaches are left out."""
+def held(found: Iterable[Windows]) -> tuple[Held, ...]:
+    """Coverage by kind and horizon, all kinds together last; horizons that no window reaches are left out.
+
+    Args:
+        found: windows of trials, all with as many horizons.
+    """
     every = list(found)
     kinds = dict.fromkeys(sorted(one.kind for one in every))
     parts = [(kind, [one for one in every if one.kind == kind]) for kind in kinds]
     parts += [(ALL, every)] if len(parts) > 1 else []
-    rows = (_row(kind, some, j, h) for kind, some in parts for j, h in enumerate(horizons))
+    rows = (_row(kind, some, j) for kind, some in parts for j in range(len(some[0].horizons)))
     return tuple(row for row in rows if row is not None)
 
 
-def _row(kind: str, some: Sequence[Windows], j: int, horizon: float) -> Held | None:
-    error, half = (np.concatenate([getattr(one, name)[:, j] for one in some]) for name in ("error", "half"))
+def _row(kind: str, some: Sequence[Windows], j: int) -> Held | None:
+    error, half, inside = (np.concatenate([vars(one)[name][:, j] for one in some])
+                           for name in ("error", "half", "inside"))  # fmt: skip
     here = np.isfinite(error).any(axis=1)
     if not here.any():
         return None
-    inside = np.where(np.isfinite(error), np.abs(error) <= half, np.nan)[here]
-    columns = {name: [STATES.index(one) for one in group] for name, group in GROUPS.items()}
+    shares = {name: inside[here][:, [STATES.index(one) for one in group]] for name, group in GROUPS.items()}
     return Held(
-        kind, horizon, int(here.sum()), sum(bool(np.isfinite(one.error[:, j]).any()) for one in some),
-        {name: float(np.nanmean(inside[:, where])) for name, where in columns.items()},
-        dict(zip(STATES, np.nanmean(half[here], axis=0).tolist(), strict=True)),
-        dict(zip(STATES, np.sqrt(np.nanmean(error[here] ** 2, axis=0)).tolist(), strict=True)),
+        kind, float(np.median([one.horizons[j] for one in some])), int(here.sum()),
+        sum(bool(np.isfinite(one.error[:, j]).any()) for one in some),
+        {name: float(_mean(share.reshape(-1, 1))[0]) for name, share in shares.items()},
+        dict(zip(STATES, _mean(half[here]).tolist(), strict=True)),
+        dict(zip(STATES, np.sqrt(_mean(error[here] ** 2)).tolist(), strict=True)),
     )  # fmt: skip
+
+
+def _mean(found: Array) -> Array:
+    """Mean of each column over its numbers; NaN of a column without any."""
+    count = np.isfinite(found).sum(axis=0)
+    return np.where(count > 0, np.nansum(found, axis=0), np.nan) / np.maximum(count, 1)
 
 
 def unwrapped_to(made: Fan, measured: Trial) -> Array:

@@ -19,8 +19,8 @@ from ...ships import Ship
 from .filtered import Filtered
 from .filtering import Kalman
 
-MODEL, STAYING, CONSTANT = "model", "staying put", "constant velocity"
-RIVALS = (STAYING, CONSTANT)
+MODEL, STAYING, CONSTANT_VELOCITY = "model", "staying put", "constant velocity"
+RIVALS = (STAYING, CONSTANT_VELOCITY)
 # Readings of the last second give the constant velocity.
 _LAST = 1.0
 # Readings of so many seconds before the start [s] tell how well the model explains what goes on.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array
-from .ahead import CONSTANT, MODEL, STAYING, Ahead, joined
+from .ahead import CONSTANT_VELOCITY, MODEL, STAYING, Ahead, joined
 
 # Position (north and east together) and heading have shares of their own.
 TARGETS = (slice(0, 2), slice(2, 3))
@@ -56,7 +56,7 @@ class Stack:
 def _ways(some: Ahead, part: slice) -> tuple[Array, Array]:
     """The way of the model, and that of constant velocity, from where the ship is at the start."""
     still = some.errors[STAYING][:, part]
-    return some.errors[MODEL][:, part] - still, some.errors[CONSTANT][:, part] - still
+    return some.errors[MODEL][:, part] - still, some.errors[CONSTANT_VELOCITY][:, part] - still
 
 
 def _shares(some: Ahead, part: slice, features: Array) -> Array:

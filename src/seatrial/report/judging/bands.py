@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...campaign.bands import Bands
+from ...belief.bands.manoeuvring import Bands
 from ...data import Trial
 from ...manoeuvres import Index
 from ...study.grounds import Beyond

@@ -8,11 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from ...belief.bands.held import Held
+from ...belief.bands.held import GROUPS, Held
 from ...identify import Fit
 from ...study.grounds import Grounds, Ranges
 from ...study.store import Summary
-from ...validate.ahead import Row
 from ...validate.fitness import FIT, NOT_FIT, Fitness
 from ..blocks import (
     Blanks,
@@ -93,7 +92,7 @@ class Card:
     fit: Fit
     summary: Summary
     restart: float
-    rows: tuple[Row, ...]
+    rows: tuple[Held, ...]
     pooled: Mapping[str, float]
     uses: tuple[Fitness, ...]
     unjudged: Mapping[str, str]
@@ -118,7 +117,7 @@ def page(card: Card) -> Page:
         Section("Where it is valid", _validity(card), {
             "covered": dict(card.grounds.covered), "kinds": card.grounds.kinds}),
         Section("Error and coverage on unseen trials", _errors(card), {
-            "rows": [asdict(row) for row in card.rows], "standardised": dict(card.pooled), "restart": card.restart,
+            "rows": list(map(_row_numbers, card.rows)), "standardised": dict(card.pooled), "restart": card.restart,
             "unseen": [one[0] for one in card.unseen]}),
         Section("Bands that hold", _calibrated(card), {"bands": _bands_document(card)}),
         Section("Fit for which purpose", _purposes(card), {
@@ -152,10 +151,10 @@ def _head(card: Card) -> Body:
         warned.insert(0, "The model does not explain the trials of its fit: its sigmas are too narrow"
                       + ("." if card.widened else ", and its bands."))  # fmt: skip
     best = [row for row in card.rows if row.horizon == card.rows[-1].horizon][-1:]
-    shown = [(f"{number(row.error['position'], 2)} m", f"position error after {row.horizon:.4g} s") for row in best]
-    shown += [(f"{number(_DEGREES * row.error['heading'], 2)}°", "heading error") for row in best]
+    shown = [(f"{number(row.distance, 2)} m", f"position error after {row.horizon:.4g} s") for row in best]
+    shown += [(f"{number(_DEGREES * row.error['psi'], 2)}°", "heading error") for row in best]
     inside = card.calibrated.unseen if card.calibrated else ()
-    shown += [(_percent(inside[-1].inside["position"] if inside else row.held["position"]),
+    shown += [(_percent(inside[-1].inside["position"] if inside else row.inside["position"]),
                "of positions within bands of 95 %") for row in best]  # fmt: skip
     return lead(words) + note("", warned) + (tiles(shown) if shown else ())
 
@@ -217,11 +216,22 @@ def _bands_document(card: Card) -> dict[str, Any] | None:
             "doubts": list(found.doubts)}  # fmt: skip
 
 
-def _row(row: Row) -> list[str]:
-    error = row.error
-    sizes = (error["position"], _DEGREES * error["heading"], error["u"], error["v_m"], _DEGREES * error["r"])
-    return [row.kind, f"{row.horizon:.4g}", str(row.trials), str(row.windows), *(number(size, 2) for size in sizes),
-            *(_percent(share) for share in row.held.values())]  # fmt: skip
+def _sizes(row: Held) -> dict[str, float]:
+    """Root mean square errors, SI units and radians."""
+    speeds = {name: row.error[name] for name in GROUPS["speeds"]}
+    return {"position": row.distance, "heading": row.error["psi"], **speeds}
+
+
+def _row_numbers(row: Held) -> dict[str, object]:
+    return {"kind": row.kind, "horizon": row.horizon, "windows": row.windows, "trials": row.trials,
+            "error": _sizes(row), "held": row.inside}  # fmt: skip
+
+
+def _row(row: Held) -> list[str]:
+    turned = {name: _DEGREES if name in ("heading", "r") else 1.0 for name in _sizes(row)}
+    return [row.kind, f"{row.horizon:.4g}", str(row.trials), str(row.windows),
+            *(number(turned[name] * size, 2) for name, size in _sizes(row).items()),
+            *(_percent(share) for share in row.inside.values())]  # fmt: skip
 
 
 def _percent(share: float) -> str:
@@ -277,7 +287,7 @@ def _by_range(covered: Ranges) -> Iterator[str]:
 def _by_evidence(card: Card) -> Iterator[str]:
     if not card.rows:
         yield "where an error must be known: no unseen trial has been judged"
-    held = [(row.windows, row.held) for row in pooled(card)]
+    held = [(row.windows, row.inside) for row in pooled(card)]
     if card.calibrated:
         every = [row for row in card.calibrated.unseen if row.kind == card.calibrated.unseen[-1].kind]
         held = [(row.windows, row.inside) for row in every]
@@ -291,7 +301,7 @@ def _by_evidence(card: Card) -> Iterator[str]:
         yield "to read its numbers as physics: the residuals contradict the model"
 
 
-def pooled(card: Card) -> tuple[Row, ...]:
+def pooled(card: Card) -> tuple[Held, ...]:
     """The lines of all kinds together."""
     return tuple(row for row in card.rows if row.kind == card.rows[-1].kind)
 

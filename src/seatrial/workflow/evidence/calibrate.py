@@ -4,39 +4,36 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...belief.bands.beginnings import First, by_first, by_history
+from ...belief.bands.beginnings import by_first, by_history
 from ...belief.bands.calibrating import Withheld
 from ...belief.bands.calibration import LEVEL, MEASURED, Calibration, beside, save
 from ...belief.bands.conformal import needed
+from ...belief.fit_first import between_trials
 from ...belief.parts import left_out
 from ...belief.power import LEAST
 from ...belief.reading import HOW, posterior
 from ...belief.weighing import power
 from ...core import executors
 from ...core.files import held_alone
-from ...data import Array, Trial
+from ...data import Array
 from ...identify import StudyError
 from ...identify.recordings import recordings
 from ...models import STATES
 from ...report.blocks import Body, fields, joined, line, table
-from ...ships import Ship
 from ...study.grounds import trial_digest
 from ...study.store import Summary, read_summary
 from ...study.stored import load_fit
 from ...study.study import Study, read_study
-from ...validate.fit_first import between_trials, fit_first
 from .. import SILENT, Outcome, RequestError, Sink, figure
 from ..request import positive
-from .fans import DEGREES, current_of
+from .fans import DEGREES
 
 # Recordings that show 95 % are left out in so many parts; of fewer each is left out alone.
 _PARTS = 5
@@ -88,7 +85,7 @@ def calibrate(
         if history is not None:
             made.append(by_history(withheld, history))
         if first is not None:
-            made.append(by_first(withheld, first, partial(_first, first, between_trials(fit.nuisances))))
+            made.append(by_first(withheld, first, between_trials(fit.nuisances)))
         for one in made:
             sink.note(f"wrote {save(one, beside(model, one.begin))}")
     shutil.rmtree(folder, ignore_errors=True)
@@ -108,13 +105,6 @@ def _parts(study: Study) -> int:
         raise RequestError(f"{study.path}: {count} recordings are too few to leave each out in turn; train on {LEAST} "
                            "or more")  # fmt: skip
     return count if count < needed(LEVEL) else _PARTS
-
-
-def _first(span: float, differing: Mapping[str, float], ship: Ship, trial: Trial) -> First:
-    """How a left-out trial begins by a fit of its first seconds."""
-    found = fit_first(ship, trial, span, differing=differing)
-    row = int(np.searchsorted(found.trial.t, found.t - 1e-6 * trial.dt))
-    return First(found.trial.rows(slice(row, None)), found.state, current_of(found))
 
 
 def _study(summary: Summary, model: str) -> Study:

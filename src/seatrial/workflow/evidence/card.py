@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ...belief.bands.ahead import ahead
+from ...belief.bands.held import Windows, held
 from ...belief.reading import HOW
 from ...belief.reading import posterior as posterior_of
 from ...choosing.purposes import PURPOSES
@@ -29,7 +31,6 @@ from ...study.store import Summary, read_summary
 from ...study.stored import load_fit
 from ...study.study import read_study
 from ...validate import Comparison
-from ...validate.ahead import Ahead, ahead, by_kind
 from ...validate.fitness import Fitness
 from ...validate.metrics import scales
 from .. import SILENT, Outcome, RequestError, Sink, figure
@@ -73,7 +74,7 @@ def card(
     ahead_of, lost = _ahead(ship, right, seconds)
     uses, unjudged = _uses(fit.ship, right, _names(summary))
     found = Card(
-        fit, summary, seconds, by_kind(ahead_of), _pooled(comparisons), uses,
+        fit, summary, seconds, held(ahead_of), _pooled(comparisons), uses,
         {**unjudged}, (*missing, *failed, *lost), tuple((t.name, kind_of(t), t.duration) for t in right),
         ship is not None, ship is not None and ship.power is not None, calibrated_of(model, ship, right, seconds, sink),
         _repeat(model, summary, trials), _versions(summary),
@@ -158,12 +159,12 @@ def _kept_back(summary: Summary) -> tuple[tuple[Trial, ...], tuple[str, ...], fl
     return kept, tuple(lines), study.restart
 
 
-def _ahead(held: Any, trials: Sequence[Trial], seconds: float) -> tuple[list[Ahead], list[str]]:
+def _ahead(held: Any, trials: Sequence[Trial], seconds: float) -> tuple[list[Windows], list[str]]:
     """Errors and bands of each trial, and a line on each that has none."""
     if held is None or not trials:
         return [], []
     names, draws, level = [one.path for one in held.free], held.draws(_DRAWS, 1), noise(trials)
-    found: list[Ahead] = []
+    found: list[Windows] = []
     lost: list[str] = []
     for trial in trials:
         try:
@@ -223,8 +224,8 @@ def _versions(summary: Summary) -> dict[str, str]:
 def _shown(found: Card) -> Body:
     """The summary for a terminal."""
     rows = tuple(
-        (row.kind, figure(row.horizon, 3), str(row.trials), str(row.windows), figure(row.error["position"], 3),
-         *(f"{100 * row.held[name]:.0f} %" for name in row.held)) for row in found.rows
+        (row.kind, figure(row.horizon, 3), str(row.trials), str(row.windows), figure(row.distance, 3),
+         *(f"{100 * share:.0f} %" for share in row.inside.values())) for row in found.rows
     )  # fmt: skip
     head = ("unseen trials", "ahead [s]", "trials", "windows", "error [m]", "position held", "heading", "speeds")
     said = [f"for {use.title}: {use.verdict}" for use in found.uses]

@@ -64,7 +64,7 @@ def _unseen(
         doubts.extend(_beyond(posterior, trial))
         doubts.extend(f"{trial.name}: {line}" for line in own.notes)
         made.append(windows(own, trial, horizons))
-    return held(made, horizons)
+    return held(made)
 
 
 def _beyond(posterior: Posterior, trial: Trial) -> Iterator[str]:

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...belief.bands.manoeuvring import Bands, bands
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
-from ...campaign.bands import Bands, bands
 from ...data import Array
 from ...environment import Uniform
 from ...identify import StudyError

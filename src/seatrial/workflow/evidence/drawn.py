@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from ...belief.bands.calibration import Calibration, beside, load
+from ...belief.bands.manoeuvring import Bands, bands, read, step_of
 from ...belief.bands.prediction import Runs, manoeuvre, scale_of
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
-from ...campaign.bands import Bands, bands, read, step_of
 from ...data import Array, Trial
 from ...environment import Weather
 from ...manoeuvres import Manoeuvre

@@ -14,6 +14,7 @@ from ...belief.bands.calibration import Calibration, begin_of, load
 from ...belief.bands.held import SHARES, held, windows
 from ...belief.bands.past import Filter, carried
 from ...belief.bands.prediction import Fan, fan
+from ...belief.fit_first import Beginning
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
 from ...data import Trial
@@ -23,7 +24,6 @@ from ...report.judging.bands import reach
 from ...report.judging.fans import BandsHeld
 from ...simulate.replay import replay
 from ...study.grounds import beyond
-from ...validate.fit_first import Beginning
 from .. import RequestError
 from ..asked import Bands, Predicting
 from ..request import DEGREE, Note, level_of, make_folder
@@ -130,16 +130,10 @@ class Banding:
             run, past = carried(self.filters, self.found.law, trial, restart=restart)
         self.refuse(trial, run)
         made = fan(self.held, self.found, trial, run, self.level, restart=restart, draws=self.draws, past=past,
-                   plain=self.plain, begin=begin, current=math.inf if first is None else current_of(first))  # fmt: skip
+                   plain=self.plain, begin=begin, current=math.inf if first is None else first.current)  # fmt: skip
         for one in made.notes:
             note(f"warning: {trial.name}: {one}")
         return run, made
-
-
-def current_of(first: Beginning) -> float:
-    """Standard deviation of each component of the current that was estimated [m/s]; inf where none was."""
-    known = [first.sigma[name] for name, value in first.found.items() if name.startswith("current.") and value != 0.0]
-    return math.sqrt(sum(one**2 for one in known) / len(known)) if known else math.inf
 
 
 def write_fan(made: Fan, out: Path) -> Path:
@@ -166,6 +160,6 @@ def judged(made: Sequence[tuple[Fan, Trial]], asked: Banding, restart: float | N
     """
     longest = min(asked.found.reach(asked.level), restart or max(float(one.since.max(initial=0.0)) for one, _ in made))
     horizons = [share * longest for share in SHARES]
-    rows = held([windows(one, trial, horizons) for one, trial in made], horizons)
+    rows = held(windows(one, trial, horizons) for one, trial in made)
     recordings = len(set(asked.found.left.groups))
     return BandsHeld(asked.level, rows, tuple(made), recordings) if rows else None

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from seatrial.belief.fit_first import Beginning, between_trials, fit_first
 from seatrial.data import DataError, Trial
 from seatrial.environment import Uniform
 from seatrial.manoeuvres.zigzag import Zigzag
@@ -15,7 +16,6 @@ from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import approach, simulate
 from seatrial.validate.comparison import constant_velocity
-from seatrial.validate.fit_first import between_trials, fit_first
 
 SHIP = load("kvlcc2_l7")
 NOISE = {"x": 0.01, "y": 0.01, "psi": 0.002, "u": 0.005, "v_m": 0.005, "r": 0.0005}
@@ -108,3 +108,25 @@ def test_gaps_and_outliers_at_the_start_do_no_harm() -> None:
     found = fit_first(SHIP, log.having(psi=psi, x=x), 40.0)
     assert found.t == pytest.approx(42.0)
     assert all(abs(found.found[name] - true) < 4.0 * found.sigma[name] for name, true in TRUE.items())
+
+
+def begun(t: float = 0.0, **sigma: float) -> Beginning:
+    """One that has estimated what has a deviation here."""
+    named = {name.replace("_at_", "."): value for name, value in sigma.items()}
+    trial = Trial("a", np.arange(5) * 2.5, {"u": np.ones(5)})
+    return Beginning(trial, t, np.zeros(6), dict.fromkeys(named, 0.2), named, 1.0)
+
+
+def test_the_uncertainty_of_a_current_is_that_of_its_components() -> None:
+    both = begun(current_at_north=0.03, current_at_east=0.04)
+    assert both.current == pytest.approx(np.sqrt((0.03**2 + 0.04**2) / 2))
+    assert begun(current_at_north=0.03, bias_at_psi=9.0).current == pytest.approx(0.03)
+    assert begun(bias_at_psi=9.0).current == np.inf
+    still = Beginning(both.trial, 0.0, both.state, {**both.found, "current.east": 0.0}, both.sigma, 1.0)
+    assert still.current == pytest.approx(0.03)  # one that was held at nothing
+
+
+def test_the_rest_of_a_trial_begins_where_its_first_seconds_end() -> None:
+    assert begun(5.0).rest.t.tolist() == [5.0, 7.5, 10.0]
+    assert begun(5.0 + 1e-8).rest.t[0] == 5.0
+    assert begun(5.1).rest.t[0] == 7.5

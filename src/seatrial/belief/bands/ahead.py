@@ -8,72 +8,29 @@ bands: where they hold less often than they say, the model lacks something.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.parameters import values
-from ..data import Array, Trial
-from ..models import STATES
-from ..ships import Ship
-from ..simulate.lanes import Kernel, Lanes, Steps, run
-from ..simulate.loop import open_loop, open_loop_parameters
-from ..simulate.replay import Prepared, prepared
-
-SHARES = (0.1, 0.5, 1.0)
-"""Horizons as shares of the time between restarts."""
-
-GROUPS: Mapping[str, tuple[str, ...]] = {"position": ("x", "y"), "heading": ("psi",), "speeds": ("u", "v_m", "r")}
-"""States whose bands are counted together."""
+from ...core.parameters import values
+from ...data import Array, Trial
+from ...models import STATES
+from ...ships import Ship
+from ...simulate.lanes import Kernel, Lanes, Steps, run
+from ...simulate.loop import open_loop, open_loop_parameters
+from ...simulate.replay import Prepared, prepared
+from .held import SHARES, Windows
 
 # Lanes are sailed in groups of so many stored numbers and inputs, 64 MB.
 _STORED = 8_000_000
 
 
-@dataclass(frozen=True)
-class Ahead:
-    """Windows of one trial at the horizons; NaN where a window ends before, or nothing was measured.
-
-    Attributes:
-        name, kind: of the trial.
-        horizons: [s], shape (horizons,).
-        error: predicted by the fitted numbers minus measured, shape (windows, horizons, 6).
-        inside: whether the measurement lies within the band, 1 or 0, of the same shape.
-    """
-
-    name: str
-    kind: str
-    horizons: Array
-    error: Array
-    inside: Array
-
-
-@dataclass(frozen=True)
-class Row:
-    """Windows of one kind at one horizon.
-
-    Attributes:
-        horizon: [s].
-        windows, trials: their numbers.
-        error: root mean square of the distance [m], heading [rad], surge, sway [m/s] and yaw rate [rad/s].
-        held: share of the measurements within their bands by group.
-    """
-
-    kind: str
-    horizon: float
-    windows: int
-    trials: int
-    error: Mapping[str, float]
-    held: Mapping[str, float]
-
-
 def ahead(
     ship: Ship, trial: Trial, kind: str, names: Sequence[str], draws: Array, restart: float,
     noise: Mapping[str, float], level: float = 0.95,
-) -> Ahead:  # fmt: skip
-    """Errors and bands of a trial.
+) -> Windows:  # fmt: skip
+    """Errors and bands of a trial at horizons that are `SHARES` of a window.
 
     Args:
         kind: of manoeuvre.
@@ -101,8 +58,9 @@ def ahead(
     found[1:] += rng.standard_normal(found[1:].shape) * sigma
     low, high = np.quantile(found[1:], (0.5 * (1 - level), 0.5 * (1 + level)), axis=0)
     known = np.isfinite(measured) & np.isfinite(found[0])
-    inside = np.where(known, (measured >= low) & (measured <= high), np.nan)
-    return Ahead(trial.name, kind, rows * ready.dt, np.where(known, found[0] - measured, np.nan), inside)
+    inside, error, half = (np.where(known, one, np.nan) for one in (
+        (measured >= low) & (measured <= high), found[0] - measured, 0.5 * (high - low)))  # fmt: skip
+    return Windows(kind, rows * ready.dt, error, half, inside)
 
 
 def _sailed(
@@ -129,37 +87,3 @@ def _sailed(
         at = np.minimum(rows, found.shape[1] - 1)
         out.append(found[:, at, : len(STATES)].reshape(many, windows, len(rows), len(STATES)))
     return np.concatenate(out)
-
-
-def by_kind(found: Iterable[Ahead]) -> tuple[Row, ...]:
-    """Errors and coverage by kind of manoeuvre and horizon, all kinds together last."""
-    every = list(found)
-    kinds = dict.fromkeys(sorted(one.kind for one in every))
-    parts = [(kind, [one for one in every if one.kind == kind]) for kind in kinds]
-    parts += [(ALL, every)] if len(parts) > 1 else []
-    return tuple(row for kind, some in parts for row in _rows(kind, some))
-
-
-ALL = "all kinds"
-
-
-def _rows(kind: str, found: Sequence[Ahead]) -> Iterable[Row]:
-    for k in range(len(SHARES)):
-        error = np.concatenate([one.error[:, k] for one in found])
-        inside = np.concatenate([one.inside[:, k] for one in found])
-        here = np.isfinite(error).any(axis=1)
-        trials = sum(bool(np.isfinite(one.error[:, k]).any()) for one in found)
-        if not trials:
-            continue
-        square = _mean(error[here] ** 2)
-        sizes = {"position": float(np.sqrt(square[0] + square[1])), "heading": float(np.sqrt(square[2])),
-                 **{name: float(np.sqrt(square[STATES.index(name)])) for name in GROUPS["speeds"]}}  # fmt: skip
-        held = {name: float(_mean(inside[here][:, [STATES.index(one) for one in some]].reshape(-1, 1))[0])
-                for name, some in GROUPS.items()}  # fmt: skip
-        yield Row(kind, float(np.median([one.horizons[k] for one in found])), int(here.sum()), trials, sizes, held)
-
-
-def _mean(found: Array) -> Array:
-    """Mean of each column over its numbers; NaN of a column without any."""
-    count = np.isfinite(found).sum(axis=0)
-    return np.where(count > 0, np.nansum(found, axis=0), np.nan) / np.maximum(count, 1)

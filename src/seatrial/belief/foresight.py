@@ -16,12 +16,12 @@ from ..data import DataError, Trial
 from ..data.check.track import own_samples
 from ..engine import SimulationError
 from ..identify import StudyError
+from ..identify.filters.ahead import CONSTANT_VELOCITY
 from ..identify.filters.forecast import forecasts
 from ..models.nomoto import Nomoto
 from ..ships import Ship
 from ..study.data import kalman
 from ..study.study import Study, readings
-from .comparison import CONSTANT_VELOCITY
 
 HORIZONS = (10.0, 30.0)
 """Lengths of the forecasts [s]."""

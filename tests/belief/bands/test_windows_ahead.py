@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from fitted_run import NOISE, PATHS, covariance, trial, truth
+from seatrial.belief.bands.ahead import ahead
+from seatrial.belief.bands.held import ALL, Held, held
 from seatrial.core.parameters import read
 from seatrial.data import Trial
-from seatrial.validate.ahead import ALL, Row, ahead, by_kind
 
 MEAN = np.array([float(read(truth().model, path)) for path in PATHS])
 
 
-def rows(trials: list[Trial], share: float, off: float = 0.0) -> tuple[Row, ...]:
+def rows(trials: list[Trial], share: float, off: float = 0.0) -> tuple[Held, ...]:
     """Lines of an estimate that is off by a share, with a posterior of a relative deviation of `share`."""
     value = MEAN * (1.0 + off)
     ship = truth().having(dict(zip(PATHS, value.tolist(), strict=True)))
     draws = value + np.random.default_rng(3).standard_normal((200, 3)) @ np.sqrt(covariance(share))
-    return by_kind(ahead(ship, one, str(one.meta["kind"]), PATHS, draws, 50.0, NOISE) for one in trials)
+    return held(ahead(ship, one, str(one.meta["kind"]), PATHS, draws, 50.0, NOISE) for one in trials)
 
 
 @pytest.fixture(scope="module")
@@ -34,20 +37,20 @@ def test_bands_of_a_right_model_hold(trials: list[Trial]) -> None:
     assert [row.kind for row in found] == ["turning"] * 3 + ["zigzag"] * 3 + [ALL] * 3
     assert [row.horizon for row in found[:3]] == pytest.approx([5.0, 25.0, 50.0])
     assert [row.trials for row in found[-3:]] == [10, 10, 10]
-    held = [share for row in found[-3:] for share in row.held.values()]
+    held = [share for row in found[-3:] for share in row.inside.values()]
     assert 0.90 <= np.mean(held) <= 0.98
 
 
 @pytest.mark.slow
 def test_bands_of_a_wrong_model_are_seen_to_fail(trials: list[Trial]) -> None:
     right, wrong = rows(trials, 0.001)[-1], rows(trials, 0.001, off=0.2)[-1]
-    assert wrong.held["position"] < 0.6
-    assert wrong.error["position"] > 2.0 * right.error["position"]
+    assert wrong.inside["position"] < 0.6
+    assert wrong.distance > 2.0 * right.distance
 
 
 @pytest.mark.slow
 def test_a_wide_posterior_covers_what_it_is_off_by(trials: list[Trial]) -> None:
-    assert np.mean([*rows(trials, 0.2, off=0.1)[-1].held.values()]) >= 0.9
+    assert np.mean([*rows(trials, 0.2, off=0.1)[-1].inside.values()]) >= 0.9
 
 
 def test_windows_beyond_the_end_or_in_a_gap_do_not_count() -> None:
@@ -57,5 +60,13 @@ def test_windows_beyond_the_end_or_in_a_gap_do_not_count() -> None:
     one, other = rows([short], 0.01), rows([gap.having(x=x)], 0.01)
     assert [row.horizon for row in one] == pytest.approx([5.0, 25.0])
     assert [row.horizon for row in other] == pytest.approx([5.0, 25.0])
-    assert other[1].error["heading"] == one[1].error["heading"]
-    assert np.isnan(other[1].error["position"])
+    assert other[1].error["psi"] == one[1].error["psi"]
+    assert np.isnan(other[1].distance)
+
+
+def test_a_band_of_known_parameters_is_as_wide_as_the_readings_at_both_ends() -> None:
+    """Of the heading: its own reading at the start and at the end, and the rate that was read at the start."""
+    first = rows([trial(20)], 1e-9)[0]
+    least = 1.96 * math.sqrt(2.0) * NOISE["psi"]
+    most = 1.96 * math.hypot(math.sqrt(2.0) * NOISE["psi"], first.horizon * NOISE["r"])
+    assert 0.88 * least <= first.width["psi"] <= 1.12 * most

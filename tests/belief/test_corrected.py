@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from seatrial.belief.corrected import corrected, of_trial, shared_by_all, summed, words
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.identify.nuisance import EVERY
@@ -15,7 +16,6 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import STATES
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
-from seatrial.validate.corrected import corrected, of_trial, shared_by_all, summed, words
 
 SHIP = load("kvlcc2")
 DEG = math.radians(1.0)

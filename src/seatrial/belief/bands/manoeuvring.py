@@ -11,20 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.executors import processors
-from ..core.parameters import values
-from ..data import Array, DataError, Trial
-from ..environment import CHANNELS, Weather
-from ..manoeuvres import Manoeuvre
-from ..models import STATES, Sampled, Stepped
-from ..ships import Ship
-from ..ships.felt import driven
-from ..simulate.approach import substeps
-from ..simulate.lanes import Steps, run, steered
-from . import Case
-from .reading import figures, sailed
-from .revolutions import balanced
-from .tallies import Tally, tally_of
+from ...campaign import Case
+from ...campaign.reading import figures, sailed
+from ...campaign.revolutions import balanced
+from ...campaign.tallies import Tally, tally_of
+from ...core.executors import processors
+from ...core.parameters import values
+from ...data import Array, DataError, Trial
+from ...environment import CHANNELS, Weather
+from ...manoeuvres import Manoeuvre
+from ...models import STATES, Sampled, Stepped
+from ...ships import Ship
+from ...ships.felt import driven
+from ...simulate.approach import substeps
+from ...simulate.lanes import Steps, run, steered
 
 # So many rows of each track are kept at most; fewer, down to the least, where all runs would take more than 130 MB.
 _ROWS, _FEWEST, _KEPT = 601, 61, 16_000_000

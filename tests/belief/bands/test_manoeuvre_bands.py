@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitted_run import DEGREE, PATHS, covariance, truth
-from seatrial.campaign.bands import Bands, bands
+from seatrial.belief.bands.manoeuvring import Bands, bands
 from seatrial.core.parameters import read
 from seatrial.environment import Uniform
 from seatrial.manoeuvres import Manoeuvre

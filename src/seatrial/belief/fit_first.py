@@ -61,6 +61,17 @@ class Beginning:
     sigma: Mapping[str, float]
     size: float
 
+    @property
+    def rest(self) -> Trial:
+        """The trial from where predictions start."""
+        return self.trial.rows(slice(int(np.searchsorted(self.trial.t, self.t - 1e-6 * self.trial.dt)), None))
+
+    @property
+    def current(self) -> float:
+        """Standard deviation of each component of the current that was estimated [m/s]; inf where none was."""
+        known = [self.sigma[name] for name, value in self.found.items() if name.startswith("current.") and value != 0.0]
+        return math.sqrt(sum(one**2 for one in known) / len(known)) if known else math.inf
+
     def numbers(self) -> dict[str, object]:
         """The same without trial for a JSON document, SI units and radians."""
         state = dict(zip(STATES, self.state.tolist(), strict=True))
