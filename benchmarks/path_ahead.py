@@ -23,8 +23,8 @@ RATE, PART, PATHS = 20.0, 5.0, 20
 def bridge(model: Path, bands: float | None) -> tuple[Any, Any, Any]:
     """Loop, deck and path of a fitted ship."""
     from seatrial.environment import Uniform
-    from seatrial.realtime.bridge.ahead import Ahead
     from seatrial.realtime.bridge.deck import Deck, Outfit
+    from seatrial.realtime.bridge.path import Ahead
     from seatrial.realtime.bridge.view import OWN
     from seatrial.realtime.loop import Loop
     from seatrial.realtime.plant import plant_of

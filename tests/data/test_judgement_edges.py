@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from seatrial.data import Array, DataError, Trial
-from seatrial.data.check.helm import _orders
 from seatrial.data.check.outliers import _elsewhere
+from seatrial.data.check.rudder import _orders
 from seatrial.data.check.track import fixes, own_samples, track_miss
 from seatrial.data.formats.simman import MARIN_STEP, read
 from seatrial.data.geodesy import Datum
 from seatrial.data.guess.logs import _longest, leap
 from seatrial.data.guess.motion import _TIMES
-from seatrial.data.kinds.motion import backwards
 from seatrial.data.kinds.signals import Signals, signals
+from seatrial.data.kinds.speed import backwards
 from seatrial.data.mapping.places import Midship
 from seatrial.data.mapping.reading import _clock
 from seatrial.data.nmea.ship import Fittings

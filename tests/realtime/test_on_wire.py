@@ -19,7 +19,7 @@ from seatrial.cli.app import main
 from seatrial.data.geodesy import Datum
 from seatrial.data.importing import import_log
 from seatrial.data.nmea.framing import TOKEN, read_line, split
-from seatrial.data.nmea.reading import readings
+from seatrial.data.nmea.readings import readings
 from seatrial.data.nmea.sentences import decode, encode
 from seatrial.data.nmea.ship import Fittings
 from seatrial.data.trialfile import read_trial

@@ -16,8 +16,8 @@ from typing import Any, BinaryIO
 from ..core.errors import RequestError, WireError, obeyed
 from ..data import DataError
 from ..models import STATES
-from .bridge.ahead import Ahead, Open
 from .bridge.deck import Deck, Outfit
+from .bridge.path import Ahead, Open
 from .links.wiring import Note, Wiring, gone, opened, running_beside, tell_places, writing
 from .listening import HERE, address, listen
 from .loop import Loop

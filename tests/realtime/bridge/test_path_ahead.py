@@ -19,8 +19,8 @@ from seatrial.cli.app import main
 from seatrial.core.errors import ShipError
 from seatrial.environment import Uniform
 from seatrial.models import Sampled
-from seatrial.realtime.bridge.ahead import Ahead
 from seatrial.realtime.bridge.deck import Deck, Outfit
+from seatrial.realtime.bridge.path import Ahead
 from seatrial.realtime.bridge.view import OWN
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant, plant_of
@@ -192,7 +192,7 @@ def test_where_draws_blow_up_there_are_no_bands(model: Path, monkeypatch: pytest
         runs[:20] = np.nan
         return runs
 
-    monkeypatch.setattr("seatrial.realtime.bridge.ahead.sailed", some_lost)
+    monkeypatch.setattr("seatrial.realtime.bridge.path.sailed", some_lost)
     told = made.look(plant.snapshot())
     assert told["why"] == "20 of 200 draws blow up on the way"
     assert {len(row) for row in told["rows"]} == {4}

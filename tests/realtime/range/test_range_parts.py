@@ -20,7 +20,7 @@ from seatrial.environment import CALM, Uniform
 from seatrial.environment.weather import Gust
 from seatrial.manoeuvres.track import legs
 from seatrial.realtime.on_wire import Lockstep
-from seatrial.realtime.range.alarms import Alarm, Cause, _short
+from seatrial.realtime.range.alerts import Alarm, Cause, _short
 from seatrial.realtime.range.judge import Judge
 from seatrial.realtime.range.panel import Panel
 from seatrial.realtime.range.pilots import OwnPilot, Sight

@@ -15,10 +15,10 @@ from .. import Trial
 from ..prepare import Remedy, Step
 from .attitude.heel import heel_faults
 from .drift import drift_faults
-from .helm import helm_faults
-from .motion import rudder_faults, scale_faults
 from .numbered import numbered_faults
 from .outliers import outlier_faults
+from .rudder import helm_faults
+from .sense import rudder_faults, scale_faults
 from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
 from .shaft import shaft_faults
 from .still import still_faults

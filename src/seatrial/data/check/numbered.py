@@ -14,10 +14,10 @@ import numpy as np
 
 from .. import Trial
 from ..prepare import Remedy
-from .helm import helm_faults, stuck_faults
-from .motion import rudder_faults
 from .relations import has
 from .repairs import step
+from .rudder import helm_faults, stuck_faults
+from .sense import rudder_faults
 from .sensors import Fault
 
 _NUMBERED = re.compile(r"^(delta|alpha)_\d+$")

@@ -34,7 +34,7 @@ from ...core.files import write_whole
 from .. import Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..nmea.framing import TOKEN, read_line
-from ..nmea.reading import readings
+from ..nmea.readings import readings
 from ..nmea.sentences import NmeaError, decode
 from ..prepare import nearest_rows
 from ..sidecar import CONVENTIONS, UNPLACED, Described, read_described
@@ -239,7 +239,7 @@ class _Log:
     """Readings of a log by quantity, before they are on rows.
 
     Attributes:
-        series: readings by the names of `nmea.reading.readings`.
+        series: readings by the names of `nmea.readings.readings`.
         steps: what was done or left out, in words.
         epoch: seconds since 1970 at time 0 of the series, where the log has the date.
         lines: how many lines the log has (``all``), how many of them are no valid sentence (``invalid``), and how

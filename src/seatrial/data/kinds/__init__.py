@@ -12,8 +12,8 @@ from types import MappingProxyType
 
 from .. import Trial
 from .kind import ABOUT, Kind
-from .motion import MOTION
 from .signals import signals
+from .speed import MOTION
 from .steering import STEERING
 
 __all__ = ["ABOUT", "Kind", "compared", "recognised"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.parameters import unknown
 from .. import Array, DataError
-from .cells import numbers, texts
+from .numbers import numbers, texts
 from .tables import Table
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ import numpy as np
 from .. import Array, DataError, unwrapped
 from ..units import conversion
 from .angles import LATITUDE, LONGITUDE, degrees
-from .cells import lettered, numbers
+from .numbers import lettered, numbers
 from .schema import Apparent, Channel, Ground, Heading, Log, Position, Sensor
 from .tables import Table
 

@@ -19,11 +19,11 @@ from ..prepare import cut, unbroken
 from ..sidecar import CONVENTIONS
 from ..table import disorder, within
 from ..units import conversion
-from .cells import texts
 from .checked import instruments
 from .clocks import Stamps, moment, stamps
 from .joining import Series, in_order, joined, reach, single
 from .measured import measured
+from .numbers import texts
 from .places import Midship
 from .recordings import name_of, piece, pieces
 from .schema import Channel, Clock, Cut, Mapping, Position, Sensor, Split

@@ -15,7 +15,7 @@ from typing import Any, BinaryIO, cast
 from .. import DataError
 from ..documents import read_yaml
 from ..sidecar import check_meta
-from .inside import hold_bag, hold_mcap
+from .chunks import hold_bag, hold_mcap
 from .messages import extra, store
 
 BAG = "metadata.yaml"

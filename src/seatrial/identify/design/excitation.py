@@ -195,7 +195,7 @@ def plan(
     """Choose a set of manoeuvres for the free parameters within a budget of T'.
 
     Args:
-        candidates: what may be run; see `candidates.usual`.
+        candidates: what may be run; see `usual`.
         budget: greatest T' of the set.
         noise: standard deviation of the readings by channel; None takes `usual_noise`.
         interval, window: see `informations`.

@@ -14,7 +14,7 @@ from ...models import unit
 SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
 # Residuals this much larger than the noise, and neighbours this much alike, are more than chance explains.
 LARGE, ALIKE = 1.3, 0.15
-# Deviates beyond which chance is no explanation: those of a suspect (`diagnosis.SIGNIFICANT`).
+# Deviates beyond which chance is no explanation: those of a suspect (`SIGNIFICANT`).
 _DEVIATES = 5.0
 # Of trials that contradict each other, those beyond this are named.
 _HARDLY = 3.0

@@ -18,11 +18,11 @@ from ...ships.felt import feels
 from ...simulate.approach import approach
 from ..helm import CommandError
 from ..loop import Loop
-from .ahead import Ahead
 from .autopilot import Autopilot
 from .command import Command
 from .drill import Drill
 from .ghost import Ghost
+from .path import Ahead
 from .recorder import Recorder, still
 from .situation import Situation
 from .view import OWN, Moment, Trail, bells, gear, indices_json, motion, order_json, outline

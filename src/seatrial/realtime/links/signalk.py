@@ -23,7 +23,7 @@ from starlette.responses import JSONResponse, Response
 from ...core.errors import AccessError, RefusalError
 from ...core.version import __version__
 from ..pages import admitted, body, close, hear, same_origin
-from ..range.alarms import CPA, GNSS, GYRO, KEEL, PILOT, RUDDER, TRACK, Alarm
+from ..range.alerts import CPA, GNSS, GYRO, KEEL, PILOT, RUDDER, TRACK, Alarm
 from ..range.stage import Stage
 from .orders import Orders
 

@@ -21,7 +21,7 @@ from ..loop import Loop
 from ..on_wire import FIRST, OnWire
 from ..plant import Plant
 from ..wire import Message
-from .alarms import CPA, GNSS, GYRO, PILOT, RUDDER, TRACK, Alarm, Alarms
+from .alerts import CPA, GNSS, GYRO, PILOT, RUDDER, TRACK, Alarm, Alarms
 from .contacts import Contact, Contacts
 from .scenario import Other
 

@@ -33,10 +33,10 @@ from ..recording import Recording, dated
 from ..wave_filter import WaveFilter
 from ..wire import ANYBODY, Authority, WireError
 from ..wire import Line as Port
-from .alarms import Alarms
-from .command import Handover
+from .alerts import Alarms
 from .contacts import Contacts
 from .faults import Faults
+from .handover import Handover
 from .judge import Judge
 from .pilots import OwnPilot, TrafficPilot
 from .reports import REPORTED, Reports

@@ -13,7 +13,7 @@ from ...data import Array, DataError, Trial
 from ...data.formats.nmea import Aboard, controls, felt_at_midship
 from ...data.geodesy import Datum
 from ...data.nmea.framing import read_line, split
-from ...data.nmea.reading import readings
+from ...data.nmea.readings import readings
 from ...data.nmea.sentences import NmeaError, decode
 from ...identify.noise import resolution, sensor_noise
 

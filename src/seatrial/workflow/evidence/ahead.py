@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...data import Trial
-from ...realtime.bridge.ahead import Open
+from ...realtime.bridge.path import Open
 from ...report.judging.bands import reach
 from ...ships import Ship
 from .. import RequestError

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ... import Array, DataError
 from ...units import conversion
-from ..cells import numbers, texts
+from ..numbers import numbers, texts
 from ..schema import Clock
 from ..tables import Table
 from .calendar import EPOCHS, civil, leap_seconds, offset_of
