@@ -10,11 +10,9 @@ from scipy.stats import kstest, truncnorm
 from seatrial.belief.ranks import calibrate
 from seatrial.belief.sampling import sampling
 from seatrial.belief.sampling.density import Density, check_proper, density_of
-from seatrial.belief.sampling.diagnostics import effective, effective_mean, rhat
 from seatrial.belief.sampling.hamiltonian import Sampler
-from seatrial.belief.sampling.plain import Plain
-from seatrial.belief.sampling.sampled import Sampled
-from seatrial.belief.sampling.sampling import LEAST, sample
+from seatrial.belief.sampling.sampled import Sampled, effective, effective_mean, rhat
+from seatrial.belief.sampling.sampling import LEAST, Plain, sample
 from seatrial.belief.sampling.walking import Walker
 from seatrial.core.parameters import Free, near
 from seatrial.identify import Loss, Nuisance, StudyError

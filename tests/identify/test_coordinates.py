@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from seatrial.belief.sampling.coordinates import Coordinates, TurnedWalk
-from seatrial.belief.sampling.diagnostics import effective, rhat
+from seatrial.belief.sampling.sampled import effective, rhat
 from seatrial.belief.sampling.walking import Walker
 from seatrial.data import Array
 

@@ -1,6 +1,6 @@
 """Suction of banks and closed quays: the mirror ship for the side force, and a lever for the moment.
 
-Y = c_bank rho u^2 (A_M/L)^2 times the suction that the chart gives at the ship's place (`environment.grid.suction`); N is Y
+Y = c_bank rho u^2 (A_M/L)^2 times the suction that the chart gives at the ship's place (`environment.grid`); N is Y
 times a lever.  Potential flow has no moment in a straight run, and is low near the bottom: from h/d 1.5 to 1.2 the
 force grows by 1.25 here where reviews speak of twice.  c_bank and x_bank belong to the ship file; no published
 coefficients of banks could be opened, so x_bank is 0 by default.  A moment that turns the bow away from the bank, as
