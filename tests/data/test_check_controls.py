@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from seatrial.data import Array, Trial
-from seatrial.data.check.helm import (
+from seatrial.data.check.numbered import numbered_faults
+from seatrial.data.check.rudder import (
     _balance,
     _clusters,
     _dead,
@@ -22,8 +23,7 @@ from seatrial.data.check.helm import (
     helm_faults,
     stuck_faults,
 )
-from seatrial.data.check.motion import rudder_faults, scale_faults
-from seatrial.data.check.numbered import numbered_faults
+from seatrial.data.check.sense import rudder_faults, scale_faults
 from seatrial.data.check.sensors import Fault
 from seatrial.data.check.shaft import shaft_faults
 from seatrial.data.prepare import Remedy

@@ -11,8 +11,8 @@ import pytest
 
 from seatrial.data import Array, Trial
 from seatrial.data.kinds.kind import Kind
-from seatrial.data.kinds.motion import berthing, courses, resting, stopping, straight
 from seatrial.data.kinds.signals import Signals, _breaks, _clock, both_ways, filled, signals, smooth
+from seatrial.data.kinds.speed import berthing, courses, resting, stopping, straight
 from seatrial.data.kinds.steering import _circling, turning, zigzag
 
 DEGREE = math.pi / 180.0
