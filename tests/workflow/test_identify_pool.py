@@ -109,8 +109,12 @@ def test_each_fit_goes_to_a_worker_once(
         identify(table, out, dask="tcp://head:8786")
         assert pickling.sent == 3
         same(here, out)
+        for page in ("report.html", "report.json"):  # it is of what is done, whoever did it, and so made anew
+            (out / page).unlink()
         identify(table, out, dask="tcp://head:8786")
         assert pickling.sent == 3
+        assert (out / "report.html").exists()
+        assert (out / "report.json").exists()
 
 
 @pytest.mark.long
