@@ -213,6 +213,8 @@ def test_alternatives_are_those_of_ships_with_several_rudders_or_shafts() -> Non
     assert list(_of(("delta", "n_P"))) == []
     assert [one.name for one in _of(("alpha_1", "alpha_2", "alpha_3"))] == ["sign.alpha_1", "sign.alpha_2",
         "sign.alpha_3"]
+    pair = [one.name for one in _of(("delta", "n_1", "n_2", "alpha_1"))]  # one pair alone, and what stands by itself
+    assert pair == ["sign.alpha_1", "exchange.n"]
     words = {one.name: one.words for one in _of(("delta_P", "delta_S"))}
     assert words["exchange.delta"] == "an exchange of delta_P and delta_S"
 
