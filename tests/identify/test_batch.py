@@ -9,12 +9,12 @@ import pytest
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import FitError, Loss, Nuisance, StudyError
-from seatrial.identify.trajectory.batch import Data, Many
 from seatrial.identify.trajectory.gauss_newton import steps
-from seatrial.identify.trajectory.multistart import MultiStart, drawn
-from seatrial.identify.trajectory.objective import TrajectoryObjective
+from seatrial.identify.trajectory.multistart import MultiStart
+from seatrial.identify.trajectory.objective import Data, TrajectoryObjective
 from seatrial.identify.trajectory.shooting import Trajectory
 from suzaku_turns import PAPER, PATHS, SHIP, problem
+from trajectories_by_hand import written_out
 
 ESTIMATOR = MultiStart(method="euler", initial="measured")
 
@@ -26,7 +26,7 @@ def turns():
 
 @pytest.fixture(scope="module")
 def many(turns):
-    return Many.like(turns, ESTIMATOR)
+    return TrajectoryObjective.plain(turns, ESTIMATOR)
 
 
 @pytest.mark.slow
@@ -38,22 +38,48 @@ def test_each_problem_has_the_normal_equations_of_its_own(turns, window):
     priors = (replace(turns.free[0], prior=1.1 * turns.free[0].start, sigma=0.1 * turns.free[0].start),)
     told = replace(turns, trials=(turns.trials[0].having(x=x), *turns.trials[1:]), free=priors + turns.free[1:])
     arguments = {"window": window, "dt": 1.0, "every": 2, "method": "rk4", "threads": 2}
-    one = TrajectoryObjective.build(told, told.trials, PAPER.sigma, **arguments)
-    all_ = Many.build(told, told.trials, PAPER.sigma, **arguments)
-    values = drawn(told.free, 7, np.random.default_rng(3))
-    found = all_.normals(values)
+    objective = TrajectoryObjective.build(told, told.trials, PAPER.sigma, **arguments)
+    values, every = MultiStart(starts=7, seed=3).drawn(told.vector), np.arange(7)
+    found, costs = objective.normals(values, np.zeros((7, 0)), every), objective.costs(values, np.zeros((7, 0)), every)
     for k, p in enumerate(values):
-        normal = one.normal(p, np.zeros(0))
-        assert found.cost[k] == pytest.approx(normal.cost, rel=1e-11)
-        np.testing.assert_allclose(found.H[k], normal.H, rtol=1e-9, atol=1e-12 * np.abs(normal.H).max())
-        np.testing.assert_allclose(found.g[k], normal.g, rtol=1e-9, atol=1e-10 * np.abs(normal.g).max())
+        cost, H, g = written_out(objective, p, np.zeros(0))
+        assert found.cost[k] == pytest.approx(cost, rel=1e-11)
+        assert costs[k] == pytest.approx(cost, rel=1e-11)
+        np.testing.assert_allclose(found.H[k], H, rtol=1e-9, atol=1e-12 * np.abs(H).max())
+        np.testing.assert_allclose(found.g[k], g, rtol=1e-9, atol=1e-10 * np.abs(g).max())
+
+
+@pytest.mark.slow
+def test_problems_with_currents_biases_and_errors_of_instruments_do_not_mix(turns):
+    """Each has its own current, bias and inputs; together they are what they are alone, to rounding."""
+    adrift = Nuisance({"x": 1.0}, current=0.1, bias={"psi": 0.01}, common={"scale.u": 0.02, "offset.delta": 0.02})
+    told = replace(turns, nuisance=adrift, trials=turns.trials[:2], free=turns.free[:3])
+    objective = TrajectoryObjective.like(told, Trajectory(window=200.0, threads=2))
+    draw = np.random.default_rng(4)
+    p = np.hstack([MultiStart(starts=5).drawn(told.vector), 0.01 * draw.standard_normal((5, 2))])
+    eta = objective.layout.deviation * draw.standard_normal((5, objective.nuisances))
+    together, costs = objective.normals(p, eta, np.arange(5)), objective.costs(p, eta, np.arange(5))
+    for k in range(5):
+        alone, found = objective.normal(p[k], eta[k]), together.of(k)
+        assert costs[k] == pytest.approx(objective.cost(p[k], eta[k]), rel=1e-12)
+        np.testing.assert_allclose(found.H, alone.H, rtol=1e-9, atol=1e-11 * np.abs(alone.H).max())
+        for one, other in zip(found.blocks, alone.blocks, strict=True):
+            np.testing.assert_allclose(one.own, other.own, rtol=1e-9, atol=1e-11 * np.abs(other.own).max())
+            np.testing.assert_allclose(one.cross, other.cross, rtol=1e-9, atol=1e-11 * np.abs(other.cross).max())
+    step = np.zeros(objective.nuisances)
+    for block in alone.blocks:
+        for at, gradient in zip(block.where.ravel(), block.gradient.ravel(), strict=True):
+            step[:] = 0.0
+            step[at] = 1e-3 * objective.layout.deviation[at]
+            slope = (objective.cost(p[4], eta[4] + step) - objective.cost(p[4], eta[4] - step)) / (2.0 * step[at])
+            assert 2.0 * gradient == pytest.approx(slope, rel=1e-4, abs=1e-6 * np.abs(block.gradient).max())
 
 
 @pytest.mark.slow
 def test_the_number_of_threads_and_the_neighbours_change_nothing(turns, many):
-    values = drawn(turns.free, 9, np.random.default_rng(0))
-    found = many.normals(values)
-    alone = replace(many, threads=1).normals(values[4:5])
+    values = MultiStart(starts=9, seed=0).drawn(turns.vector)
+    found = many.best(values)
+    alone = replace(many, threads=1).best(values[4:5])
     assert found.cost[4] == alone.cost[0]
     assert np.array_equal(found.H[4], alone.H[0])
 
@@ -82,21 +108,21 @@ def test_held_parameters_stay_and_the_others_follow(turns, many):
     ends = many.descend(start, held=held)
     assert np.array_equal(ends.values[:, 0], start[:, 0])
     assert ends.costs[0] == pytest.approx(fit.objective, rel=1e-9)
-    assert fit.objective < ends.costs[1] < many.normals(start[1:]).cost[0]
+    assert fit.objective < ends.costs[1] < many.best(start[1:]).cost[0]
 
 
 @pytest.mark.slow
 def test_each_problem_may_have_its_own_data(turns, many):
     other = problem(seed=2)
-    theirs = Many.like(other, ESTIMATOR)
+    theirs = TrajectoryObjective.plain(other, ESTIMATOR)
     data = Data(
         np.stack([many.windows.state0, theirs.windows.state0]),
         np.stack([many.windows.measured, theirs.windows.measured]), np.zeros((2, len(PATHS))),
     )  # fmt: skip
-    values = drawn(turns.free, 2, np.random.default_rng(1))
-    found = many.normals(values, data)
-    assert found.cost[0] == pytest.approx(many.normals(values[:1]).cost[0], rel=1e-12)
-    assert found.cost[1] == pytest.approx(theirs.normals(values[1:]).cost[0], rel=1e-12)
+    values = MultiStart(starts=2, seed=1).drawn(turns.vector)
+    found = replace(many, data=data).best(values)
+    assert found.cost[0] == pytest.approx(many.best(values[:1]).cost[0], rel=1e-12)
+    assert found.cost[1] == pytest.approx(theirs.best(values[1:]).cost[0], rel=1e-12)
 
 
 @pytest.mark.slow
@@ -130,7 +156,7 @@ def test_one_start_with_nuisances_is_the_search_from_there(turns):
 @pytest.mark.slow
 def test_a_model_that_blows_up_everywhere_is_refused(turns):
     with pytest.raises(StudyError, match=r"no \[nuisance\]"):
-        Many.like(replace(turns, nuisance=Nuisance(current=0.1)), ESTIMATOR)
+        TrajectoryObjective.plain(replace(turns, nuisance=Nuisance(current=0.1)), ESTIMATOR)
     with pytest.raises(StudyError, match=r"estimator\.starts"):
         MultiStart(starts=0)
     wild = (Free("hull.N_r", 1e3 * abs(SHIP.model.hull.N_r), 0.9e3 * abs(SHIP.model.hull.N_r), math.inf),)
@@ -140,9 +166,9 @@ def test_a_model_that_blows_up_everywhere_is_refused(turns):
 
 def test_a_channel_the_loss_does_not_name_is_not_compared(turns):
     told = replace(turns, loss=Loss({"psi": 0.01}, 0.0))
-    many = Many.like(told, ESTIMATOR)
-    values = drawn(told.free, 1, np.random.default_rng(0))
+    many = TrajectoryObjective.plain(told, ESTIMATOR)
+    values = MultiStart(starts=1, seed=0).drawn(told.vector)
     shifted = tuple(Trial(t.name, t.t, {**t.channels, "x": t["x"] + np.linspace(0, 9, len(t))}, t.units, t.meta)
                     for t in told.trials)  # fmt: skip
-    moved = Many.like(replace(told, trials=shifted), ESTIMATOR)
-    assert many.normals(values).cost[0] == pytest.approx(moved.normals(values).cost[0], rel=1e-12)
+    moved = TrajectoryObjective.plain(replace(told, trials=shifted), ESTIMATOR)
+    assert many.best(values).cost[0] == pytest.approx(moved.best(values).cost[0], rel=1e-12)

@@ -414,7 +414,7 @@ def test_fixed_parameters_move_the_free_ones_by_their_error() -> None:
 
 def test_errors_that_were_estimated_have_the_drop_of_a_wald_test() -> None:
     common = tuple(SimpleNamespace(name=n, words=n, unit="deg", per=0.1, of_reading=False) for n in ("x", "y"))
-    objective: Any = SimpleNamespace(where=np.zeros(2), common=common)
+    objective: Any = SimpleNamespace(count=2, common=common)
     found = diagnose._errors(objective, np.array([9.0, 9.0, 3.0, -4.0]), np.diag([1.0, 1.0, 4.0, 0.25]))
     assert [(one.name, one.size, one.sigma, one.drop) for one in found] == [("x", 3.0, 2.0, 2.25), ("y", -4.0, 0.5,
         64.0)]
@@ -437,7 +437,7 @@ def test_long_predictions_move_a_regression_by_the_step_to_their_optimum_within_
     at = world.p + np.array([0.02, 0.001, 0.3])
     e = (world.J @ at - world.y).reshape(TRIALS, ROWS // CHANNELS, CHANNELS)
     linear = replace(world.linear(), e=e, A=world.A + np.diag([4.0, 0.0, 0.0]))
-    objective: Any = SimpleNamespace(problem=SimpleNamespace(vector=vector), where=np.zeros(3))
+    objective: Any = SimpleNamespace(problem=SimpleNamespace(vector=vector), count=3)
     fit: Any = SimpleNamespace(sigma=np.array([0.1, 0.01, 1.0]), covariance=np.eye(3))
     found, spread = diagnose._pulled(Diagnosis(), linear, at, objective, fit)
     exact = np.linalg.solve(world.A + np.diag([4.0, 0.0, 0.0]),
@@ -533,7 +533,7 @@ def test_nuisances_beside_the_parameters_are_those_of_the_whole_covariance() -> 
     layout = SimpleNamespace(own=SimpleNamespace(count=2, names=("current_x", "bias_psi")))
     free = tuple(Free(path, 1.0) for path in ("p", "q"))
     objective: Any = SimpleNamespace(
-        where=np.zeros(2), layout=layout, normal=lambda p, eta: Normal(0.0, whole, np.zeros(3), tuple(blocks)),
+        count=2, layout=layout, normal=lambda p, eta: Normal(0.0, whole, np.zeros(3), tuple(blocks)),
         before=lambda p: (np.zeros(3), np.full(3, 1e9)), deviation=np.array([math.inf]),
         problem=SimpleNamespace(vector=Vector(free)), common=(SimpleNamespace(name="offset.delta"),),
     )  # fmt: skip

@@ -19,6 +19,12 @@ class Mile:
         self.A, self.B, self.found = (SPEED * HOURS)[:, None], AGAINST * HOURS[:, None], found
         self.weight = 1e-4
 
+    def costs(self, p: np.ndarray, eta: np.ndarray, which: np.ndarray) -> np.ndarray:
+        return np.array([self.cost(*one) for one in zip(p, eta, strict=True)])
+
+    def normals(self, p: np.ndarray, eta: np.ndarray, which: np.ndarray) -> Normal:
+        return Normal.stacked([self.normal(*one) for one in zip(p, eta, strict=True)])
+
     def cost(self, p: np.ndarray, eta: np.ndarray) -> float:
         miss = self.found - self.A @ p - self.B @ eta
         return float(miss @ miss + self.weight * eta @ eta)

@@ -17,7 +17,6 @@ from seatrial.engine.rollout import simulator
 from seatrial.identify import Loss, Problem
 from seatrial.identify.population.evolution import Evolution, Scoring
 from seatrial.identify.shooting.logo import Shooting
-from seatrial.identify.trajectory.batch import Many
 from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.identify.trajectory.shooting import OneStep, Trajectory
@@ -137,7 +136,6 @@ def test_what_replays_also_fits_and_scores() -> None:
     smooth = TrajectoryObjective.build(*parts, **given)
     nothing = 1e-4 * smooth.windows.samples
     assert smooth.cost(true, np.zeros(0)) < nothing
-    assert Many.build(*parts, **given).normals(true[None]).cost[0] < nothing
     assert Scoring.build(*parts, **given).batch(1).costs(true[None])[0] < nothing
     rough = TrajectoryObjective.build(*parts, **{**given, "method": "euler"}).cost(true, np.zeros(0))
     assert rough > 100 * nothing

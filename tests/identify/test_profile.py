@@ -9,8 +9,8 @@ import pytest
 from seatrial.core.parameters import read
 from seatrial.identify import Loss
 from seatrial.identify.posterior.profile import THRESHOLD, profiles
-from seatrial.identify.trajectory.batch import Many
 from seatrial.identify.trajectory.multistart import MultiStart
+from seatrial.identify.trajectory.objective import TrajectoryObjective
 from suzaku_turns import GNSS, PATHS, SHIP, TRUTH, problem
 
 ESTIMATOR = MultiStart(starts=6, method="euler", initial="measured")
@@ -30,8 +30,8 @@ def test_where_the_model_is_nearly_linear_a_profile_is_the_parabola_of_the_covar
     told = problem(loss=SENSORS, paths=("hull.R_0", "rudder.kappa"), truth=SHIP)
     fit = ESTIMATOR.fit(told)
     known = profiles(fit, told, ESTIMATOR, variance=1.0)
-    many = Many.like(told, ESTIMATOR)
-    sigma = np.sqrt(np.diag(np.linalg.inv(many.normals(fit.values[None]).H[0])))
+    many = TrajectoryObjective.plain(told, ESTIMATOR)
+    sigma = np.sqrt(np.diag(np.linalg.inv(many.best(fit.values[None]).H[0])))
     for k, one in enumerate(known.profiles):
         assert one.interval[1] - fit.values[k] == pytest.approx(math.sqrt(THRESHOLD) * sigma[k], rel=0.02)
         assert fit.values[k] - one.interval[0] == pytest.approx(math.sqrt(THRESHOLD) * sigma[k], rel=0.02)
@@ -45,14 +45,14 @@ def test_four_turns_leave_a_valley_that_is_flat_to_nine_digits_over_more_than_si
     """Without noise: rudder and hull share the rudder's force, and nothing in a turn tells them apart."""
     told = problem(SHIP, noise={})
     fit = replace(ESTIMATOR.fit(problem(SHIP)), values=np.array([f.start for f in told.free]), objective=0.0)
-    many = Many.like(told, ESTIMATOR)
+    many, low, high = TrajectoryObjective.plain(told, ESTIMATOR), told.vector.low, told.vector.high
     known = profiles(fit, told, ESTIMATOR, variance=1.0)
     k = PATHS.index("rudder.t_R")
     valley = known.profiles[k]
-    untuned = many.normals((many.low + 0.7 * (many.high - many.low))[None]).cost[0]
+    untuned = many.best((low + 0.7 * (high - low))[None]).cost[0]
     flat = valley.values[valley.rise <= 1e-9 * untuned]
     assert np.ptp(flat) / (valley.high - valley.low) > 0.6
-    moved = (valley.others - fit.values) / (many.high - many.low)
+    moved = (valley.others - fit.values) / (high - low)
     assert {PATHS[i] for i in np.flatnonzero(np.ptp(moved[valley.rise <= 1e-9 * untuned], axis=0) > 0.05)} >= {
         "rudder.t_R", "rudder.a_H"
     }  # fmt: skip

@@ -16,8 +16,8 @@ from seatrial.identify.trajectory.gauss_newton import State
 
 def resume(path: Path) -> bytes:
     kept = Resume(path, "me", 0.0)
-    kept.begin(0, State(np.ones(2), np.zeros(0), 1.0, 1e-3, 1, 1, ""))
-    kept.end(0, kept.states[0])
+    kept.states[0] = State(np.ones(2), np.zeros(0), 1.0, 1e-3, 1, 1, "")
+    kept.write()
     return path.read_bytes()
 
 

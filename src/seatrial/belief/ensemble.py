@@ -8,7 +8,7 @@ fitted in one batch.  The spread of these fits within the box is the uncertainty
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from ..data import Array, DataError, Trial
 from ..identify import Fit, FitError, Loss, Problem
 from ..identify.posterior.misfit import white
 from ..identify.record import Settings, windows
-from ..identify.trajectory.batch import Data, Ends, Many
+from ..identify.trajectory.objective import Data, Ends, TrajectoryObjective
 from ..identify.vector import Vector
 from ..models import STATES
 from ..ships import Ship
@@ -124,11 +124,11 @@ def ensemble(
         StudyError: the problem has nuisances.
         FitError: fewer than half of the repetitions can be fitted.
     """
-    many, rng = Many.like(problem, settings), np.random.default_rng(seed)
+    objective, rng = TrajectoryObjective.plain(problem, settings), np.random.default_rng(seed)
     level = white(fit, problem, settings) if noise is None else dict(noise)
     motion = problem.ship.model.motion
     sigma = np.array([level.get(name, 0.0) for name in motion])
-    clean, cut = many.predicted(fit.values), many.windows
+    clean, cut = objective.predicted(fit.values), objective.windows
     state0 = np.repeat(cut.state0[None], members, axis=0)
     shape = (members, cut.state0.shape[0], cut.width)
     state0[:, :, : cut.width] = clean[:, 0] + sigma * rng.standard_normal(shape)
@@ -139,7 +139,7 @@ def ensemble(
     means = vector.mean + deviation * rng.standard_normal((members, len(vector)))
     data, starts = Data(state0, measured, means), np.repeat(fit.values[None], members, axis=0)
     if pool is None:
-        ends = many.descend(starts, data=data, tolerance=_TOLERANCE)
+        ends = replace(objective, data=data).descend(starts, tolerance=_TOLERANCE)
     else:
         parts = (np.arange(part.start, part.stop) for part in parted(members, pool))
         pieces = ((problem, settings, starts[part], data.of(part)) for part in parts)
@@ -148,11 +148,12 @@ def ensemble(
     if good.sum() < 0.5 * members:
         raise FitError(f"{int((~good).sum())} of {members} repetitions cannot be simulated with the noise given")
     return Ensemble(fit.ship, problem.free, ends.values[good], ends.data[good],
-                    float(many.normals(fit.values[None]).data[0]), level, settings)  # fmt: skip
+                    float(objective.best(fit.values[None]).data[0]), level, settings)  # fmt: skip
 
 
 def _refitted(problem: Problem, settings: Settings, starts: Array, data: Data) -> Ends:
-    return Many.like(problem, settings).descend(starts, data=data, tolerance=_TOLERANCE)
+    objective = replace(TrajectoryObjective.plain(problem, settings), data=data)
+    return objective.descend(starts, tolerance=_TOLERANCE)
 
 
 def bands(group: Ensemble, trial: Trial, manoeuvre: Any = None) -> Bands:

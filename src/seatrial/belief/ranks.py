@@ -6,12 +6,14 @@ uniform if density, gradient and sampler are right (Talts et al. 2018).  All rep
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..data import Array
 from ..identify import FitError, Problem
 from ..identify.record import Settings
-from ..identify.trajectory.batch import Data, Many
+from ..identify.trajectory.objective import Data, TrajectoryObjective
 from .sampling.density import Density
 from .sampling.sampling import in_values, sampler_of
 
@@ -49,20 +51,21 @@ def calibrate(
         repeats: number of truths, each with its own data.
         draws: of each chain, of which one in three is ranked.
     """
-    many, rng = Many.like(problem, settings), np.random.default_rng(seed)
-    truth, vector, cut = truths(problem, repeats, rng), problem.vector, many.windows
-    clean = np.stack([many.predicted(one) for one in truth])
+    objective, rng = TrajectoryObjective.plain(problem, settings), np.random.default_rng(seed)
+    truth, vector, cut = truths(problem, repeats, rng), problem.vector, objective.windows
+    clean = np.stack([objective.predicted(one) for one in truth])
     with np.errstate(divide="ignore"):
         sigma = np.where(cut.scale > 0, 1.0 / cut.scale, 0.0)
     measured = clean + sigma * rng.standard_normal(clean.shape)
     measured[:, :, 0] = cut.state0[:, : cut.width]  # the start is known
     mean = np.repeat(vector.mean[None], repeats, axis=0)
     data = Data(np.repeat(cut.state0[None], repeats, axis=0), measured, mean)
-    ends = many.descend(truth, data=data, tolerance=1e-8)
-    laplace = Density(many, 1.0, data).laplace(ends.values)
+    each = replace(objective, data=data)
+    ends = each.descend(truth, tolerance=1e-8)
+    laplace = Density(each).laplace(ends.values)
     root: Array = np.linalg.cholesky(laplace).astype(np.float64)
     groups = np.repeat(np.arange(repeats), chains)
-    posterior = Density(many, 1.0, data.of(groups))
+    posterior = Density(replace(objective, data=data.of(groups)))
     sampler = sampler_of(posterior, ends.values, laplace, _WARM, draws, seed, groups)
     start = ends.values[groups] + (root[groups] @ rng.standard_normal((len(groups), len(vector), 1)))[:, :, 0]
     found = in_values(sampler, sampler.run(sampler.begun(np.clip(start, vector.low, vector.high), root)))

@@ -13,8 +13,7 @@ from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
 from ..identify.posterior.misfit import white
 from ..identify.record import scales
-from ..identify.trajectory.batch import Many
-from ..simulate.lanes import slopes
+from ..identify.trajectory.objective import TrajectoryObjective
 from .parts import LeftOut
 from .power import LEAST, Power, directions
 from .sampling.density import density_of
@@ -92,32 +91,31 @@ def _factor(missed: Sequence[_Missed]) -> float:
 
 def _told(problem: Problem, trial: Trial, out: LeftOut, settings: Any, sigma: Array) -> _Missed:
     """The trial as a fit that has not seen it predicts it; `sigma` is the noise of each state."""
-    alone = Many.like(replace(problem, trials=(trial,), validation=()), settings)
+    alone = TrajectoryObjective.plain(replace(problem, trials=(trial,), validation=()), settings)
     across, fixed = directions(problem.free, out.held.covariance)
     errors, slopes, begun, scale = _answer(alone, out.held.mean[None])
-    noise = ((begun * sigma) ** 2).sum(axis=(0, 2)) + ((scale * sigma[list(alone.compared)]) ** 2).sum(axis=0)
+    noise = ((begun * sigma) ** 2).sum(axis=(0, 2)) + ((scale * sigma[alone.compared]) ** 2).sum(axis=0)
     return _Missed((errors**2).sum(axis=0), noise, ((slopes @ across) ** 2).sum(axis=0), fixed,
                    len(alone.windows.state0))  # fmt: skip
 
 
-def _answer(many: Many, values: Array) -> tuple[Array, Array, Array, Array]:
+def _answer(objective: TrajectoryObjective, values: Array) -> tuple[Array, Array, Array, Array]:
     """Errors of predictions and what they depend on; estimated starts are the best ones, and answer to the parameters.
 
     Returns:
         Errors over their scales, shape (rows, channels), their slopes by parameter (rows, channels, free) and by
         measured state at the start (rows, channels, motion), and the inverse scales (rows, channels).
     """
-    cut, states, n = many.windows, list(many.compared), values.shape[1]
-    state0, answer = cut.state0.copy(), np.zeros((len(cut.state0), 0, n))
-    if many.begun:
-        found, eta = many.settled(values, None)
-        state0[:, list(many.begun)] += eta.reshape(len(state0), -1)
+    cut, states, n = objective.windows, objective.compared, values.shape[1]
+    freed, answer, eta = objective.layout.own.initial, np.zeros((len(cut.state0), 0, n)), np.zeros((1, 0))
+    if objective.freed:
+        found, eta = objective.settled(values)
         answer = -found.blocks[0].back()[0, :, :, :-1]
-    lanes = many.lanes(state0, cut.series, np.repeat(values, len(state0), axis=0))
-    run, columns = slopes(lanes, many.grid, many.threads)
+    lanes, _ = objective.lanes(values, eta)
+    (run,), (columns,) = objective.slopes(lanes)
     begun = columns[:, :, states, n : n + cut.width].copy()
-    own = columns[:, :, states, :n] + np.einsum("wrcs,wsn->wrcn", begun[..., list(many.begun)], answer)
-    begun[..., list(many.begun)] = 0.0
+    own = columns[:, :, states, :n] + np.einsum("wrcs,wsn->wrcn", begun[..., freed], answer)
+    begun[..., freed] = 0.0
     scale = cut.scale[:, :, states]
     errors = (run[:, :, states] - cut.measured[:, :, states]) * scale
     rows = (scale > 0).all(axis=2)

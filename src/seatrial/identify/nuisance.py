@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,9 +128,9 @@ class Nuisances:
         return own[:, : self.currents] if self.current else None
 
     def offset(self, own: Array) -> Array:
-        """Biases added to predictions, shape (lanes, motion)."""
-        out = np.zeros((len(own), len(self.motion)))
-        out[:, self.bias] = own[:, self.currents :]
+        """Biases added to predictions, shape (..., motion), from current and biases, shape (..., count)."""
+        out = np.zeros((*own.shape[:-1], len(self.motion)))
+        out[..., self.bias] = own[..., self.currents :]
         return out
 
     @property
@@ -183,7 +184,7 @@ class Layout:
         """How many no prior holds."""
         return int(np.isinf(self.deviation).sum())
 
-    @property
+    @cached_property
     def by_window(self) -> Index:
         """Entries of `eta` that hold the offsets of the initial state of each window, shape (lanes, offsets)."""
         width = self.own.initial.size
@@ -192,18 +193,26 @@ class Layout:
             first[mine] = part.start + width * np.arange(len(mine))
         return first[:, None] + np.arange(width)
 
+    @cached_property
+    def by_trial(self) -> Index:
+        """Entries that hold current and biases of each trial, shape (trials, count)."""
+        ends = np.array([part.stop for part in self.slices], dtype=np.intp)
+        return ends[:, None] - self.own.count + np.arange(self.own.count)
+
+    @property
+    def of_window(self) -> Index:
+        """Entries that act on each window, shape (lanes, offsets + count)."""
+        return np.hstack([self.by_window, self.by_trial[self.trial]])
+
     def starts(self, eta: Array) -> Array:
-        """Offsets of the initial states of windows from the recorded ones, shape (lanes, motion)."""
-        out = np.zeros((self.trial.size, len(self.own.motion)))
-        for part, mine in zip(self.slices, self.lanes, strict=True):
-            offsets = eta[part][: len(mine) * self.own.initial.size]
-            out[mine[:, None], self.own.initial] = offsets.reshape(len(mine), -1)
+        """Offsets of the initial states of windows from the recorded ones, shape (..., lanes, motion)."""
+        out = np.zeros((*eta.shape[:-1], self.trial.size, len(self.own.motion)))
+        out[..., self.own.initial] = eta[..., self.by_window]
         return out
 
     def of_trials(self, eta: Array) -> Array:
-        """Current and biases of each trial, shape (trials, count)."""
-        count = self.own.count
-        return np.array([eta[part.stop - count : part.stop] for part in self.slices]).reshape(len(self.slices), count)
+        """Current and biases of each trial, shape (..., trials, count)."""
+        return eta[..., self.by_trial]
 
     def columns(self, index: int, slopes: Array, scale: Array, first: int) -> Array:
         """Derivatives of the weighted residuals of a trial by its nuisance parameters, shape (lanes, entries, part).

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.errors import ResumeError as ResumeError
 from ..core.files import packed, set_aside, write_whole
 from ..core.unpacking import unpacked
-from ..data import Trial
+from ..data import Array, Trial
 from ..ships.writing import to_toml
 from . import Estimator, Problem
 from .trajectory.gauss_newton import State
@@ -106,16 +106,15 @@ class Resume:
         digest: fingerprint of the problem it belongs to.
         began: start of the clock, seconds already spent included.
         states: last state of each start.
-        history: rows (iteration, objective, validation, seconds).
-        current, written: number of the running start; when the file was last written [s].
+        rows: of the history in the order of time: (start, objective, validation, seconds).
+        written: when the file was last written [s].
     """
 
     path: Path | None
     digest: str
     began: float
     states: dict[int, State] = field(default_factory=dict[int, State])
-    history: list[tuple[float, float, float, float]] = field(default_factory=list[tuple[float, float, float, float]])
-    current: int = 0
+    rows: list[tuple[float, float, float, float]] = field(default_factory=list[tuple[float, float, float, float]])
     written: float = 0.0
 
     @staticmethod
@@ -125,58 +124,48 @@ class Resume:
         Raises:
             ResumeError: the file belongs to another problem.
         """
-        data = kept_arrays(path, digest, ("starts", "rows", "done", "history"))
+        data = kept_arrays(path, digest, ("starts", "counts", "done", "rows"))
         if data is None or path is None:
             return Resume(path, digest, began)
         try:
             states = {
-                int(k): State(
-                    data[f"p{k}"], data[f"eta{k}"], float(row[0]), float(row[1]), int(row[2]), int(row[3]),
-                    str(done),
-                )
-                for k, row, done in zip(data["starts"], data["rows"], data["done"], strict=True)
+                int(k): State(data[f"p{k}"], data[f"eta{k}"], float(one[0]), float(one[1]), int(one[2]), int(one[3]),
+                              str(done), int(one[4]))
+                for k, one, done in zip(data["starts"], data["counts"], data["done"], strict=True)
             }  # fmt: skip
-            history = [tuple(map(float, row)) for row in data["history"]]
+            rows = [(float(a), float(b), float(c), float(d)) for a, b, c, d in data["rows"]]
         except (KeyError, ValueError, IndexError, TypeError):
             begin_anew(path)
             return Resume(path, digest, began)
-        spent = history[-1][3] if history else 0.0
-        return Resume(path, digest, began - spent, states, history)  # type: ignore[arg-type]
+        return Resume(path, digest, began - (rows[-1][3] if rows else 0.0), states, rows)
 
-    def state(self, start: int) -> State | None:
-        """State of start number `start`; None if it has not begun."""
-        self.current = start
-        return self.states.get(start)
+    @property
+    def history(self) -> Array:
+        """Rows (number, objective, validation, seconds), one start after the other."""
+        rows = np.array(self.rows).reshape(-1, 4)
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        return np.column_stack([np.arange(1.0, len(rows) + 1.0), rows[:, 1:]])
 
-    def begin(self, start: int, state: State) -> None:
-        """Note the first state of a start."""
-        self.current = start
+    def note(self, start: int, state: State, validation: float) -> None:
+        """Note an iteration of a start, and write it."""
         self.states[start] = state
-
-    def note(self, state: State, validation: float) -> None:
-        """Note an iteration, and write it."""
-        self.states[self.current] = state
-        self.history.append((len(self.history) + 1.0, state.cost, validation, time.perf_counter() - self.began))
+        self.rows.append((float(start), state.cost, validation, time.perf_counter() - self.began))
         if time.perf_counter() - self.written > _PAUSE:
-            self._write()
-
-    def end(self, start: int, state: State) -> None:
-        """Note the outcome of a start, and write it."""
-        self.states[start] = state
-        self._write()
+            self.write()
 
     def best(self) -> State | None:
         """State of the start with the least objective."""
         finite = [s for s in self.states.values() if np.isfinite(s.cost)]
         return min(finite, key=lambda s: s.cost) if finite else None
 
-    def _write(self) -> None:
+    def write(self) -> None:
+        """Write it, if there is a file."""
         if self.path is None:
             return
         self.written, states = time.perf_counter(), self.states
         arrays = {f"p{k}": s.p for k, s in states.items()} | {f"eta{k}": s.eta for k, s in states.items()}
         write_whole(self.path, packed(
             digest=np.array(self.digest), starts=np.array(list(states)),
-            rows=np.array([(s.cost, s.damping, s.iteration, s.evaluations) for s in states.values()]),
-            done=np.array([s.done for s in states.values()]), history=np.array(self.history).reshape(-1, 4), **arrays,
+            counts=np.array([(s.cost, s.damping, s.iteration, s.evaluations, s.small) for s in states.values()]),
+            done=np.array([s.done for s in states.values()]), rows=np.array(self.rows).reshape(-1, 4), **arrays,
         ))  # fmt: skip

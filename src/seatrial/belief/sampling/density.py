@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from ...data import Array
+from ...engine.rollout import default_threads
 from ...identify import Fit, Problem, StudyError
 from ...identify.nuisance import held
 from ...identify.posterior.verdicts import posterior
-from ...identify.trajectory.batch import Data, Many
 from ...identify.trajectory.gauss_newton import Normal
-from ...simulate.lanes import slopes
+from ...identify.trajectory.objective import TrajectoryObjective
 
 # Scaled curvature below which a direction has neither data, prior nor bounds.
 _FLAT = 1e-11
@@ -32,62 +32,52 @@ class Density:
     """A posterior that can be evaluated.
 
     Attributes:
-        many: the objective.
+        objective: of the trials, or of the data of repetitions, a lane each.
         variance: factor that divides the squared residuals.
-        data: data of each lane in place of the trials (of repetitions); None takes the trials.
     """
 
-    many: Many
+    objective: TrajectoryObjective
     variance: float = 1.0
-    data: Data | None = None
 
     def __call__(self, values: Array) -> tuple[Array, Array]:
         """Log density, but for a constant, shape (lanes,), and its gradient, shape (lanes, free)."""
-        vector = self.many.problem.vector
-        mean, weight = vector.mean if self.data is None else self.data.mean, vector.precision
-        away = values - mean
-        squares, slope = self._with_starts(values) if self.many.begun else self._plain(values)
+        away, weight = self.objective.away(values, np.arange(len(values)))
+        squares, slope = self._with_starts(values) if self.objective.freed else self._plain(values)
         density = -0.5 * (squares / self.variance + (weight * away**2).sum(axis=1))
         gradient = -(slope / self.variance + weight * away)
         return np.where(np.isfinite(density), density, -np.inf), gradient
 
     def _with_starts(self, values: Array) -> tuple[Array, Array]:
         """Squared residuals at the best starts, with the volume that these leave, and their halved slope."""
-        vector = self.many.problem.vector
-        away = values - (vector.mean if self.data is None else self.data.mean)
+        away, weight = self.objective.away(values, np.arange(len(values)))
         with np.errstate(all="ignore"):
-            found, _ = self.many.settled(values, self.data)
+            found, _ = self.objective.settled(values)
         known, volume = np.isfinite(found.cost), np.zeros(len(values))
         volume[known] = np.linalg.slogdet(found.blocks[0].own[known])[1].sum(axis=1)
-        squares = found.cost - (vector.precision * away**2).sum(axis=1) + self.variance * volume
-        return squares, found.reduced()[1] - vector.precision * away
+        squares = found.cost - (weight * away**2).sum(axis=1) + self.variance * volume
+        return squares, found.reduced()[1] - weight * away
 
     def _plain(self, values: Array) -> tuple[Array, Array]:
         """Squared residuals and their halved slope, one problem a call of the kernel; no normal equations are made."""
-        many, cut = self.many, self.many.windows
-        states, lanes = list(many.compared), self.many.windows.state0.shape[0]
-        packed = many.kernel.pack(cut.series) if many.chunk != 1 else many.packed
+        objective, scale, n = self.objective, self.objective.windows.scale, values.shape[1]
+        none = np.zeros((1, 0))
 
         def one(k: int) -> tuple[float, Array]:
-            state0 = cut.state0 if self.data is None else self.data.state0[k]
-            measured = cut.measured if self.data is None else self.data.measured[k]
-            runs = many.lanes(state0, packed, np.repeat(values[k : k + 1], lanes, axis=0))
-            run, columns = slopes(runs, many.grid, threads=1)
-            scale = cut.scale[:, :, states]
+            which = np.array([k])
+            lanes, bias = objective.lanes(values[which], none, which)
+            states, columns = objective.slopes(lanes, 1)
             with np.errstate(all="ignore"):
-                e = np.where(scale > 0, (run[:, :, states] - measured[:, :, states]) * scale, 0.0)
-                back = np.zeros(run.shape)
-                back[:, :, states] = e * scale
-                slope = back.ravel() @ columns.reshape(-1, columns.shape[-1])
-                return float((e * e).sum()), slope[: values.shape[1]]
+                e = objective.weighted(objective.read(states, values[which], bias), which)
+                slope = (e * scale).ravel() @ columns.reshape(-1, columns.shape[-1])
+                return float((e * e).sum()), slope[:n]
 
-        with ThreadPoolExecutor(many.threads) as pool:
+        with ThreadPoolExecutor(objective.threads or default_threads()) as pool:
             found = list(pool.map(one, range(len(values))))
         return np.array([squares for squares, _ in found]), np.array([slope for _, slope in found])
 
     def laplace(self, values: Array) -> Array:
         """Covariance of Laplace's approximation at each value, shape (lanes, free, free)."""
-        found, free = self.many.normals(values, self.data), self.many.problem.free
+        found, free = self.objective.best(values), self.objective.problem.free
         return np.stack([posterior(found.of(k), free, one, self.variance)[0] for k, one in enumerate(values)])
 
 
@@ -101,8 +91,8 @@ def density_of(fit: Fit, problem: Problem, settings: Any) -> Density:
         StudyError: an estimator or a problem whose posterior is not sampled; the reason and the remedy in one line.
     """
     _accept(fit, problem, settings)
-    many = Many.like(problem, settings)
-    found = many.normals(fit.values[None])
+    objective = TrajectoryObjective.plain(problem, settings)
+    found = objective.best(fit.values[None])
     if not np.isfinite(found.cost[0]):
         raise StudyError("the model blows up at the fitted values; there is no posterior to draw from")
     normal, wanted = found.of(0), np.log(fit.sigma).mean()
@@ -112,7 +102,7 @@ def density_of(fit: Fit, problem: Problem, settings: Any) -> Density:
         middle = 0.5 * (low + high)
         covariance, _ = posterior(normal, problem.free, fit.values, float(np.exp(middle)))
         low, high = (middle, high) if 0.5 * np.log(np.diag(covariance)).mean() < wanted else (low, middle)
-    return Density(many, float(np.exp(0.5 * (low + high))))
+    return Density(objective, float(np.exp(0.5 * (low + high))))
 
 
 def _accept(fit: Fit, problem: Problem, settings: Any) -> None:

@@ -80,8 +80,8 @@ def sample(
         raise StudyError(f"{count} draws are too few to judge the chains; draw {LEAST} or more")
     posterior = density_of(fit, problem, settings)
     # An optimiser stops where a step gains a share of the objective; a density is known to a fraction of one.
-    best = climbed(posterior, posterior.many.descend(fit.values[None], iterations=100, tolerance=1e-8).values[0])
-    walks = not posterior.many.begun
+    best = climbed(posterior, posterior.objective.descend(fit.values[None], iterations=100, tolerance=1e-8).values[0])
+    walks = not posterior.objective.freed
     laplace, draws = posterior.laplace(best[None]), -(-count // CHAINS)
     warm = max(_WARM, round(_SHARE * draws)) * (FINER if walks else 1)
     sampler = sampler_of(posterior, best[None], laplace, warm, draws, seed, np.zeros(CHAINS, dtype=np.intp))
@@ -121,15 +121,15 @@ def sampler_of(
             free.
         warm, draws, seed, groups: as `Sampler` has them.
     """
-    vector = posterior.many.problem.vector
-    if posterior.many.begun:
+    vector = posterior.objective.problem.vector
+    if posterior.objective.freed:
         return Sampler(posterior, vector.low, vector.high, warm, draws, seed, groups)
-    own, data = np.isfinite(vector.sigma), posterior.data
+    own, data = np.isfinite(vector.sigma), posterior.objective.data
     mean = np.broadcast_to(vector.mean, centre.shape) if data is None else data.mean[np.unique(groups, True)[1]]
     wide = _WIDE * np.sqrt(np.diagonal(laplace, axis1=1, axis2=2))
     walker = Walker(Plain.of(posterior, len(groups)), np.where(own, mean, centre), np.where(own, vector.sigma, wide),
                     vector.low, vector.high, warm, draws, seed, groups)  # fmt: skip
-    known = parameters_of(posterior.many.problem.ship.model)
+    known = parameters_of(posterior.objective.problem.ship.model)
     x_R = None if "rudder.x_R" in vector.paths else known.get("rudder.x_R")
     coordinates = Coordinates.of(tuple(vector.paths), centre, None if x_R is None else float(x_R))
     return walker if coordinates.plain else TurnedWalk.of(walker, coordinates, centre)
@@ -148,7 +148,7 @@ def climbed(posterior: Density, values: Array) -> Array:
     """
     from scipy.optimize import minimize
 
-    vector = posterior.many.problem.vector
+    vector = posterior.objective.problem.vector
     top = float(posterior(values[None])[0][0])
     for _ in range(_CLIMBS):
         root = np.linalg.cholesky(posterior.laplace(values[None])[0])
@@ -182,7 +182,7 @@ def starts(posterior: Density, best: Array, covariance: Array, count: int, seed:
     Raises:
         FitError: the density is not finite even next to the optimum.
     """
-    problem = posterior.many.problem
+    problem = posterior.objective.problem
     rng = np.random.Generator(np.random.Philox(key=[seed, 2**63]))
     away = _SPREAD * rng.standard_normal((count, best.size)) @ np.linalg.cholesky(covariance).T
     top = posterior(best[None])[0][0]
@@ -198,11 +198,11 @@ def starts(posterior: Density, best: Array, covariance: Array, count: int, seed:
 
 def tails(posterior: Density, values: Array) -> dict[str, float]:
     """Fourth moment of the residuals over that of a Gaussian, by compared channel."""
-    cut = posterior.many.windows
-    e = np.where(cut.scale > 0, (posterior.many.predicted(values) - cut.measured) * cut.scale, np.nan)
+    cut = posterior.objective.windows
+    e = np.where(cut.scale > 0, (posterior.objective.predicted(values) - cut.measured) * cut.scale, np.nan)
     e[:, 0] = np.nan  # the start, which is measured or estimated
     found: dict[str, float] = {}
-    for k, name in enumerate(posterior.many.problem.ship.model.motion):
+    for k, name in enumerate(posterior.objective.problem.ship.model.motion):
         one = e[..., k][np.isfinite(e[..., k])]
         if one.size and (one != 0).any():
             found[name] = float((one**4).mean() / (3.0 * (one**2).mean() ** 2))
@@ -249,34 +249,28 @@ class Plain:
     @staticmethod
     def of(posterior: Density, count: int) -> Plain:
         """The density of `count` values at once."""
-        many = posterior.many
-        chunk = min(max(_STORED // many.windows.series.size, 1), count)
-        return Plain(posterior, many.kernel.pack(np.tile(many.windows.series, (chunk, 1, 1))), chunk)
+        cut = posterior.objective.windows
+        chunk = min(max(_STORED // cut.series.size, 1), count)
+        return Plain(posterior, posterior.objective.kernel.pack(np.tile(cut.series, (chunk, 1, 1))), chunk)
 
     def __call__(self, values: Array) -> Array:
         """Log density, but for a constant, shape (values,); -inf where the model blows up."""
-        vector, data = self.posterior.many.problem.vector, self.posterior.data
-        away = values - (vector.mean if data is None else data.mean)
+        away, weight = self.posterior.objective.away(values, np.arange(len(values)))
         squares = np.concatenate([self._squares(values, a) for a in range(0, len(values), self.chunk)])
-        density = -0.5 * (squares / self.posterior.variance + (vector.precision * away**2).sum(axis=1))
+        density = -0.5 * (squares / self.posterior.variance + (weight * away**2).sum(axis=1))
         return np.where(np.isfinite(density), density, -np.inf)
 
     def _squares(self, values: Array, first: int) -> Array:
         """Squared residuals of the chunk of values that begins with `first`."""
-        many, cut, data = self.posterior.many, self.posterior.many.windows, self.posterior.data
+        objective, used = self.posterior.objective, min(self.chunk, len(values) - first)
         index = np.minimum(np.arange(first, first + self.chunk), len(values) - 1)
-        lanes = len(cut.state0)
-        state0 = np.tile(cut.state0, (self.chunk, 1)) if data is None else data.state0[index].reshape(
-            self.chunk * lanes, -1)  # fmt: skip
-        own = np.repeat(values[index], lanes, axis=0)
-        runs = many.lanes(state0, self.packed, own)
-        rows = run(runs, many.grid, None, many.threads).values[:, :, : cut.scale.shape[2]]
-        used = min(self.chunk, len(values) - first)
-        rows = rows.reshape(self.chunk, *cut.scale.shape)[:used]
+        lanes, _ = objective.lanes(values[index], np.zeros((self.chunk, 0)), index)
+        lanes = replace(lanes, series=self.packed)
+        rows = run(lanes, objective.grid, None, objective.threads).values[:, :, : objective.windows.width]
+        rows = rows.reshape(self.chunk, *objective.windows.scale.shape)[:used]
         found = np.empty(used)
         with np.errstate(all="ignore"):
             for k, one in enumerate(rows):
-                e = np.where(cut.scale > 0, one - (cut.measured if data is None else data.measured[index[k]]), 0.0)
-                e *= cut.scale
+                e = objective.weighted(one[None], index[k : k + 1])
                 found[k] = (e * e).sum()
         return found

@@ -49,8 +49,7 @@ def alternatives(
         series = one.of(objective.windows.series)
         if np.array_equal(series, objective.windows.series):
             continue
-        other = replace(objective, windows=replace(objective.windows, series=series),
-                        packed=objective.kernel.pack(series))  # fmt: skip
+        other = replace(objective, windows=replace(objective.windows, series=series))
         cost = other.cost(p, eta)
         if not np.isfinite(cost):
             continue

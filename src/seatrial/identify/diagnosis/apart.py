@@ -9,10 +9,10 @@ import numpy as np
 
 from ...data import Array
 from .. import Problem, StudyError, Verdict
-from ..nuisance import Layout, begun_as
+from ..nuisance import Layout
 from ..posterior import information
 from ..posterior.verdicts import CORRELATED
-from ..record import Settings, cut_as
+from ..record import Settings
 from ..trajectory.gauss_newton import Block, Normal
 from ..trajectory.objective import TrajectoryObjective
 
@@ -41,7 +41,7 @@ class Beside:
     @staticmethod
     def of(objective: TrajectoryObjective, p: Array, eta: Array) -> Beside:
         """At the optimum `p`, `eta`."""
-        count, layout = objective.where.size, objective.layout
+        count, layout = objective.count, objective.layout
         normal = objective.normal(p, eta)
         known, reach = objective.before(p)
         interval = known - np.append(objective.problem.vector.precision, objective.deviation**-2.0)
@@ -93,9 +93,7 @@ def refuse_copies(problem: Problem, settings: Settings) -> None:
     """
     if not problem.nuisance.common or np.isfinite(list(problem.nuisance.common.values())).all():
         return
-    sigma, arguments = cut_as(problem, settings)
-    own = begun_as(problem, getattr(settings, "initial", "free"))
-    objective = TrajectoryObjective.build(own, own.trials, sigma, **arguments)
+    objective = TrajectoryObjective.like(problem, settings)
     p = objective.extended(problem.vector.start)
     with np.errstate(all="ignore"):
         normal = objective.normal(p, np.zeros(objective.nuisances))

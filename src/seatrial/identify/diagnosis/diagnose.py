@@ -20,11 +20,11 @@ from ...data import Array, Trial
 from ...models import unit
 from .. import Fit, Problem
 from ..noise import noise
-from ..nuisance import EVERY, begun_as
+from ..nuisance import EVERY
 from ..posterior import information
 from ..posterior.misfit import correlated
 from ..posterior.verdicts import blown_up, judged_by
-from ..record import Settings, cut_as
+from ..record import Settings
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import Suspect, suspects
 from ..vector import Vector
@@ -62,9 +62,7 @@ def diagnosed(
         return fit  # an estimator that states no covariance
     trials = problem.trials
     problem = replace(problem, free=fit.free, trials=_enough(problem.trials))
-    own = begun_as(problem, getattr(settings, "initial", "free"))
-    sigma, arguments = cut_as(problem, settings)
-    objective = TrajectoryObjective.build(own, own.trials, sigma, **arguments)
+    objective = TrajectoryObjective.like(problem, settings)
     found = fit.nuisances.get(EVERY, {})
     p = np.append(fit.values, [found.get(name, 0.0) for name in problem.nuisance.common])
     eta = objective.begun(p, known=fit.nuisances)
@@ -104,7 +102,7 @@ def _pulled(
     diagnosis: Diagnosis, linear: Linear, p: Array, objective: TrajectoryObjective, fit: Fit
 ) -> tuple[Diagnosis, Array]:
     """With how far the predictions would move the parameters, to first order, and its square in their covariance."""
-    vector, count = objective.problem.vector, objective.where.size
+    vector, count = objective.problem.vector, objective.count
     slope = linear.J.reshape(-1, len(p)).T @ linear.e.ravel()
     slope[:count] += vector.precision * (p[:count] - vector.mean)
     step = np.clip(-information.inverse(linear.A) @ slope, -linear.reach, linear.reach)[:count]
@@ -339,7 +337,7 @@ def _residuals(
 
 def _errors(objective: TrajectoryObjective, p: Array, covariance: Array) -> tuple[Suspicion, ...]:
     """The errors of instruments that were estimated; the drop is that of a Wald test."""
-    count = objective.where.size
+    count = objective.count
     sigma = np.sqrt(np.diag(covariance))[count:]
     return tuple(
         Suspicion(one.name, one.words, one.unit, one.per, (value / max(sd, 1e-300)) ** 2, 0.0, value, sd, {},

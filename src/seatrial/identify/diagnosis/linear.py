@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,9 +13,12 @@ from ...environment import CHANNELS
 from .. import Problem
 from ..noise import between_rows, input_noise
 from ..trajectory.objective import TrajectoryObjective
+from ..trajectory.suspects import Suspect
 
 # Draws of the noise of the inputs.
 _DRAWS = 16
+# Finite difference of a fixed parameter, relative, and the relative change that is reported.
+_SMALL, _TENTH = 1e-4, 0.1
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ def linearised(
     objective: TrajectoryObjective, p: Array, eta: Array, known: Any, fixed: Mapping[str, float], problem: Problem
 ) -> Linear:
     """The fit at parameters `p` and nuisances `eta`, with suspects `known` and the `fixed` parameters by path."""
-    e, slopes, extra, held, drawn = objective.linear(p, eta, known, fixed, _draws(objective, problem))
+    e, slopes, extra, held, drawn = _derivatives(objective, p, eta, known, fixed, _draws(objective, problem))
     scale = objective.windows.scale
     n, k, h, d = p.size, extra.shape[-1], held.shape[-1], drawn.shape[-1]
     whole = np.concatenate([slopes[..., :n], extra, held, drawn], axis=-1)
@@ -128,6 +131,40 @@ def linearised(
         leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
     return Linear.of(e, columns, (n, k, h, d), leverage.reshape(scale.shape), objective.windows.trial,
                      objective.before(p))  # fmt: skip
+
+
+def _derivatives(
+    objective: TrajectoryObjective, p: Array, eta: Array, suspects: Sequence[Suspect], fixed: Mapping[str, float],
+    draws: Sequence[Array],
+) -> tuple[Array, Array, Array, Array, Array]:  # fmt: skip
+    """Weighted residuals, and derivatives of the readings, not weighted.
+
+    Args:
+        suspects: errors of instruments that are not estimated.
+        fixed: parameters that are not estimated; their change is a tenth of their value.
+        draws: changes of the inputs, each of the shape of `windows.series`.
+
+    Returns:
+        Residuals (lanes, rows, motion), derivatives by `p`, currents and initial states, by the suspects, and the
+        changes of the readings by each fixed parameter and each draw, shapes (lanes, rows, motion, ...).
+    """
+    lanes, bias = objective.lanes(p[None], eta[None])
+    states, found = objective.slopes(lanes)
+    e = objective.weighted(objective.read(states, p[None], bias))[0]
+    full = objective.columns(states, found, p[None], lanes)[0]
+    extra = [objective.direction(one, states, p[None], lanes)[0] for one in suspects]
+    names = list(objective.kernel.system.parameters)
+    held: list[Array] = []
+    for path, value in fixed.items():
+        if path not in names:
+            continue
+        other = lanes.shared.copy()
+        other[names.index(path)] = value * (1.0 + _SMALL)
+        held.append((objective.states(replace(lanes, shared=other)) - states)[0] * (_TENTH / _SMALL))
+    moved = [(objective.states(replace(lanes, series=objective.series(p[None], draw))) - states)[0] for draw in draws]
+    none = np.zeros((*e.shape, 0))
+    suspected, changed, drawn = (np.stack(some, axis=-1) if some else none for some in (extra, held, moved))
+    return e, full, suspected, changed, drawn
 
 
 def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:

@@ -16,7 +16,6 @@ from ...data import Array
 from ...models import STATES
 from .. import Fit, Loss, Nuisance, Problem
 from ..record import Settings, cut_as
-from ..trajectory.batch import Many
 from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.objective import TrajectoryObjective
 
@@ -33,9 +32,9 @@ def white(fit: Fit, problem: Problem, settings: Settings) -> dict[str, float]:
     """
     motion = problem.ship.model.motion
     every = replace(problem, loss=Loss(dict.fromkeys(motion, 1.0), 0.0))
-    many = Many.like(every, settings)
-    errors = many.windows.measured - many.predicted(fit.values)
-    errors = np.where(many.windows.scale > 0, errors, np.nan)
+    objective = TrajectoryObjective.plain(every, settings)
+    cut = objective.windows
+    errors = np.where(cut.scale > 0, cut.measured - objective.predicted(fit.values), np.nan)
     second = errors[:, 2:] - 2.0 * errors[:, 1:-1] + errors[:, :-2]
     seen = np.flatnonzero(np.isfinite(second).any(axis=(0, 1))).tolist()
     # White noise of deviation s has second differences of deviation sqrt(6) s.

@@ -17,7 +17,8 @@ from ...core.parameters import Free
 from ...data import Array
 from .. import Fit, Problem, Verdict
 from ..record import Settings
-from ..trajectory.batch import Ends, Many
+from ..trajectory.objective import Ends, TrajectoryObjective
+from ..vector import Vector
 from .misfit import correlated
 from .verdicts import CORRELATED, manoeuvre_for
 
@@ -152,15 +153,15 @@ def profiles(
     Raises:
         StudyError: the problem has nuisances.
     """
-    many = Many.like(problem, settings)
-    base = many.descend(fit.values[None])
-    here, normals = base.values[0], many.normals(base.values)
+    objective = TrajectoryObjective.plain(problem, settings)
+    base = objective.descend(fit.values[None])
+    here, normals = base.values[0], objective.best(base.values)
     n = here.size
-    samples, weight = float(many.windows.entries), many.windows.weight
-    alike = 1.0 / weight if variance is not None else max(1.0 / weight, _alike(many, here))
+    samples, weight = float(objective.windows.entries), objective.windows.weight
+    alike = 1.0 / weight if variance is not None else max(1.0 / weight, _alike(objective, here))
     noise = float(normals.data[0]) / max(samples * weight - n, 1.0) * alike * weight if variance is None else variance
     noise = max(noise, 1e-300)
-    low, high = _range(fit, many)
+    low, high = _range(fit, problem.vector)
     width, prior = high - low, problem.vector.precision
     H = (normals.H[0] - np.diag(prior)) / noise + np.diag(prior)
     information, vectors = np.linalg.eigh(np.outer(width, width) * H)
@@ -170,7 +171,7 @@ def profiles(
     scale = np.sqrt(np.diag(covariance))
     whole = np.arange(n)
     if pool is None:
-        found = _Walk(many, here, low, high, scale * width, noise).go(whole)
+        found = _Walk(objective, here, low, high, scale * width, noise).go(whole)
     else:
         pieces = ((problem, settings, here, low, high, scale * width, noise, whole[part.start : part.stop])
                   for part in parted(n, pool))  # fmt: skip
@@ -185,20 +186,20 @@ def profiles(
     )  # fmt: skip
 
 
-def _alike(many: Many, values: Array) -> float:
+def _alike(objective: TrajectoryObjective, values: Array) -> float:
     """Number of neighbouring residuals that count as one; see `correlated`."""
-    scale = many.windows.scale
-    e = np.where(scale > 0, (many.predicted(values) - many.windows.measured) * scale, 0.0)
+    scale = objective.windows.scale
+    e = np.where(scale > 0, (objective.predicted(values) - objective.windows.measured) * scale, 0.0)
     return correlated([e.swapaxes(0, 1)], _LASTS, e.shape[1] // 2)[1]
 
 
-def _range(fit: Fit, many: Many) -> tuple[Array, Array]:
+def _range(fit: Fit, vector: Vector) -> tuple[Array, Array]:
     """Bounds; where there are none, three deviations of the prior, or eight of the estimate."""
     prior = fit.vector.sigma
     reach = np.where(np.isfinite(prior), 3.0 * prior, 8.0 * fit.sigma)
     reach = np.where(np.isfinite(reach) & (reach > 0), reach, np.maximum(np.abs(fit.values), 1.0))
-    low = np.where(np.isfinite(many.low), many.low, np.maximum(fit.values - reach, many.low))
-    high = np.where(np.isfinite(many.high), many.high, np.minimum(fit.values + reach, many.high))
+    low = np.where(np.isfinite(vector.low), vector.low, np.maximum(fit.values - reach, vector.low))
+    high = np.where(np.isfinite(vector.high), vector.high, np.minimum(fit.values + reach, vector.high))
     return low, high
 
 
@@ -206,7 +207,7 @@ def _range(fit: Fit, many: Many) -> tuple[Array, Array]:
 class _Walk:
     """Both ways from the optimum along every parameter at the same time."""
 
-    many: Many
+    objective: TrajectoryObjective
     here: Array
     low: Array
     high: Array
@@ -222,7 +223,7 @@ class _Walk:
         at, place, last = np.tile(self.here, (2 * n, 1)), self.here[which].copy(), np.zeros(2 * n)
         kept = {int(k): [(float(self.here[k]), 0.0, self.here)] for k in some}
         going = np.flatnonzero(np.abs(end - place) > 1e-9 * (self.high - self.low)[which])
-        first = self.many.normals(self.here[None])
+        first = self.objective.best(self.here[None])
         for turn in range(_MOST):
             if not going.size:
                 break
@@ -248,7 +249,7 @@ class _Walk:
         """All others fitted again, with one parameter of each problem held at its place."""
         rows, held = np.arange(which.size), np.zeros(starts.shape, dtype=np.bool_)
         starts[rows, which], held[rows, which] = place, True
-        return self.many.descend(starts, held=held, tolerance=1e-9)
+        return self.objective.descend(starts, held=held, tolerance=1e-9)
 
     def _rise(self, data: Array, costs: Array, data0: float, costs0: float) -> Array:
         prior = (costs - data) - (costs0 - data0)
@@ -261,7 +262,7 @@ def _walked(
     problem: Problem, settings: Settings, here: Array, low: Array, high: Array, sigma: Array, variance: float,
     some: NDArray[np.intp],
 ) -> list[tuple[Array, Array, Array]]:  # fmt: skip
-    return _Walk(Many.like(problem, settings), here, low, high, sigma, variance).go(some)
+    return _Walk(TrajectoryObjective.plain(problem, settings), here, low, high, sigma, variance).go(some)
 
 
 def _profile(

@@ -213,13 +213,20 @@ class _Misfit:
     noise: Array
     seen: NDArray[np.bool_]
 
-    def cost(self, p: Array, eta: Array) -> float:
+    def cost(self, p: Array) -> float:
         """Objective at the parameters; infinite where a load is not finite."""
         error = ((self.evaluate(p)[0] - self.measured) / self.noise)[self.seen]
         return 0.5 * float(error @ error) if np.isfinite(error).all() else math.inf
 
-    def normal(self, p: Array, eta: Array) -> Normal:
-        """Objective and normal equations there."""
+    def costs(self, p: Array, eta: Array, which: NDArray[np.intp]) -> Array:
+        """See `gauss_newton.Objective`."""
+        return np.array([self.cost(one) for one in p])
+
+    def normals(self, p: Array, eta: Array, which: NDArray[np.intp]) -> Normal:
+        """See `gauss_newton.Objective`."""
+        return Normal.stacked([self._normal(one) for one in p])
+
+    def _normal(self, p: Array) -> Normal:
         value, slopes = self.evaluate(p)
         error, J = ((value - self.measured) / self.noise)[self.seen], (slopes / self.noise[:, None])[self.seen]
         return Normal(0.5 * float(error @ error), J.T @ J, J.T @ error)
@@ -233,7 +240,7 @@ def _search(ship: Ship, loads: Predicted, paths: tuple[str, ...], start: Array, 
     which = loads.group[seen]
     for _ in range(_ROUNDS):
         misfit = _Misfit(evaluate, loads.measured, noise[loads.group], seen)
-        state = State(p, none, misfit.cost(p, none))
+        state = State(p, none, misfit.cost(p))
         if not math.isfinite(state.cost):
             raise FitError(f"{ship.name} has no finite loads at these runs; start from a ship nearer to the one tested")
         p = minimise(misfit, state, low, high, iterations=_STEPS, tolerance=1e-12, each=lambda _: None).p

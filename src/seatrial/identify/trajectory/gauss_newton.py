@@ -87,6 +87,13 @@ class Normal:
             eta[:, block.where] -= back[..., -1] + (back[..., :-1] @ (there - p)[:, None, :, None])[..., 0]
         return there, eta
 
+    def alone(self) -> Array:
+        """Steps of the nuisances with the parameters held, shape (problems, nuisances)."""
+        step = np.zeros((len(self.H), sum(block.where.size for block in self.blocks)))
+        for block in self.blocks:
+            step[:, block.where] = -block.back()[..., -1]
+        return step
+
     def first(self, count: int) -> Normal:
         """Those of the first `count` parameters, everything else eliminated; as it is where there is nothing else."""
         if count == self.g.size:
@@ -100,6 +107,18 @@ class Normal:
         """One of the problems, or some."""
         blocks = (Block(b.where, b.own[index], b.cross[index], b.gradient[index]) for b in self.blocks)
         return Normal(self.cost[index], self.H[index], self.g[index], tuple(blocks), self.data[index])
+
+    def having(self, index: Index, other: Normal) -> Normal:
+        """The same with some of the problems as in `other`."""
+        def put(mine: Array, its: Array) -> Array:
+            out = mine.copy()
+            out[index] = its
+            return out
+
+        blocks = (Block(a.where, *(put(getattr(a, x), getattr(b, x)) for x in ("own", "cross", "gradient")))
+                  for a, b in zip(self.blocks, other.blocks, strict=True))  # fmt: skip
+        return Normal(put(self.cost, other.cost), put(self.H, other.H), put(self.g, other.g), tuple(blocks),
+                      put(self.data, other.data))  # fmt: skip
 
     @staticmethod
     def stacked(alone: Sequence[Normal]) -> Normal:
@@ -120,47 +139,23 @@ def damped(H: Array, damping: Any) -> Array:
 
 
 class Objective(Protocol):
-    """What is minimised; both return inf where the prediction fails."""
-
-    def cost(self, p: Array, eta: Array) -> float:
-        """Objective at parameters `p` and nuisances `eta`."""
-        ...
-
-    def normal(self, p: Array, eta: Array) -> Normal:
-        """Objective and normal equations there."""
-        ...
-
-
-class Objectives(Protocol):
-    """The same of many problems: rows of `p` and `eta` belong to the problems `which`."""
+    """What is minimised, of many problems: rows of `p` and `eta` belong to the problems `which`."""
 
     def costs(self, p: Array, eta: Array, which: Index) -> Array:
-        """Objectives, shape (problems,)."""
+        """Objectives at parameters `p` and nuisances `eta`, shape (problems,); inf where the prediction fails."""
         ...
 
     def normals(self, p: Array, eta: Array, which: Index) -> Normal:
-        """Objectives and normal equations."""
+        """Objectives and normal equations there."""
         ...
-
-
-@dataclass(frozen=True)
-class Alike:
-    """Problems that differ in where they start, evaluated one after the other."""
-
-    objective: Objective
-
-    def costs(self, p: Array, eta: Array, which: Index) -> Array:
-        """See `Objectives`."""
-        return np.array([self.objective.cost(*one) for one in zip(p, eta, strict=True)])
-
-    def normals(self, p: Array, eta: Array, which: Index) -> Normal:
-        """See `Objectives`."""
-        return Normal.stacked([self.objective.normal(*one) for one in zip(p, eta, strict=True)])
 
 
 @dataclass(frozen=True)
 class State:
-    """Where a minimisation stands, enough to go on from; of many, each entry is an array with a row for each."""
+    """Where a minimisation stands, enough to go on from; of many, each entry is an array with a row for each.
+
+    `small` counts the last steps that hardly decreased the objective.
+    """
 
     p: Array
     eta: Array
@@ -169,22 +164,26 @@ class State:
     iteration: Any = 0
     evaluations: Any = 0
     done: Any = ""
+    small: Any = 0
 
-    @property
-    def begun(self) -> State:
-        """The same, done where the model blows up: a descent needs an objective that is finite."""
-        return self if np.isfinite(self.cost) else replace(self, done="the model blows up")
+    @staticmethod
+    def begin(p: Array, eta: Array, cost: Array) -> State:
+        """Of many descents that have not begun; those are done that lack a finite objective."""
+        alone = zip(p, eta, cost.tolist(), strict=True)
+        return State.rows([State(*one, done="" if np.isfinite(one[-1]) else "the model blows up") for one in alone])
 
     @staticmethod
     def rows(alone: Sequence[State]) -> State:
         """The state of several."""
-        columns = zip(*((s.p, s.eta, s.cost, s.damping, s.iteration, s.evaluations) for s in alone), strict=True)
-        return State(*map(np.array, columns), done=np.array([s.done for s in alone], dtype=object))
+        columns = {f.name: [getattr(one, f.name) for one in alone] for f in fields(State)}
+        done = np.array(columns.pop("done"), dtype=object)
+        return State(**{name: np.array(column) for name, column in columns.items()}, done=done)
 
     def of(self, k: int) -> State:
         """That of one."""
         return State(self.p[k].copy(), self.eta[k].copy(), float(self.cost[k]), float(self.damping[k]),
-                     int(self.iteration[k]), int(self.evaluations[k]), str(self.done[k]))  # fmt: skip
+                     int(self.iteration[k]), int(self.evaluations[k]), str(self.done[k]),
+                     int(self.small[k]))  # fmt: skip
 
 
 def minimise(
@@ -196,13 +195,13 @@ def minimise(
         if which.size:
             each(now.of(0))
 
-    end = descend(Alike(objective), State.rows([state]), low, high, iterations=iterations, tolerance=tolerance,
+    end = descend(objective, State.rows([state]), low, high, iterations=iterations, tolerance=tolerance,
                   each=told)  # fmt: skip
     return end.of(0)
 
 
 def descend(
-    objective: Objectives, start: State, low: Array, high: Array, *, iterations: int, tolerance: float,
+    objective: Objective, start: State, low: Array, high: Array, *, iterations: int, tolerance: float,
     still: int = 1, held: Mask | None = None, each: Callable[[State, Index], None] | None = None,
 ) -> State:  # fmt: skip
     """Go down with every problem until its relative decrease falls below `tolerance`; none depends on the others.
@@ -218,7 +217,7 @@ def descend(
     """
     now = replace(start, **{f.name: getattr(start, f.name).copy() for f in fields(start)})
     moving = np.ones(now.p.shape, dtype=np.bool_) if held is None else ~held
-    tries, small = np.zeros(len(now.p), dtype=np.intp), np.zeros(len(now.p), dtype=np.intp)
+    tries = np.zeros(len(now.p), dtype=np.intp)
     normals: dict[int, Normal] = {}
     while True:
         now.done[(now.done == "") & (now.iteration >= iterations)] = f"stopped after {iterations} iterations"
@@ -234,14 +233,14 @@ def descend(
         cost = objective.costs(p, eta, at)
         better = cost <= now.cost[at]
         little = now.cost[at] - cost <= tolerance * np.abs(cost)
-        small[at] = np.where(better, np.where(little, small[at] + 1, 0), small[at])
+        now.small[at] = np.where(better, np.where(little, now.small[at] + 1, 0), now.small[at])
         tries[at] = np.where(better, 0, tries[at] + 1)
         now.damping[at] = np.where(better, np.maximum(now.damping[at] * _DOWN, _LEAST), now.damping[at] * _UP)
         now.evaluations[at] += 1
         now.p[at[better]], now.eta[at[better]], now.cost[at[better]] = p[better], eta[better], cost[better]
         stepped = at[better | (tries[at] >= _TRIES)]
         now.iteration[stepped] += 1
-        now.done[at[small[at] >= still]] = CONVERGED
+        now.done[at[now.small[at] >= still]] = CONVERGED
         now.done[at[tries[at] >= _TRIES]] = "no further decrease"
         if each:
             each(now, stepped)

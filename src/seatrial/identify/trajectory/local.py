@@ -8,9 +8,8 @@ import numpy as np
 
 from ...data import Array
 from .. import Fit, FitError, Problem
-from ..nuisance import EVERY, begun_as
+from ..nuisance import EVERY
 from ..posterior.verdicts import judged
-from ..record import cut_as
 from .gauss_newton import State, minimise
 from .objective import TrajectoryObjective
 
@@ -38,10 +37,9 @@ def local(problem: Problem, settings: Cut) -> Fit:
     Raises:
         FitError: the model blows up at the start.
     """
-    sigma, arguments = cut_as(problem, settings)
-    own = begun_as(problem, settings.initial)
-    objective = TrajectoryObjective.build(own, problem.trials, sigma, **arguments)
-    state = begin(objective, problem.vector.start)
+    objective = TrajectoryObjective.like(problem, settings)
+    p, eta = objective.extended(problem.vector.start), np.zeros(objective.nuisances)
+    state = State(p, eta, objective.cost(p, eta))
     if not np.isfinite(state.cost):
         raise FitError("the model blows up; " + objective.failure(state.p))
     end = minimise(
@@ -49,12 +47,6 @@ def local(problem: Problem, settings: Cut) -> Fit:
     )
     fit = finished(problem, objective, end.p, end.eta, np.zeros((0, 4)), end.evaluations, end.done, "")
     return replace(fit, objective=end.cost)
-
-
-def begin(objective: TrajectoryObjective, start: Array) -> State:
-    """The state of a descent from these parameters, all nuisances zero."""
-    p, eta = objective.extended(start), np.zeros(objective.nuisances)
-    return State(p, eta, objective.cost(p, eta))
 
 
 def finished(

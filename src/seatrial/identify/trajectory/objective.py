@@ -1,38 +1,90 @@
-"""The trajectory objective: residuals and exact normal equations of all windows at once."""
+"""The trajectory objective of many problems at once: residuals and exact normal equations of all windows.
+
+Problems share ship, controls and loss; each has its own values and nuisances, and may have its own data.  Lanes are
+problems x windows: one call of the kernel integrates several problems with their exact derivatives.  The normal
+equations of the nuisances are kept apart until they are eliminated.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ...data import Array, Trial
-from ...engine import Rollout
+from ...engine.rollout import default_threads
+from ...engine.simd import LANES
 from ...simulate.approach import substeps
-from ...simulate.lanes import Kernel, Lanes, run, slopes
+from ...simulate.lanes import Kernel, Lanes, Steps, run, slopes
 from ...simulate.loop import open_loop, open_loop_parameters
-from .. import Problem
-from ..nuisance import Index, Layout
-from ..record import Windows, windows
-from .gauss_newton import Block, Normal
+from .. import Problem, StudyError
+from ..nuisance import Index, Layout, begun_as, held
+from ..record import Settings, Windows, cut_as, windows
+from .gauss_newton import STILL, Block, Mask, Normal, State, descend
 from .suspects import Suspect, named
 
-# Steps to the best initial states for given parameters: the readings are near, so a few suffice.
+# Steps to the best nuisances for given parameters: the readings are near, so a few suffice.
 _TOWARDS = 8
 # Parts of a step that are tried one after the other: a current of its own bends a whole track.
 _SHARES = (1.0, 0.3, 0.1)
-# Finite difference of a fixed parameter, relative, and the relative change that is reported.
-_SMALL, _TENTH = 1e-4, 0.1
+# Which of the problems, where there is one.
+_FIRST = np.zeros(1, dtype=np.intp)
+
+
+@dataclass(frozen=True)
+class Data:
+    """Data that each problem is fitted to, in place of the trials.
+
+    Attributes:
+        state0: state at the start of each window, shape (problems, windows, states).
+        measured: shape (problems, windows, rows, motion).
+        mean: replaces the prior means, shape (problems, free).
+    """
+
+    state0: Array
+    measured: Array
+    mean: Array
+
+    def of(self, index: Any) -> Data:
+        """Some of the problems."""
+        return Data(self.state0[index], self.measured[index], self.mean[index])
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where each problem ended.
+
+    Attributes:
+        values: shape (problems, free).
+        costs, data: objectives there, and their data's part, shape (problems,); inf where the model blows up.
+    """
+
+    values: Array
+    costs: Array
+    data: Array
+
+    @staticmethod
+    def joined(parts: Sequence[Ends]) -> Ends:
+        """Those of several calls as of one."""
+        return Ends(*(np.concatenate([getattr(one, f.name) for one in parts]) for f in fields(Ends)))
 
 
 @dataclass(frozen=True)
 class TrajectoryObjective:
-    """Sum of squared weighted residuals, plus priors of parameters and nuisances.
+    """Sum of squared weighted residuals, plus priors of parameters and nuisances, of each of many problems.
 
-    The vector `p` holds the free parameters, then the errors of instruments that all trials share (`common`).
+    The vector `p` of a problem holds the free parameters, then the errors of instruments that all trials share
+    (`common`); `eta` its other nuisances, as `layout` has them.  Where problems are many they are the first axis, and
+    `which` says whose `data` they are fitted to.
+
+    Attributes:
+        data: what each problem is fitted to; None fits all of them to the trials.
+        threads: None takes every processor; their number changes no digit.
     """
 
     problem: Problem
@@ -40,10 +92,9 @@ class TrajectoryObjective:
     windows: Windows
     layout: Layout
     kernel: Kernel
-    packed: Any
-    where: Index
     method: str
     threads: int | None
+    data: Data | None = None
 
     @staticmethod
     def build(
@@ -60,13 +111,33 @@ class TrajectoryObjective:
         # The prior of a free initial state represents its measurement, which must not count twice.
         measured = [motion.index(name) for name, sd in problem.nuisance.initial.items() if math.isfinite(sd)]
         cut.scale[:, 0, measured] = 0.0
-        system = open_loop(problem.ship)
-        lanewise = layout.own.lanewise
-        kernel = Kernel(system, lanewise, (*problem.vector.paths, *lanewise))
-        where = problem.vector.positions(system.parameters)
+        lanewise = (*problem.vector.paths, *layout.own.lanewise)
         common = named(problem.ship.model, trials, tuple(problem.nuisance.common))
-        packed = kernel.pack(cut.series)
-        return TrajectoryObjective(problem, common, cut, layout, kernel, packed, where, method, threads)
+        kernel = Kernel(open_loop(problem.ship), lanewise, lanewise)
+        return TrajectoryObjective(problem, common, cut, layout, kernel, method, threads)
+
+    @staticmethod
+    def like(problem: Problem, settings: Settings, *, stride: float | None = None) -> TrajectoryObjective:
+        """Cut and integrated as an estimator does it, initial states free unless it says "measured"."""
+        sigma, arguments = cut_as(problem, settings)
+        own = begun_as(problem, getattr(settings, "initial", "free"))
+        return TrajectoryObjective.build(own, problem.trials, sigma, stride=stride, **arguments)
+
+    @staticmethod
+    def plain(problem: Problem, settings: Settings) -> TrajectoryObjective:
+        """The same of a problem whose only nuisances are initial states.
+
+        Raises:
+            StudyError: it has others.
+        """
+        if held(problem):
+            raise StudyError("many problems at once take no [nuisance]; leave it out, or use shooting:Trajectory")
+        return TrajectoryObjective.like(problem, settings)
+
+    @property
+    def count(self) -> int:
+        """Number of free parameters."""
+        return len(self.problem.free)
 
     @property
     def nuisances(self) -> int:
@@ -74,199 +145,313 @@ class TrajectoryObjective:
         return self.layout.deviation.size
 
     @property
+    def freed(self) -> bool:
+        """Whether the initial states of windows are estimated."""
+        return self.layout.own.initial.size > 0
+
+    @property
     def deviation(self) -> Array:
         """Standard deviations of the priors of the errors of instruments; inf where there is none."""
         return np.array(list(self.problem.nuisance.common.values()))
 
+    @property
+    def compared(self) -> list[int]:
+        """Positions among the measured states that the loss compares."""
+        return np.flatnonzero((self.windows.scale > 0).any(axis=(0, 1))).tolist()
+
+    @property
+    def grid(self) -> Steps:
+        """Steps of every window, a compared row each time."""
+        return self.windows.grid(self.method)
+
+    @property
+    def interval(self) -> float:
+        """Time between compared rows [s]."""
+        return self.windows.dt * self.windows.every
+
     def before(self, p: Array) -> tuple[Array, Array]:
         """Information of priors and intervals on each entry of `p`, and how far it may be off without data."""
-        vector, count = self.problem.vector, self.where.size
+        vector, count = self.problem.vector, self.count
         free, others = p[:count], np.abs(p[count:])
         wide = np.where(np.isfinite(self.deviation), self.deviation, np.maximum(1e3 * others, 1.0))
         return np.append(vector.held(free), self.deviation**-2.0), np.append(vector.reach(free), wide)
 
     def extended(self, p: Array) -> Array:
-        """Parameters, then errors of instruments, these zero."""
-        return np.append(p, np.zeros(len(self.common)))
+        """Parameters, then errors of instruments, these zero; of one problem or of many."""
+        return np.concatenate([p, np.zeros((*p.shape[:-1], len(self.common)))], axis=-1)
 
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of `p`; the errors of instruments have none."""
         vector, wide = self.problem.vector, np.full(len(self.common), np.inf)
         return np.append(vector.low, -wide), np.append(vector.high, wide)
 
-    def lanes(self, p: Array, eta: Array) -> tuple[Lanes, Array]:
-        """Runs of the windows, and the bias to add to predictions."""
-        parameters = open_loop_parameters(self.problem.ship)
-        parameters[self.where] = p[: self.where.size]
-        state0 = self.windows.state0.copy()
-        state0[:, : self.windows.width] += self.layout.starts(eta)
-        nuisances, own = self.layout.own, self.layout.of_trials(eta)[self.layout.trial]
-        lanes = Lanes(self.kernel, parameters, state0, self.series(p), lanewise=nuisances.drift(own))
-        return lanes, nuisances.offset(own)[:, None, :]
+    @cached_property
+    def _alone(self) -> Any:
+        """Inputs of the windows, packed."""
+        return self.kernel.pack(self.windows.series)
 
-    def predicted(self, lanes: Lanes) -> Rollout:
-        """The runs of the windows, their compared rows."""
-        return run(lanes, self.windows.grid(self.method), threads=self.threads)
-
-    def linearised(self, lanes: Lanes) -> tuple[Array, Array]:
-        """Compared states and their derivatives, shapes (lanes, rows, motion) and (lanes, rows, motion, columns)."""
-        states, found = slopes(lanes, self.windows.grid(self.method), self.threads)
-        return states[:, :, : self.windows.width], found[:, :, : self.windows.width]
-
-    def series(self, p: Array, change: Array | None = None) -> Any:
-        """Inputs, corrected by the errors of instruments in `p`, and changed by `change`; packed."""
-        changes = [c * one.acts(self.windows.series, self.windows.dt)
-                   for one, c in zip(self.common, p[self.where.size :], strict=True) if one.acts]  # fmt: skip
-        changes += [] if change is None else [change]
-        return self.kernel.pack(self.windows.series + sum(changes)) if changes else self.packed
+    @cached_property
+    def _packed(self) -> Any:
+        """The same for as many problems as run together."""
+        return self.kernel.pack(np.tile(self.windows.series, (self._chunk, 1, 1)))
 
     @property
-    def _interval(self) -> float:
-        """Time between compared rows [s]."""
-        return self.windows.dt * self.windows.every
+    def _chunk(self) -> int:
+        """Problems that fill the kernel's blocks best together, at most four blocks or one problem."""
+        lanes = len(self.windows.state0)
+        sizes = [k for k in range(1, LANES + 1) if k * lanes <= 4 * LANES] or [1]
+        return min(sizes, key=lambda k: (-(-k * lanes // LANES) * LANES / (k * lanes), k))
 
-    def _read(self, predicted: Array, p: Array, bias: Array) -> Array:
-        """What the sensors read where the model predicts `predicted`, shape (lanes, rows, motion)."""
-        out = predicted + bias
-        for one, c in zip(self.common, p[self.where.size :], strict=True):
+    def series(self, p: Array, change: Array | None = None) -> Any:
+        """Inputs of the windows of each problem, corrected by its errors of instruments, and changed; packed.
+
+        Args:
+            p: shape (problems, parameters).
+            change: of the inputs, shape as of `windows.series`.
+        """
+        cut = self.windows
+        errors = zip(self.common, p[:, self.count :].T, strict=True)
+        changes: list[Any] = [c[:, None, None, None] * one.acts(cut.series, cut.dt) for one, c in errors if one.acts]
+        changes += [] if change is None else [change]
+        if not changes:
+            return self._packed if len(p) > 1 else self._alone
+        whole = np.broadcast_to(cut.series + sum(changes), (len(p), *cut.series.shape))
+        return self.kernel.pack(whole.reshape(-1, *cut.series.shape[1:]))
+
+    def lanes(self, p: Array, eta: Array, which: Index | None = None) -> tuple[Lanes, Array]:
+        """Runs of the windows, problem by problem, and the bias to add to predictions.
+
+        Args:
+            p, eta: shapes (problems, parameters) and (problems, nuisances).
+
+        Returns:
+            The runs, and shape (problems, windows, 1, motion).
+        """
+        cut, layout, windows = self.windows, self.layout, len(self.windows.state0)
+        own = layout.of_trials(eta)[:, layout.trial]
+        state0 = np.repeat(cut.state0[None], len(p), axis=0) if self.data is None else self.data.state0[which].copy()
+        state0[..., : cut.width] += layout.starts(eta)
+        values = np.repeat(p[:, : self.count], windows, axis=0)
+        drift = own[..., : layout.own.currents].reshape(len(values), -1)
+        lanes = Lanes(self.kernel, open_loop_parameters(self.problem.ship), state0.reshape(len(values), -1),
+                      self.series(p), lanewise=np.hstack([values, drift]))  # fmt: skip
+        return lanes, layout.own.offset(own)[..., None, :]
+
+    def states(self, lanes: Lanes, threads: int | None = None) -> Array:
+        """Measured states that these runs predict, shape (problems, windows, rows, motion)."""
+        cut = self.windows
+        rows = run(lanes, self.grid, threads=threads or self.threads).values[:, :, : cut.width]
+        return rows.reshape(-1, *cut.scale.shape)
+
+    def slopes(self, lanes: Lanes, threads: int | None = None) -> tuple[Array, Array]:
+        """The same with their derivatives by `kernel.free` and the initial state in a last axis."""
+        cut = self.windows
+        rows, found = slopes(lanes, self.grid, threads or self.threads)
+        return (rows[:, :, : cut.width].reshape(-1, *cut.scale.shape),
+                found[:, :, : cut.width].reshape(-1, *cut.scale.shape, found.shape[-1]))  # fmt: skip
+
+    def read(self, states: Array, p: Array, bias: Array) -> Array:
+        """What the sensors read where the model predicts `states`, shape (problems, windows, rows, motion)."""
+        out = states + bias
+        for one, c in zip(self.common, p[:, self.count :].T, strict=True):
             if one.reads:
-                out = out + c * one.reads(predicted, None, self._interval)
+                out = out + c[:, None, None, None] * one.reads(states, None, self.interval)
         return out
 
-    def _columns(self, run: Array, slopes: Array, p: Array, lanes: Lanes) -> Array:
-        """Derivatives of the readings by `p`, then currents and initial states, shape (lanes, rows, 6, columns).
+    def columns(self, states: Array, slopes: Array, p: Array, lanes: Lanes, threads: int | None = None) -> Array:
+        """Derivatives of the readings by `p`, then currents and initial states, shape (..., rows, motion, columns).
 
         Inputs by one-sided differences, which share the run of all windows.
         """
         if not self.common:
             return slopes
-        n, moved = self.where.size, np.moveaxis(slopes, -1, 0)
-        for one, c in zip(self.common, p[n:], strict=True):
-            if one.reads and c:
-                moved = moved + c * one.reads(run, moved, self._interval)
-        found = [self.direction(one, run, p, lanes) for one in self.common]
+        n, moved = self.count, np.moveaxis(slopes, -1, 0)
+        for one, c in zip(self.common, p[:, n:].T, strict=True):
+            if one.reads and c.any():
+                moved = moved + c[:, None, None, None] * one.reads(states, moved, self.interval)
+        found = [self.direction(one, states, p, lanes, threads) for one in self.common]
         return np.concatenate([np.moveaxis(moved[:n], 0, -1), np.stack(found, axis=-1), np.moveaxis(moved[n:], 0, -1)],
                               axis=-1)  # fmt: skip
 
-    def direction(self, one: Suspect, run: Array, p: Array, lanes: Lanes) -> Array:
-        """Derivative of the readings by an error of an instrument, shape (lanes, rows, motion)."""
-        out = np.zeros_like(run)
+    def direction(self, one: Suspect, states: Array, p: Array, lanes: Lanes, threads: int | None = None) -> Array:
+        """Derivative of the readings by an error of an instrument, of the shape of `states`."""
+        out = np.zeros_like(states)
         if one.reads:
-            out = one.reads(run, None, self._interval)
+            out = one.reads(states, None, self.interval)
         if one.acts:
-            changed = self.windows.series + one.step * one.acts(self.windows.series, self.windows.dt)
-            known = [c * other.acts(self.windows.series, self.windows.dt)
-                     for other, c in zip(self.common, p[self.where.size :], strict=True) if other.acts]  # fmt: skip
-            packed = self.kernel.pack(changed + sum(known) if known else changed)
+            changed = self.series(p, one.step * one.acts(self.windows.series, self.windows.dt))
             with np.errstate(all="ignore"):
-                other = self.predicted(replace(lanes, series=packed)).values[:, :, : self.windows.width]
-            out = out + (other - run) / one.step
+                out = out + (self.states(replace(lanes, series=changed), threads) - states) / one.step
         return out
 
-    def residuals(self, p: Array, eta: Array) -> Array:
-        """Weighted residuals, shape (lanes, rows, motion); not finite where the model blows up."""
-        lanes, bias = self.lanes(p, eta)
-        with np.errstate(all="ignore"):
-            return self._weighted(self._read(self.predicted(lanes).values[:, :, : self.windows.width], p, bias))
+    def weighted(self, read: Array, which: Index | None = None) -> Array:
+        """Weighted residuals of readings, shape (problems, windows, rows, motion)."""
+        scale, measured = self.windows.scale, self.windows.measured if self.data is None else self.data.measured[which]
+        return np.where(scale > 0, (read - measured) * scale, 0.0)
 
-    def _weighted(self, predicted: Array) -> Array:
-        scale = self.windows.scale
-        return np.where(scale > 0, (predicted - self.windows.measured) * scale, 0.0)
+    def _each(self, work: Callable[[Array, Array, Index, int], Array], p: Array, eta: Array, which: Index) -> Array:
+        """What `work` says of each problem, some at a time, so that the memory does not grow with their number.
 
-    def _prior(self, p: Array) -> tuple[Array, Array]:
+        The last problem fills the kernel's blocks, so that a result does not depend on the neighbours.
+        """
+        threads = self.threads or default_threads()
+        if len(p) == 1:
+            return work(p, eta, which, threads)
+        size = self._chunk
+        firsts = range(0, len(p), size)
+
+        def some(first: int) -> Array:
+            at = np.minimum(np.arange(first, first + size), len(p) - 1)
+            return work(p[at], eta[at], which[at], max(threads // len(firsts), 1))[: len(p) - first]
+
+        with ThreadPoolExecutor(threads) as pool:
+            return np.concatenate(list(pool.map(some, firsts)))
+
+    @np.errstate(all="ignore")
+    def _residuals(self, p: Array, eta: Array, which: Index, threads: int | None) -> Array:
+        lanes, bias = self.lanes(p, eta, which)
+        return self.weighted(self.read(self.states(lanes, threads), p, bias), which)
+
+    @np.errstate(all="ignore")  # a trial step may leave residuals that are finite, but not their squares
+    def _squares(self, p: Array, eta: Array, which: Index, threads: int) -> Array:
+        return (self._residuals(p, eta, which, threads) ** 2).reshape(len(p), -1).sum(axis=1)
+
+    @np.errstate(all="ignore")
+    def _products(self, p: Array, eta: Array, which: Index, threads: int) -> Array:
+        """Products of the columns of (slopes, residuals), shape (problems, windows or 1, columns, columns).
+
+        Columns are those of `p`, then of what acts on a window alone (initial state, current, biases), whose windows
+        are kept apart, and the residuals.
+        """
+        (lanes, bias), own, width = self.lanes(p, eta, which), self.layout.own, self.windows.width
+        states, found = self.slopes(lanes, threads)
+        error, found = self.weighted(self.read(states, p, bias), which), self.columns(states, found, p, lanes, threads)
+        n, compared = p.shape[1], self.compared
+        scale, begin = self.windows.scale[:, :, compared], n + own.currents
+        at = np.concatenate([np.arange(n), begin + own.initial, np.arange(n, begin)])
+        whole = np.empty((len(p), *scale.shape, at.size + own.bias.size + 1))
+        whole[..., : at.size] = found[..., compared, :][..., at]
+        whole[..., at.size : -1] = np.eye(width)[compared][:, own.bias]
+        whole *= scale[..., None]
+        whole[:, scale == 0.0] = 0.0
+        whole[..., -1] = error[..., compared]
+        flat = whole.reshape(len(p), len(scale) if self.nuisances else 1, -1, whole.shape[-1])
+        return np.matmul(flat.transpose(0, 1, 3, 2), flat)
+
+    def away(self, p: Array, which: Index) -> tuple[Array, Array]:
         """Offset from the prior mean and 1/sigma^2 of each entry of `p`; zero where there is no prior."""
         vector = self.problem.vector
-        return p - self.extended(vector.mean), np.append(vector.precision, self.deviation**-2.0)
+        mean = vector.mean[None] if self.data is None else self.data.mean[which]
+        return p - self.extended(mean), np.append(vector.precision, self.deviation**-2.0)
 
-    def cost(self, p: Array, eta: Array) -> float:
-        """Objective; inf where any lane blows up within its window."""
-        e = self.residuals(p, eta)
-        away, weight = self._prior(p)
-        # A trial step may leave residuals that are finite, but not their squares.
+    def priors(self, p: Array, eta: Array, which: Index) -> Array:
+        """Part of the objectives that the trials do not contribute, shape (problems,)."""
+        away, weight = self.away(p, which)
         with np.errstate(over="ignore"):
-            total = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.layout.deviation) ** 2).sum())
-        return total if np.isfinite(total) else float("inf")
+            return (weight * away**2).sum(axis=1) + ((eta / self.layout.deviation) ** 2).sum(axis=1)
 
-    def normal(self, p: Array, eta: Array) -> Normal:
-        """Objective and its exact Gauss-Newton normal equations."""
-        (lanes, bias), n = self.lanes(p, eta), p.size
-        states, found = self.linearised(lanes)
-        e = self._weighted(self._read(states, p, bias))
-        columns = self._columns(states, found, p, lanes)
-        columns *= self.windows.scale[..., None]
-        columns[self.windows.scale == 0.0] = 0.0
-        J = columns.reshape(-1, columns.shape[-1])
-        away, weight = self._prior(p)
-        H = J[:, :n].T @ J[:, :n] + np.diag(weight)
-        g = J[:, :n].T @ e.ravel() + weight * away
-        blocks = self._blocks(columns, e, eta, n)
-        cost = float((e * e).sum() + (weight * away**2).sum() + ((eta / self.layout.deviation) ** 2).sum())
-        return Normal(cost, H, g, blocks)
+    def costs(self, p: Array, eta: Array, which: Index) -> Array:
+        """Objectives, shape (problems,); inf where a window blows up."""
+        told = self._each(self._squares, p, eta, which) + self.priors(p, eta, which)
+        return np.where(np.isfinite(told), told, np.inf)
 
-    def _blocks(self, D: Array, e: Array, eta: Array, n: int) -> tuple[Block, ...]:
+    def normals(self, p: Array, eta: Array, which: Index) -> Normal:
+        """Objectives and their exact Gauss-Newton normal equations."""
+        G, n = self._each(self._products, p, eta, which), p.shape[1]
+        away, weight = self.away(p, which)
+        whole = G.sum(axis=1)
+        good = np.isfinite(whole).all(axis=(1, 2))
+        told = np.where(good, whole[:, -1, -1], np.inf)
+        G[~good] = np.eye(G.shape[-1])  # where the model blows up there is nothing to solve
+        return Normal(told + self.priors(p, eta, which), whole[:, :n, :n] + np.diag(weight),
+                      whole[:, :n, -1] + weight * away, self._blocks(G, eta, n), told)  # fmt: skip
+
+    def _blocks(self, G: Array, eta: Array, n: int) -> tuple[Block, ...]:
         """Normal equations of the nuisances: of windows, or a block for each trial where trials have their own."""
         layout = self.layout
         if not self.nuisances:
             return ()
         if layout.own.count:
-            return tuple(self._block(i, D, e, eta, n) for i in range(len(layout.slices)))
-        flat = D.reshape(len(D), -1, D.shape[-1])
-        N, J, where = flat[:, :, n + layout.own.initial], flat[:, :, :n], layout.by_window
-        back, weight = N.transpose(0, 2, 1), layout.deviation[where] ** -2.0
-        gradient = (back @ e.reshape(len(e), -1, 1))[:, :, 0] + weight * eta[where]
-        return (Block(where, back @ N + weight[:, :, None] * np.eye(where.shape[1]), back @ J, gradient),)
+            return tuple(self._block(k, G, eta, n) for k in range(len(layout.slices)))
+        where = layout.by_window
+        weight = layout.deviation[where] ** -2.0
+        return (Block(where, G[:, :, n:-1, n:-1] + weight[:, :, None] * np.eye(where.shape[1]), G[:, :, n:-1, :n],
+                      G[:, :, n:-1, -1] + weight * eta[:, where]),)  # fmt: skip
 
-    def _block(self, index: int, D: Array, e: Array, eta: Array, n: int) -> Block:
-        """Normal equations of one trial's nuisances."""
-        layout, mine = self.layout, self.layout.lanes[index]
-        part = layout.slices[index]
-        N = layout.columns(index, D[mine], self.windows.scale[mine], n)
-        own = D[mine].reshape(len(mine), N.shape[1], -1)
-        flat, J = N.reshape(-1, N.shape[2]), own.reshape(-1, own.shape[2])[:, :n]
-        weight = layout.deviation[part] ** -2.0
-        return Block(
-            np.arange(part.start, part.stop)[None], (flat.T @ flat + np.diag(weight))[None], (flat.T @ J)[None],
-            (flat.T @ e[mine].ravel() + weight * eta[part])[None],
-        )  # fmt: skip
+    def _block(self, trial: int, G: Array, eta: Array, n: int) -> Block:
+        """Normal equations of one trial's nuisances, summed over its windows."""
+        part = self.layout.slices[trial]
+        weight = self.layout.deviation[part] ** -2.0
+        own = np.repeat(np.diag(weight)[None], len(G), axis=0)
+        cross, gradient = np.zeros((len(G), weight.size, n)), weight * eta[:, part]
+        for lane in self.layout.lanes[trial]:
+            at = self.layout.of_window[lane] - part.start
+            own[:, at[:, None], at] += G[:, lane, n:-1, n:-1]
+            cross[:, at] += G[:, lane, n:-1, :n]
+            gradient[:, at] += G[:, lane, n:-1, -1]
+        return Block(np.arange(part.start, part.stop)[None], own[:, None], cross[:, None], gradient[:, None])
 
-    def linear(
-        self, p: Array, eta: Array, suspects: Sequence[Suspect], fixed: Mapping[str, float], draws: Sequence[Array]
-    ) -> tuple[Array, Array, Array, Array, Array]:
-        """Weighted residuals, and unweighted derivatives of the readings, for tests of a finished fit.
+    def settled(self, p: Array, eta: Array | None = None) -> tuple[Normal, Array]:
+        """Normal equations at the best nuisances for each `p`, not eliminated, and these, sought from `eta` or zero."""
+        every = np.arange(len(p))
+        eta = np.zeros((len(p), self.nuisances)) if eta is None else eta.copy()
+        now = self.normals(p, eta, every)
+        going = np.isfinite(now.cost) & bool(self.nuisances)
+        for _ in range(_TOWARDS):
+            # each problem ends by itself: its digits do not depend on its neighbours
+            at = np.flatnonzero(going)
+            if not at.size:
+                break
+            step, share = now.of(at).alone(), np.zeros(at.size)
+            for one in _SHARES:
+                left = np.flatnonzero(share == 0.0)
+                if left.size:
+                    tried = self.costs(p[at[left]], eta[at[left]] + one * step[left], at[left])
+                    share[left[tried < now.cost[at[left]]]] = one
+            eta[at] += share[:, None] * step
+            then, before = self.normals(p[at], eta[at], at), now.cost[at]
+            now = now.having(at, then)
+            going[at] = (share > 0.0) & (then.cost < (1.0 - 1e-10) * before)
+        return now, eta
+
+    def best(self, values: Array) -> Normal:
+        """The same, the nuisances eliminated, for each of `values`, shape (problems, free)."""
+        found, _ = self.settled(self.extended(values))
+        H, g = found.reduced()
+        return Normal(found.cost, H, g, data=found.data)
+
+    def predicted(self, values: Array) -> Array:
+        """Readings of all windows by one set of values from the best nuisances, shape (windows, rows, motion)."""
+        p = self.extended(values)
+        lanes, bias = self.lanes(p[None], self.begun(p)[None])
+        return self.read(self.states(lanes), p[None], bias)[0]
+
+    def descend(
+        self, starts: Array, *, held: Mask | None = None, iterations: int = 60, tolerance: float = 1e-10
+    ) -> Ends:
+        """Go down with every problem from its start, at the best nuisances there; see `gauss_newton.descend`.
 
         Args:
-            suspects: errors of instruments that are not estimated.
-            fixed: parameters that are not estimated; their change is a tenth of their value.
-            draws: changes of the inputs, each of the shape of `windows.series`.
-
-        Returns:
-            Residuals (lanes, rows, 6), derivatives by `p`, currents and initial states, by the suspects, and the
-            changes of the readings by each fixed parameter and each draw, shapes (lanes, rows, 6, ...).
+            starts: shape (problems, free).
         """
-        lanes, bias = self.lanes(p, eta)
-        states, found = self.linearised(lanes)
-        e = self._weighted(self._read(states, p, bias))
-        full = self._columns(states, found, p, lanes)
-        extra = [self.direction(one, states, p, lanes) for one in suspects]
-        names = list(self.kernel.system.parameters)
-        held: list[Array] = []
-        for path, value in fixed.items():
-            if path not in names:
-                continue
-            other = lanes.shared.copy()
-            other[names.index(path)] = value * (1.0 + _SMALL)
-            moved = self.predicted(replace(lanes, shared=other)).values[:, :, : self.windows.width]
-            held.append((moved - states) * (_TENTH / _SMALL))
-        moved = [self._disturbed(draw, states, p, lanes) for draw in draws]
-        none = np.zeros((*states.shape, 0))
-        suspected, changed, drawn = (np.stack(some, axis=-1) if some else none for some in (extra, held, moved))
-        return e, full, suspected, changed, drawn
+        (low, high), every = self.bounds(), np.arange(len(starts))
+        p = np.clip(self.extended(starts), low, high)
+        now, eta = self.settled(p)
+        end = descend(self, State.begin(p, eta, now.cost), low, high, held=held, iterations=iterations,
+                      tolerance=tolerance, still=STILL)  # fmt: skip
+        return Ends(end.p[:, : self.count], end.cost, end.cost - self.priors(end.p, end.eta, every))
 
-    def _disturbed(self, draw: Array, run: Array, p: Array, lanes: Lanes) -> Array:
-        """Change of the readings by a change of the inputs, shape (lanes, rows, motion)."""
-        with np.errstate(all="ignore"):
-            other = self.predicted(replace(lanes, series=self.series(p, draw))).values
-        return other[:, :, : self.windows.width] - run
+    def residuals(self, p: Array, eta: Array) -> Array:
+        """Weighted residuals of one problem, shape (windows, rows, motion); not finite where the model blows up."""
+        return self._residuals(p[None], eta[None], _FIRST, None)[0]
+
+    def cost(self, p: Array, eta: Array) -> float:
+        """Objective of one problem."""
+        return float(self.costs(p[None], eta[None], _FIRST)[0])
+
+    def normal(self, p: Array, eta: Array) -> Normal:
+        """Objective and normal equations of one problem."""
+        return self.normals(p[None], eta[None], _FIRST).of(0)
 
     def variance(self, p: Array, eta: Array) -> float:
         """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong.
@@ -280,40 +465,24 @@ class TrajectoryObjective:
     def begun(
         self, p: Array, until: float | None = None, known: Mapping[str, Mapping[str, float]] | None = None
     ) -> Array:
-        """The best nuisance parameters for `p`.
+        """The best nuisance parameters of one problem.
 
         Args:
             until: seconds of each window that are used; None uses all of it.
             known: currents and biases to search from, by trial and name (`Fit.nuisances`); zero where there are none.
         """
-        here, eta = self, np.zeros(self.nuisances)
+        here, eta, layout = self, np.zeros(self.nuisances), self.layout
+        for index, part in zip(np.unique(self.windows.trial).tolist(), layout.slices, strict=True) if known else ():
+            found = (known or {}).get(self.problem.trials[index].name, {})
+            own = np.array([found.get(name, 0.0) for name in layout.own.names])
+            eta[part.stop - own.size : part.stop] = own
         if not eta.size:
             return eta
-        known, indices = known or {}, np.unique(self.windows.trial).tolist()
-        for index, part in zip(indices, self.layout.slices, strict=True) if known else ():
-            found = known.get(self.problem.trials[index].name, {})
-            own = np.array([found.get(name, 0.0) for name in self.layout.own.names])
-            eta[part.stop - own.size : part.stop] = own
         if until is not None:
-            rows = np.arange(self.windows.scale.shape[1]) * self.windows.every * self.windows.dt
+            rows = np.arange(self.windows.scale.shape[1]) * self.interval
             seen = np.where((rows <= until)[None, :, None], self.windows.scale, 0.0)
             here = replace(self, windows=replace(self.windows, scale=seen))
-        cost = here.cost(p, eta)
-        for _ in range(_TOWARDS):
-            step = np.zeros(eta.size)
-            for block in here.normal(p, eta).blocks:
-                step[block.where] = -block.back()[..., -1]
-            further, then = eta, cost
-            for share in _SHARES:
-                further = eta + share * step
-                if (then := here.cost(p, further)) < cost:
-                    break
-            if not then < cost:
-                break
-            last, eta, cost = cost - then <= 1e-10 * cost, further, then
-            if last:
-                break
-        return eta
+        return here.settled(p[None], eta[None])[1][0]
 
     def standardised(self, p: Array) -> float:
         """Pooled standardised MSE of all windows without nuisances (Wakita 2022 Eq. 25)."""
@@ -323,10 +492,9 @@ class TrajectoryObjective:
 
     def failure(self, p: Array) -> str:
         """Description of the trial and state that blow up first at `p`."""
+        lanes, _ = self.lanes(p[None], np.zeros((1, self.nuisances)))
         with np.errstate(all="ignore"):
-            failures = self.predicted(self.lanes(p, np.zeros(self.nuisances))[0]).failures
-        if not failures:
+            first = next(iter(run(lanes, self.grid, threads=self.threads).failures), None)
+        if first is None:
             return "the objective is not finite"
-        first = failures[0]
-        trial = self.problem.trials[int(self.windows.trial[first.lane])].name
-        return f"trial {trial}, window {first}"
+        return f"trial {self.problem.trials[int(self.windows.trial[first.lane])].name}, window {first}"

@@ -8,7 +8,7 @@ model.  `OneStep` compares single steps with it: the local optimisation (LO), a 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -16,22 +16,25 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...core.executors import Pool
+from ...core.executors import Pool, parted
 from ...core.parameters import Free, specs
 from ...core.parameters import values as parameter_values
 from ...data import Array
 from ...engine.rollout import is_rk4
 from ...models import STATES
-from .. import Fit, FitError, Problem, Progress, StudyError
+from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..lint import linted
-from ..nuisance import begun_as, checked_initial
-from ..record import every_of, scales, step_of
+from ..nuisance import checked_initial
+from ..record import cut_as, scales, step_of
 from ..resume import Resume, digest
 from ..vector import Vector
 from ..watch import tell, with_values
-from .gauss_newton import State, minimise
-from .local import begin, finished
+from .gauss_newton import CONVERGED, Index, State, descend
+from .local import finished
 from .objective import TrajectoryObjective
+
+Note = Callable[[int, State, float], None]
+"""Called with the number of a start, its state and its standardised error in validation after each iteration."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class Trajectory:
     """Windowed trajectory least squares with a Gaussian prior and box bounds.
 
     Attributes:
-        window: length of a prediction before it restarts [s].
+        window: length of a prediction before it restarts [s]; None runs each trial through.
         stride: time from the start of one prediction to that of the next [s]; None is the window.
         every: stride of the compared rows; None takes about one second.
         dt: time step [s]; None takes the median step of the trials.
@@ -48,13 +51,13 @@ class Trajectory:
         later: shell-style patterns of parameters that are held until the others have been fitted, and are then
             fitted with them: a correction should not learn what the physics can explain.
         starts: number of starts; the first is the declared one, others are drawn within bounds
-            (or the prior) from `seed`.
+            (or the prior) from `seed`; all go down together.
         threads: None takes every processor.
         initial: "free", the initial state of each window is estimated, or "measured", it is as recorded; where the
             problem has `nuisance.initial`, that decides.
     """
 
-    window: float = 100.0
+    window: float | None = 100.0
     stride: float | None = None
     every: int | None = None
     dt: float | None = None
@@ -67,6 +70,7 @@ class Trajectory:
     threads: int | None = None
     initial: str = "free"
     spreads: ClassVar[bool] = True
+    still: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
         if isinstance(self.later, str):
@@ -105,37 +109,33 @@ class Trajectory:
             fit = replace(self, later=()).fit(begun, progress=progress, checkpoint=checkpoint, pool=pool)
             return replace(fit, free=problem.free, seconds=time.perf_counter() - began, digest=digest(problem, self))
         objective, watch = self._objectives(problem)
-        print_ = digest(problem, self)
-        resume = Resume.open(checkpoint, print_, began)
-        if pool is not None and self.starts > 1:
-            self._descend_apart(pool, problem, resume)
-        best = self._descend(objective, problem.vector, resume, watch, progress)
-        fit = finished(
-            problem, objective, best.p, best.eta, np.array(resume.history), best.evaluations, best.done, print_
-        )
-        ends = np.array([[s.cost, *s.p[: len(problem.free)]] for s in resume.states.values()])
-        return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=ends)
+        resume = Resume.open(checkpoint, digest(problem, self), began)
+
+        def note(start: int, state: State, seen: float) -> None:
+            resume.note(start, state, seen)
+            ship = with_values(problem.ship, problem.free, (resume.best() or state).p[: objective.count])
+            tell(progress, (len(resume.rows), state.cost, seen), ship)
+
+        self._descend(problem, objective, watch, resume, note, pool)
+        best, ends = resume.best(), [resume.states[k] for k in range(self.starts)]
+        if best is None:
+            raise FitError("the model blows up at every start; " + objective.failure(ends[0].p))
+        converged = sum(state.done == CONVERGED for state in ends)
+        status = best.done if self.starts == 1 else f"{converged} of {self.starts} starts converged"
+        fit = finished(problem, objective, best.p, best.eta, resume.history, sum(state.evaluations for state in ends),
+                       status, resume.digest)  # fmt: skip
+        table = np.array([[state.cost, *state.p[: objective.count]] for state in ends])
+        return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=table)
 
     def _objectives(self, problem: Problem) -> tuple[TrajectoryObjective, TrajectoryObjective | None]:
         """That of the trials, and that of the trials of validation, if any."""
-        sigma, dt = scales(problem), step_of(problem.trials, self.dt)
-        how: Any = {"window": self.window, "dt": dt, "every": every_of(self.every, dt), "method": self.method,
-                    "threads": self.threads}  # fmt: skip
-        own = begun_as(problem, self.initial)
-        objective = TrajectoryObjective.build(own, problem.trials, sigma, stride=self.stride, **how)
-        plain = replace(problem, nuisance=type(problem.nuisance)(), loss=replace(problem.loss, weights={}))
-        watch = TrajectoryObjective.build(plain, problem.validation, sigma, **how) if problem.validation else None
-        return objective, watch
-
-    def _descend_apart(self, pool: Pool, problem: Problem, resume: Resume) -> None:
-        """Go down from the starts that have not begun, each a piece, and note where they end in their order."""
-        fresh = [start for start in range(self.starts) if resume.state(start) is None]
-        pieces = ((self, replace(problem, linted=True), start) for start in fresh)
-        for start, (state, rows) in zip(fresh, pool.ordered(Trajectory.from_start, pieces), strict=True):
-            resume.begin(start, state)
-            for at, seen in rows:
-                resume.note(at, seen)
-            resume.end(start, state)
+        if not problem.validation:
+            return TrajectoryObjective.like(problem, self, stride=self.stride), None
+        sigma, how = cut_as(problem, self)
+        how["window"] = self.window or max(trial.duration for trial in problem.validation)
+        plain = replace(problem, nuisance=Nuisance(), loss=replace(problem.loss, weights={}))
+        watch = TrajectoryObjective.build(plain, problem.validation, sigma, **how)
+        return TrajectoryObjective.like(problem, self, stride=self.stride), watch
 
     def _begun(self, problem: Problem, pool: Pool | None) -> Problem:
         """The problem, started at the fit of all but the later parameters."""
@@ -148,44 +148,62 @@ class Trajectory:
         return replace(problem, free=problem.vector.started(found.vector.by_path(found.values)))
 
     def _descend(
-        self, objective: TrajectoryObjective, vector: Vector, resume: Resume,
-        watch: TrajectoryObjective | None, progress: Progress | None,
-    ) -> State:  # fmt: skip
-        def each(state: State) -> None:
-            seen = watch.standardised(state.p) if watch else float("nan")
-            resume.note(state, seen)
-            ship = with_values(objective.problem.ship, vector.free, (resume.best() or state).p[: len(vector)])
-            tell(progress, (len(resume.history), state.cost, seen), ship)
+        self, problem: Problem, objective: TrajectoryObjective, watch: TrajectoryObjective | None, resume: Resume,
+        note: Note, pool: Pool | None,
+    ) -> None:  # fmt: skip
+        """Go down from every start that is not done, all together; through a pool some in each piece."""
+        if not resume.states:
+            p = objective.extended(self.drawn(problem.vector))
+            eta = np.zeros((len(p), objective.nuisances))
+            begun = State.begin(p, eta, objective.costs(p, eta, np.arange(len(p))))
+            resume.states |= {k: begun.of(k) for k in range(len(p))}
+        todo = {k: state for k, state in resume.states.items() if not state.done}
+        if pool is None or len(todo) < 2:
+            resume.states |= self._together(objective, todo, watch, note)
+        else:
+            posed, starts = replace(problem, linted=True), list(todo)
+            parts = [{k: todo[k] for k in starts[part.start : part.stop]} for part in parted(len(starts), pool)]
+            for ends, rows in pool.ordered(Trajectory.from_states, ((self, posed, part) for part in parts)):
+                for row in rows:
+                    note(*row)
+                resume.states |= ends
+                resume.write()
+        resume.write()
 
-        for start, p in enumerate(self._starts(vector)):
-            state = resume.state(start)
-            if state is None:
-                state = begin(objective, p)
-                resume.begin(start, state)
-            if np.isfinite(state.cost):
-                resume.end(start, self._minimised(objective, state, each))
-        best = resume.best()
-        if best is None:
-            raise FitError("the model blows up at every start; " + objective.failure(self._starts(vector)[0]))
-        return best
+    def from_states(
+        self, problem: Problem, begun: Mapping[int, State]
+    ) -> tuple[dict[int, State], list[tuple[int, State, float]]]:
+        """Where some starts end, by their numbers, and what is noted on the way."""
+        rows: list[tuple[int, State, float]] = []
 
-    def from_start(self, problem: Problem, start: int) -> tuple[State, list[tuple[State, float]]]:
-        """Where one start ends, and the state and what is seen of the validation after every iteration."""
+        def note(start: int, state: State, seen: float) -> None:
+            rows.append((start, state, seen))
+
         objective, watch = self._objectives(problem)
-        state, rows = begin(objective, self._starts(problem.vector)[start]), list[tuple[State, float]]()
+        return self._together(objective, begun, watch, note), rows
 
-        def each(now: State) -> None:
-            rows.append((now, watch.standardised(now.p) if watch else float("nan")))
+    def _together(
+        self, objective: TrajectoryObjective, begun: Mapping[int, State], watch: TrajectoryObjective | None, note: Note
+    ) -> dict[int, State]:
+        """Where these descents end; `note` gets start, state and validation after every iteration of each."""
+        if not begun:
+            return {}
+        starts = list(begun)
 
-        return (self._minimised(objective, state, each) if np.isfinite(state.cost) else state), rows
+        def each(now: State, stepped: Index) -> None:
+            for k in stepped.tolist():
+                state = now.of(k)
+                seen = watch.standardised(state.p[: objective.count]) if watch else float("nan")
+                note(starts[k], state, seen)
 
-    def _minimised(self, objective: TrajectoryObjective, state: State, each: Callable[[State], None]) -> State:
-        return minimise(objective, state, *objective.bounds(), iterations=self.iterations, tolerance=self.tolerance,
-                        each=each)  # fmt: skip
+        end = descend(objective, State.rows(list(begun.values())), *objective.bounds(), iterations=self.iterations,
+                      tolerance=self.tolerance, still=self.still, each=each)  # fmt: skip
+        return {start: end.of(k) for k, start in enumerate(starts)}
 
-    def _starts(self, vector: Vector) -> list[Array]:
+    def drawn(self, vector: Vector) -> Array:
+        """Declared start and others within bounds, or from the prior, shape (starts, free)."""
         rng = np.random.default_rng(self.seed)
-        return [vector.start, *(vector.drawn(1, rng)[0] for _ in range(self.starts - 1))]
+        return np.vstack([vector.start, *(vector.drawn(1, rng) for _ in range(self.starts - 1))])
 
 
 @dataclass(frozen=True)
@@ -247,5 +265,3 @@ def free_everywhere(ship: Any, patterns: Sequence[str], ratio: float) -> tuple[F
         Free(p, known[p], meaning[p].low, meaning[p].high, known[p], ratio * abs(known[p]))
         for p in paths if known[p] != 0.0
     )  # fmt: skip
-
-

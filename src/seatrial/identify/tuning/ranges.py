@@ -20,7 +20,6 @@ from .. import FitError, Problem, StudyError
 from ..nuisance import Layout
 from ..posterior.misfit import correlated
 from ..record import scales, step_of, windows
-from ..trajectory.batch import Many
 from ..trajectory.objective import TrajectoryObjective
 from ..vector import Vector
 
@@ -43,13 +42,12 @@ class Scorer:
     one that is only predicted from the time it takes to travel its first ship length.
 
     Attributes:
-        base, many: the objective of the problem's own trials, for one set of values and for many.
+        base: the objective of the problem's own trials.
         sigma: scale of each compared channel.
         dt, method: it was made with; a pickled one is these and the problem, and is compiled where it arrives.
     """
 
     base: TrajectoryObjective
-    many: Many
     sigma: Mapping[str, float]
     dt: float | None
     method: str
@@ -63,8 +61,7 @@ class Scorer:
         sigma = scales(problem)
         how: Any = {"window": longest(problem.trials), "every": 1, "method": method, "threads": 1,
                     "dt": step_of(problem.trials, dt)}  # fmt: skip
-        parts = problem, problem.trials, sigma
-        return Scorer(TrajectoryObjective.build(*parts, **how), Many.build(*parts, **how), sigma, dt, method)
+        return Scorer(TrajectoryObjective.build(problem, problem.trials, sigma, **how), sigma, dt, method)
 
     def objective(
         self, trials: Sequence[Trial], free: Sequence[Free] | None = None, factor: float = 1.0
@@ -77,7 +74,7 @@ class Scorer:
             window=longest(trials), dt=base.windows.dt * base.windows.every, every=1, substeps=base.windows.every,
         )  # fmt: skip
         layout = Layout.of(problem.nuisance, cut.trial, problem.ship.model.motion)
-        return replace(base, problem=problem, windows=cut, layout=layout, packed=base.kernel.pack(cut.series))
+        return replace(base, problem=problem, windows=cut, layout=layout)
 
     def best(
         self, trials: Sequence[Trial], free: Sequence[Free], *, starts: int, seed: int, factor: float = 1.0
@@ -87,13 +84,9 @@ class Scorer:
         Raises:
             FitError: the model blows up at every start.
         """
-        objective, many = self.objective(trials, free, factor), self.many
+        objective = self.objective(trials, free, factor)
         vector = objective.problem.vector
-        ends = replace(
-            many, problem=objective.problem, windows=objective.windows,
-            packed=many.kernel.pack(np.tile(objective.windows.series, (many.chunk, 1, 1))),
-            low=vector.low, high=vector.high,
-        ).descend(np.array(_starts(vector, starts, seed)), iterations=ITERATIONS)  # fmt: skip
+        ends = objective.descend(np.array(_starts(vector, starts, seed)), iterations=ITERATIONS)
         best = int(np.argmin(ends.costs))
         if not math.isfinite(ends.costs[best]):
             raise FitError("the model blows up at every start; " + objective.failure(vector.start))
