@@ -149,8 +149,7 @@ def test_suspects_of_the_option_are_those_of_the_study(study) -> None:
 
 
 @pytest.mark.parametrize("kind", slow_but(
-    ("multistart:MultiStart", "evolution:Evolution", "fine_tuning:FineTuning", "logo:Shooting"),
-    "fine_tuning:FineTuning",
+    ("evolution:Evolution", "fine_tuning:FineTuning", "logo:Shooting"), "fine_tuning:FineTuning",
 ))  # fmt: skip
 def test_suspects_are_refused_where_the_estimator_cannot_estimate_them(study, kind: str) -> None:
     other = STUDY[: STUDY.index("[estimator]")] + f'[estimator]\ntype = "{kind}"\n'
@@ -173,7 +172,7 @@ free = { "hull.N_r" = { prior = 0.3 } }
 estimator = { type = "shooting:Trajectory", window = 30.0 }
 [fits.unable]
 like = "able"
-estimator = { type = "multistart:MultiStart" }
+estimator = { type = "evolution:Evolution" }
 """
 
 
