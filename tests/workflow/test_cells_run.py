@@ -153,6 +153,19 @@ def test_what_a_fit_has_found_is_its_file_and_its_errors(tmp_path: Path) -> None
     assert own == {"diagnosis": None, "ranges": [1]}
 
 
+@pytest.mark.parametrize(("text", "told"), [
+    (None, "cannot be read"), ("{", "cannot be read"), ("[]", "holds no report"),
+])  # fmt: skip
+def test_a_report_that_was_damaged_is_named_with_what_helps(text: str | None, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "report.json"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(StudyError, match=rf"report\.json: {told}.*; delete it, and the study is fitted anew"):
+        identify._told(path)
+    path.write_text('{"a": 1}')
+    assert identify._told(path) == {"a": 1}
+
+
 def test_a_table_names_the_fits_whose_model_does_not_explain_the_data(tmp_path: Path) -> None:
     table = series(tmp_path / "t.toml", Ends(), Ends(), Ends())
     for cell, explained in zip(table.cells[:2], (True, False), strict=True):

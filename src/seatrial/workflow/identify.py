@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
 from ..core import executors
 from ..core.executors import Pool
@@ -78,8 +79,8 @@ def identify(
                 page = report.page(Made({**fits, **drawn}, failed, command, sink, pool))
                 write(out / PAGE, page)
                 numbers = page.document
-            else:  # nothing was made, and a report is not made twice: what it took minutes to find is printed again
-                numbers = json.loads((out / NUMBERS).read_text(encoding="utf-8"))
+            else:
+                numbers = _told(out / NUMBERS)
         for cell in cells:
             if (out / cell.folder / SUMMARY).exists():
                 forget(out / cell.folder / CHECKPOINT)
@@ -113,6 +114,21 @@ def _scaled(study: Study | Series) -> tuple[Cell, ...]:
         return (cell,)
     return (replace(cell, scale=scales(study.judged_on, study.sigma),
                     spread=scales(study.problem.trials, study.sigma)),)  # fmt: skip
+
+
+def _told(path: Path) -> Mapping[str, Any]:
+    """What the report of a finished run says: it is not made twice, as what it took minutes to find is in no fit.
+
+    Raises:
+        StudyError: it was damaged since.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise StudyError(f"{path}: cannot be read: {error}; delete it, and the study is fitted anew") from None
+    if not isinstance(found, dict):
+        raise StudyError(f"{path}: holds no report; delete it, and the study is fitted anew")
+    return cast("dict[str, Any]", found)
 
 
 def _command(path: Path, out: Path, quick: bool, only: Sequence[str], suspects: bool) -> str:
