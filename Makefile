@@ -15,7 +15,7 @@ demo: .venv/core.stamp
 test test-slow test-long test-all notebooks: export PYTHONDONTWRITEBYTECODE =
 
 test: .venv/test.stamp
-	$(BIN)/python -m pytest -q -n auto --dist loadfile --max-worker-restart=0 -m "not slow and not long"
+	$(BIN)/python tests/shares.py -m "not slow and not long"
 
 # What takes more than a tenth of a second each, most of it fits and compilations.
 test-slow: .venv/test.stamp

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import logging
 import os
 from dataclasses import replace
 from functools import cache, wraps
@@ -12,11 +11,11 @@ from typing import Any
 
 import pytest
 
+from shares import THREADS
 from tiers import left_out
 
-# Workers share the cores already: threads of NumPy, PyTorch and kernels in each would only wait for one another.
 if "PYTEST_XDIST_WORKER" in os.environ:
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "SEATRIAL_THREADS"):
+    for name in THREADS:
         os.environ.setdefault(name, "1")
 
 STUDY = """schema = "seatrial-study/1"
@@ -62,12 +61,7 @@ def pytest_configure() -> None:
     os.fsync = lambda fd: None
 
 
-def pytest_collection_finish(session: pytest.Session) -> None:
-    # The level of the root logger is set once: set three times a test, every logger forgets as often what it passes on.
-    logs = session.config.pluginmanager.get_plugin("logging-plugin")
-    if logs is not None and logs.log_level is not None:
-        logging.getLogger().setLevel(logs.log_level)
-        logs.log_level = None
+def pytest_collection_finish() -> None:
     gc.enable()
     gc.freeze()
     gc.set_threshold(20_000, 20, 20)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
@@ -75,7 +75,7 @@ class _Missed:
 def _mean(found: Sequence[_Missed], factor: float) -> float:
     """Squared errors over the expected ones: of all trials together, so that great motions count; mean of channels."""
     windows = sum(one.windows for one in found)
-    sure = float(chi2.ppf(_CHANCE, windows)) / windows
+    sure = 2.0 * float(gammaincinv(windows / 2.0, _CHANCE)) / windows  # quantile of chi^2 with so many degrees
     expected = np.sum([sure * one.noise + one.explained(factor) for one in found], axis=0)
     return float((np.sum([one.squares for one in found], axis=0) / expected).mean())
 
