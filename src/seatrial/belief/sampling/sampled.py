@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
-from scipy.stats import rankdata
 
 from ...core.parameters import Free
 from ...data import Array
@@ -223,6 +222,8 @@ def _split(draws: Array) -> Array:
 
 def _ranked(one: Array) -> Array:
     """Normal quantiles of the ranks of all draws."""
+    from scipy.stats import rankdata  # takes a second to import
+
     ranks = rankdata(one, method="average").reshape(one.shape)
     found: Array = ndtri((ranks - 0.375) / (one.size + 0.25))
     return found
