@@ -10,7 +10,7 @@ from seatrial.environment import Uniform
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import plant_of
 from seatrial.realtime.range.pilots import TrafficPilot
-from seatrial.workflow.afloat import other_of
+from seatrial.workflow.afloat.scenes import other_of
 
 
 def sailing(text: str, weather: Uniform | None = None) -> tuple[Loop, str]:

@@ -11,13 +11,15 @@ from typing import Any
 
 import pytest
 
+from seatrial.cli.app import main
 from seatrial.data.geodesy import Datum
 from seatrial.realtime.listening import listen
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
-from seatrial.workflow.afloat import cannot, datum_of, drills, other_of, sail, situation_of
+from seatrial.workflow.afloat import cannot, drills, sail, situation_of
 from seatrial.workflow.afloat.scenarios import scenario_of
-from seatrial.workflow.asked import Departure, InWaves, Sailing
+from seatrial.workflow.afloat.scenes import alone, datum_of, other_of, varied
+from seatrial.workflow.asked import Around, Departure, InWaves, RealTime
 from seatrial.workflow.request import pair
 
 
@@ -37,7 +39,7 @@ def test_another_ship_of_another_form_is_refused(text: str) -> None:
 @pytest.mark.slow
 def test_another_ship_without_a_rudder_drifts_and_that_is_said() -> None:
     said: list[str] = []
-    ran = sail("kvlcc2_l7", departure=Departure(other=("otter@0,50,0",)), run=Sailing(duration=1.0), note=said.append)
+    ran = sail("kvlcc2_l7", departure=Departure(other=("otter@0,50,0",)), run=RealTime(duration=1.0), note=said.append)
     assert [line.strip() for line in said[1:]] == ["0.0 s  drifts: otter has no rudder to steer; it drifts freely"]
     assert [event.ship for event in ran.stage.loop.events] == ["1 otter"]
 
@@ -133,9 +135,9 @@ def test_the_instruments_of_every_run_see_the_sea(judge: bool, tmp_path: Path) -
         path = tmp_path / "scene.toml"
         path.write_text('schema = "seatrial-scenario/1"\nduration = 200.0\nsea = "2,8,90"\nrao = "ship.csv"\n'
                         '[own]\nship = "mariner"\npilot = "none"\n', encoding="utf-8")  # fmt: skip
-        ran = sail(scenario=path, judge=True, run=Sailing(duration=1.0))
+        ran = sail(scenario=path, judge=True, run=RealTime(duration=1.0))
     else:
-        ran = sail("mariner", waves=waves, run=Sailing(duration=1.0))
+        ran = sail("mariner", waves=waves, run=RealTime(duration=1.0))
     loop, seen = ran.stage.loop, list[float]()
     for _ in range(2000):
         loop.step()
@@ -155,3 +157,97 @@ def test_waves_of_a_scenario_are_those_of_its_sea_or_given(tmp_path: Path) -> No
     said["weather"] = [{"waves": "1,8,0"}]
     with pytest.raises(RequestError, match=r"weather 1\.waves: the sea gives the mean drift already"):
         scenario_of(said, tmp_path / "scene.toml")
+
+
+SCENE: dict[str, Any] = {
+    "schema": "seatrial-scenario/1", "duration": 600.0, "seed": 7, "gusts": "davenport",
+    "own": {"ship": "kvlcc2", "at": [100.0, 50.0], "heading": 30.0, "speed": 6.0, "mmsi": 211000001},
+    "traffic": {"ferry": {"length": 150.0, "speed": 8.0, "at": [3000.0, 3000.0], "heading": 270.0}},
+    "weather": [{"at": 0.0, "wind": "10,0", "current": "0.5,90"}, {"at": 60.0, "over": 30.0, "wind": "20,90"}],
+}  # fmt: skip
+
+
+def changed(said: dict[str, Any] = SCENE, *, waves: InWaves = InWaves(), around: Around = Around(), **more: Any) -> Any:
+    """A scenario with the options in place of what it says."""
+    read = scenario_of(copy.deepcopy(said), Path("scene.toml"), None, more.get("seed"))
+    return varied(read, Departure(**more), around, waves, lambda _: None)
+
+
+def test_a_scenario_without_options_is_what_its_file_says() -> None:
+    made = scenario_of(copy.deepcopy(SCENE), Path("scene.toml"))
+    assert repr(changed()) == repr(made)
+    said = {key: value for key, value in SCENE.items() if key not in ("weather", "gusts")}
+    assert changed(said).weather == ()
+
+
+def test_options_take_the_place_of_what_a_scenario_says_of_its_own_ship() -> None:
+    own = changed(speed=4.0, heading=0.0, mmsi=265000001, sensors=True, antenna="10,-2").own
+    assert (own.sailing.x, own.sailing.y, own.sailing.psi) == (100.0, 50.0, 0.0)
+    assert (own.sailing.speed, own.sailing.mmsi, own.usual, own.antenna) == (4.0, 265000001, True, (10.0, -2.0))
+    begun = changed(start="1,2,90").own.sailing
+    assert (begun.x, begun.y, begun.psi, begun.speed) == pytest.approx((1.0, 2.0, 0.5 * math.pi, 6.0))
+    assert (changed().own.piloted, alone(load("kvlcc2")).own.piloted) == (True, False)
+    assert (changed().seed, changed(seed=1).seed, alone(load("kvlcc2")).seed) == (7, 1, 1)
+
+
+def test_other_ships_join_those_of_a_scenario() -> None:
+    made = changed(other=("kcs@2000,500,180,5",))
+    assert [one.name for one in made.others] == ["ferry", "1 kcs"]
+    assert made.others[1].sailing.psi == pytest.approx(math.pi)
+
+
+def test_weather_that_is_given_holds_to_the_end_and_the_rest_stays() -> None:
+    """Of wind, current, depth and gusts each by itself; a current has no share in the wind of the scenario."""
+    first, second = (one.around for one in changed(around=Around(current="1,180")).weather)
+    assert (first.wind_x, second.wind_x, second.wind_y) == pytest.approx((10.0, 0.0, 20.0))
+    assert (first.current_x, second.current_x) == pytest.approx((-1.0, -1.0))
+    assert (first.current_y, second.current_y) == pytest.approx((0.0, 0.0), abs=1e-12)
+    made = changed(around=Around(wind="5,180"))
+    assert [one.around.wind_x for one in made.weather] == pytest.approx([-5.0, -5.0])
+    assert [one.around.current_y for one in made.weather] == pytest.approx([0.5, 0.5])
+    assert [(one.at, one.over) for one in made.weather] == [(0.0, 0.0), (60.0, 30.0)]
+    later = {**SCENE, "weather": [{"at": 60.0, "wind": "20,90"}]}
+    begun = changed(later, around=Around(current="1,180")).weather
+    assert [(one.at, round(one.around.wind_y, 9)) for one in begun] == [(0.0, 0.0), (60.0, 20.0)]
+    assert [one.around.current_x for one in begun] == pytest.approx([-1.0, -1.0])
+    assert changed(around=Around(gusts="harris")).gusts == "harris"
+    still = {key: value for key, value in SCENE.items() if key not in ("weather", "gusts")}
+    with pytest.raises(RequestError, match="--gusts need a mean wind"):
+        changed(still, around=Around(gusts="davenport"))
+
+
+def test_a_sea_that_is_given_replaces_that_of_a_scenario_with_its_mean_drift(tmp_path: Path) -> None:
+    rao = yawing(tmp_path)
+    said = {**SCENE, "sea": "2,8,90", "rao": str(rao)}
+    before, after, flat = (changed(said, waves=waves) for waves in (
+        InWaves(), InWaves("1,8,0", rao), InWaves("0,8,0", rao)))  # fmt: skip
+    for made, height in ((before, 2.0), (after, 1.0), (flat, 0.0)):
+        sizes = [math.hypot(one.around.wave_x, one.around.wave_y) for one in made.weather]
+        assert sizes == pytest.approx([height] * len(sizes), rel=0.02), height
+    assert after.weather[0].around.wave_y == pytest.approx(0.0, abs=1e-9)  # from the north
+    with pytest.raises(RequestError, match="--waves: the sea of the scenario gives the mean drift already"):
+        changed(said, around=Around(waves="1,8,0"))
+    again, other = changed(said), changed(said, seed=8)
+    assert repr(again.sea) == repr(before.sea)
+    assert repr(other.sea) != repr(before.sea)
+
+
+def test_a_place_is_given_once() -> None:
+    assert changed(place="35.1,139.7").datum == Datum(35.1, 139.7)
+    with pytest.raises(RequestError, match="--place is given by the scenario"):
+        changed({**SCENE, "place": [35.0, 139.0]}, place="35.1,139.7")
+
+
+@pytest.mark.slow
+def test_a_scenario_is_judged_under_the_options_of_its_command(tmp_path: Path, capsys: Any) -> None:
+    """The same route in a current across it: the pilot of the ship is set off further."""
+    path = tmp_path / "scene.toml"
+    path.write_text('schema = "seatrial-scenario/1"\nduration = 300.0\n[own]\nship = "kvlcc2"\nspeed = 7.0\n'
+                    'pilot = "track"\nroute = [[5000.0, 0.0]]\n[criteria]\ncross_track = 20.0\n')  # fmt: skip
+    found: list[dict[str, Any]] = []
+    for given, status in (([], 0), (["--current", "1.5,90"], 1)):
+        assert main(["range", str(path), "--json", *given]) == status
+        found.append(json.loads(capsys.readouterr().out))
+    still, set_off = (one["indices"]["cross_track_max"] for one in found)
+    assert still < 1.0
+    assert set_off > 20.0

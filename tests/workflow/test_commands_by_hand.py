@@ -26,7 +26,8 @@ from seatrial.realtime.afloat import reporter
 from seatrial.realtime.links import wiring
 from seatrial.realtime.range.reports import REPORTED
 from seatrial.ships.files import load
-from seatrial.workflow import Silent, afloat, comparing, demo, identify, judging, plant, seaway
+from seatrial.workflow import Silent, comparing, demo, identify, judging, plant, seaway
+from seatrial.workflow.afloat.scenes import alone, varied
 from seatrial.workflow.asked import Around, Bands, Departure, InWaves, Predicting
 from seatrial.workflow.comparing import purpose_of, scales_asked
 from seatrial.workflow.contributing.published import Published, Reproduced, _found, published, shown
@@ -516,7 +517,7 @@ def test_a_transponder_has_nine_digits_and_sentences_their_rates() -> None:
 
 
 def scene(departure: Departure) -> Any:
-    return afloat._scene(L7, departure, Around(), InWaves(), None, lambda _: None)
+    return varied(alone(L7), departure, Around(), InWaves(), lambda _: None)
 
 
 def test_a_start_has_a_place_and_one_heading() -> None:

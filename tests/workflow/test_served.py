@@ -24,7 +24,7 @@ from seatrial.study.series import Series
 from seatrial.study.study import Study
 from seatrial.workflow import Silent, identify, judging, reports
 from seatrial.workflow.afloat import sail
-from seatrial.workflow.asked import Departure, Page, Sailing
+from seatrial.workflow.asked import Departure, Page, RealTime
 from seatrial.workflow.evidence.bands import Banded
 from seatrial.workflow.live import twin as following
 
@@ -44,7 +44,7 @@ def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return seen
 
 
-def bridge(run: Sailing, departure: Departure = Departure(), **more: Any) -> Voyage:
+def bridge(run: RealTime, departure: Departure = Departure(), **more: Any) -> Voyage:
     return sail("kvlcc2_l7", departure=departure, run=run, page=Page(page=True, port=0), **more)
 
 
@@ -52,7 +52,7 @@ def bridge(run: Sailing, departure: Departure = Departure(), **more: Any) -> Voy
 def test_a_bridge_begins_as_it_is_told(served: list[Any], tmp_path: Path) -> None:
     notes: list[str] = []
     departure = Departure(heading=30.0, speed=0.9, place="35,139", other=("kvlcc2_l7@40,50,270,0.5",))
-    ran = bridge(Sailing(factor=2.0, out=tmp_path), departure, note=notes.append)
+    ran = bridge(RealTime(factor=2.0, out=tmp_path), departure, note=notes.append)
     ((loop, hosts, key, links, duration),) = served
     assert (hosts, key, links, duration, ran.written) == (LOCAL, "", [], math.inf, ())
     own, other = loop.vessels[OWN].plant, loop.vessels["1 kvlcc2_l7"].plant
@@ -69,7 +69,7 @@ def test_a_bridge_begins_as_it_is_told(served: list[Any], tmp_path: Path) -> Non
 @pytest.mark.slow
 def test_a_bridge_for_other_machines_has_a_key(served: list[Any], tmp_path: Path) -> None:
     notes: list[str] = []
-    bridge(Sailing(anywhere=True, out=tmp_path), note=notes.append)
+    bridge(RealTime(anywhere=True, out=tmp_path), note=notes.append)
     ((_, hosts, key, *_),) = served
     assert hosts == anywhere()
     assert len(key) >= 16
@@ -77,16 +77,16 @@ def test_a_bridge_for_other_machines_has_a_key(served: list[Any], tmp_path: Path
 
 
 def test_a_bridge_that_cannot_be_is_refused(tmp_path: Path) -> None:
-    for name in ("place", "start"):
+    for name, value in (("place", "35,139"), ("start", "1,2,3"), ("heading", 0.0)):
         with pytest.raises(RequestError, match=f"--{name} and --ghost both set the position"):
-            sail("kvlcc2_l7", departure=Departure(**{name: "35,139"}), page=Page(page=True, ghost=tmp_path / "a.csv"))
+            sail("kvlcc2_l7", departure=Departure(**{name: value}), page=Page(page=True, ghost=tmp_path / "a.csv"))
     with pytest.raises(RequestError, match="--hold is 0"):
-        bridge(Sailing(hold=0.0))
+        bridge(RealTime(hold=0.0))
     with pytest.raises(RequestError, match="no such folder"):
-        bridge(Sailing(out=tmp_path / "none"))
+        bridge(RealTime(out=tmp_path / "none"))
     (tmp_path / "file").write_text("")
     with pytest.raises(RequestError, match="a file; recordings go into a folder"):
-        bridge(Sailing(out=tmp_path / "file"))
+        bridge(RealTime(out=tmp_path / "file"))
 
 
 def test_a_fitted_ship_of_captive_tests_is_of_the_ship_that_it_began_from() -> None:

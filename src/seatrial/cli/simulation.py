@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from click.exceptions import Exit
 
 from ..core.errors import RequestError, RunError
 from ..report.blocks import Block, Body, bullets, fields, table
-from ..workflow.asked import Approach, Around, Bands, Departure, InWaves, Orders, Page, Sailing, Serving, Span, Wire
+from ..workflow.asked import Approach, Around, Bands, Departure, InWaves, Orders, Page, RealTime, Serving, Span, Wire
 from . import options as o
 from .evidence import bands_shown
 from .fits import port_of, show
@@ -141,22 +141,22 @@ def harbour(
 def steer(
     ship: o.ShipName, scenario: o.ScenarioFile = None, departure: Departure = Departure(), around: Around = Around(),
     waves: InWaves = InWaves(), wire: Wire = Wire(), page: Page = Page(), bands: Bands = Bands(),
-    run: Sailing = Sailing(), json: bool = False,
+    run: RealTime = RealTime(), json: bool = False,
 ) -> None:  # fmt: skip
     """Run a ship as an NMEA 0183 device in real time."""
+    from ..workflow.afloat import sail
+
     if wire.nmea is None:
         raise RequestError("--nmea: say where to listen, such as udp://127.0.0.1:10110")
-    ran = _sailed(json, ship, scenario, departure, around, waves, wire, page, bands, run)
+    ran = sail(ship, scenario, departure, around, waves, wire, page, bands, run, note=note, printed=_printed(json))
     answer(_summary(ran), json)
     if ran.failure is not None:
         raise RunError(ran.failure)
 
 
-def _sailed(json: bool, *given: Any, **groups: Any) -> Voyage:
-    """A run in real time; what a program beside it prints is handed on."""
-    from ..workflow.afloat import sail
-
-    return sail(*given, **groups, note=note, printed=lambda text: hand_on(text, aside=json))
+def _printed(json: bool) -> Callable[[str], None]:
+    """Takes what a program beside the ship prints, aside where standard output is for JSON."""
+    return lambda text: hand_on(text, aside=json)
 
 
 def _summary(ran: Voyage) -> Body:
@@ -179,21 +179,28 @@ def _summary(ran: Voyage) -> Body:
 def bridge(
     ship: o.ShipName, scenario: o.ScenarioFile = None, departure: Departure = Departure(), around: Around = Around(),
     waves: InWaves = InWaves(), wire: Wire = Wire(), page: Page = Page(), bands: Bands = Bands(),
-    run: Sailing = Sailing(), json: bool = False,
+    run: RealTime = RealTime(), json: bool = False,
 ) -> None:  # fmt: skip
     """Serve a page to steer a ship by hand in real time."""
-    ran = _sailed(json, ship, scenario, departure, around, waves, wire, replace(page, page=True), bands, run)
+    from ..workflow.afloat import sail
+
+    ran = sail(ship, scenario, departure, around, waves, wire, replace(page, page=True), bands, run, note=note,
+               printed=_printed(json))  # fmt: skip
     answer(fields(ran.document(), bullets(map(str, ran.written))), json)
     if ran.failure is not None:
         raise RunError(ran.failure)
 
 
 def range_(
-    scenario: o.ScenarioPath, wire: Wire = Wire(), page: Page = Page(), bands: Bands = Bands(),
-    run: Sailing = Sailing(), json: bool = False,
+    scenario: o.ScenarioPath, departure: Departure = Departure(), around: Around = Around(),
+    waves: InWaves = InWaves(), wire: Wire = Wire(), page: Page = Page(), bands: Bands = Bands(),
+    run: RealTime = RealTime(), json: bool = False,
 ) -> None:  # fmt: skip
     """Run a scenario and judge its criteria."""
-    ran = _sailed(json, None, scenario, wire=wire, page=page, bands=bands, run=run, judge=True)
+    from ..workflow.afloat import sail
+
+    ran = sail(None, scenario, departure, around, waves, wire, page, bands, run, judge=True, note=note,
+               printed=_printed(json))  # fmt: skip
     answer(_judged(ran, ran.document()), json)
     if not ran.met:
         missed = [f"{one.name}{f' of {one.where}' if one.where else ''}" for one in ran.judged if not one.met]

@@ -128,14 +128,14 @@ class Departure:
     """How the own ship begins."""
 
     speed: Annotated[float | None, Option(help="Set the initial speed [m/s].")] = None
-    heading: Annotated[float, Option(help="Set the initial heading [deg].")] = 0.0
+    heading: Annotated[float | None, Option(help="Set the initial heading [deg].")] = None
     start: Annotated[str | None, Option(help="Set the start X,Y,DEG: north and east [m], heading.")] = None
     place: Annotated[str | None, Option(help="Start at LAT,LON [deg].")] = None
     mmsi: Annotated[int | None, Option(help="Set the MMSI of the transponder (VDO): nine digits.")] = None
     sensors: Annotated[bool, Option(help="Simulate the errors of the usual instruments.")] = False
     antenna: Annotated[str | None, Option(help="Place the antenna FORWARD,STARBOARD of midship [m].")] = None
     other: Annotated[tuple[str, ...], Option(help="Add another ship SHIP@NORTH,EAST,DEG. Repeatable.")] = ()
-    seed: Annotated[int, Option(help="Seed the instruments and the gusts.")] = 1
+    seed: Annotated[int | None, Option(help="Seed the instruments, the gusts and the sea.")] = None
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ class Page:
 
 
 @dataclass(frozen=True)
-class Sailing:
+class RealTime:
     """Run in real time."""
 
     factor: Annotated[

@@ -28,7 +28,7 @@ from seatrial.ships.files import load
 from seatrial.simulate.approach import time_step
 from seatrial.workflow import RequestError
 from seatrial.workflow.afloat import sail
-from seatrial.workflow.asked import Departure, Page, Sailing
+from seatrial.workflow.asked import Departure, Page, RealTime
 
 HARD = math.radians(10.0)
 
@@ -138,7 +138,7 @@ def test_a_recording_has_the_start_instant_and_the_datum_of_the_bridge_or_of_its
 
     def bridge(ghost: Path | None = None, place: str | None = None) -> tuple[Path, ...]:
         page = Page(page=True, port=0, ghost=ghost)
-        return sail("kvlcc2_l7", departure=Departure(place=place), page=page, run=Sailing(out=tmp_path)).written
+        return sail("kvlcc2_l7", departure=Departure(place=place), page=page, run=RealTime(out=tmp_path)).written
 
     monkeypatch.setattr(server, "serve", serve)
     began = datetime.now(UTC)

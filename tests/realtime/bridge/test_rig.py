@@ -119,7 +119,7 @@ def _lines(rig: Rig) -> list[bytes]:
     ("given", "message"),
     [
         (["--scenario", "none.toml"], "none.toml"), (["--scenario", "S", "--ghost", "x.csv"], "--ghost"),
-        (["--only", "HDT"], "give --nmea"), (["--scenario", "S", "--speed", "1"], "--speed is given by the scenario"),
+        (["--only", "HDT"], "give --nmea"), (["--scenario", "S", "--speed", "99"], "--speed is 99 m/s"),
         (["--scenario", "S", "--to", "udp://127.0.0.1:1"], "give --nmea"), (["--nmea", "tcp://x:1"], "not an IPv4"),
     ],
 )  # fmt: skip

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from ...core.errors import ChartError
 from ...data.geodesy import Datum
-from ...environment import Uniform
-from ...environment.weather import Gust
 from ...manoeuvres import Manoeuvre
 from ...models import unit
 from ...realtime.afloat import Links, Voyage, afloat
@@ -22,18 +18,17 @@ from ...realtime.bridge.ghost import Ghost
 from ...realtime.bridge.situation import Shown as Seen
 from ...realtime.bridge.situation import Situation, read_chart
 from ...realtime.links.wiring import Wiring
-from ...realtime.range.scenario import Other, Own, Sailing, Scenario, Weather
+from ...realtime.range.scenario import Scenario
 from ...ships import Ship
 from .. import RequestError
-from ..asked import Around, Bands, Departure, InWaves, Page, Wire
-from ..asked import Sailing as Run
+from ..asked import Around, Bands, Departure, InWaves, Page, RealTime, Wire
 from ..evidence.ahead import path_ahead
-from ..request import DEGREE, Note, finite, numbers, pair, positive, ship_of, silent, speed_of, surroundings
-from ..seaway import bound_for
+from ..request import Note, positive, ship_of, silent
 from ..simulation import known, lacks, order
 from .scenarios import read_scenario
+from .scenes import alone, varied
 
-_RATE, _RATE_OF_PAGE = 10.0, 20.0
+_RATE_OF_PAGE = 20.0
 
 _BUTTONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
     "Turn 35° starboard": ("turning", {}),
@@ -56,14 +51,15 @@ Start = tuple[float, ...]
 def sail(
     ship: str | Path | Ship | None = None, scenario: Path | Scenario | None = None,
     departure: Departure = Departure(), around: Around = Around(), waves: InWaves = InWaves(), wire: Wire = Wire(),
-    page: Page = Page(), bands: Bands = Bands(), run: Run = Run(), *, judge: bool = False,
+    page: Page = Page(), bands: Bands = Bands(), run: RealTime = RealTime(), *, judge: bool = False,
     note: Note = silent, printed: Note = silent,
 ) -> Voyage:  # fmt: skip
     """Run a ship in real time with the equipment that is asked for.
 
     Args:
         ship: a name of the library, a ship file or a ship; with a scenario in place of its own ship, or None.
-        scenario: its file, or a scenario; None: what `departure`, `around` and `waves` say.
+        scenario: its file, or a scenario; None: the ship alone.
+        departure, around, waves: take the place of what the scenario says.
         judge: whether the criteria of the scenario decide.
         note: takes addresses and events.
         printed: takes the standard output of the program beside the ship.
@@ -82,11 +78,10 @@ def sail(
     if scenario is None:
         if vessel is None:
             raise RequestError("name a ship, or a scenario with one")
-        played = _scene(vessel, departure, around, waves, ghost, note)
+        played = alone(vessel, ghost)
     else:
-        _refuse_of_scenario(scenario, departure, around, waves)
-        played = scenario if isinstance(scenario, Scenario) else read_scenario(scenario, vessel)
-    played, situation = _charted(played, scenario, run.chart)
+        played = scenario if isinstance(scenario, Scenario) else read_scenario(scenario, vessel, departure.seed)
+    played, situation = _charted(varied(played, departure, around, waves, note), scenario, run.chart)
     usual = _RATE_OF_PAGE if page.page else played.rate
     record, folder = _recorded(run.out, page.page)
     shown = None
@@ -101,7 +96,7 @@ def sail(
     )  # fmt: skip
 
 
-def _wiring(wire: Wire, run: Run) -> Wiring | None:
+def _wiring(wire: Wire, run: RealTime) -> Wiring | None:
     """The wire that is asked for; None without an address, when nothing else may be said of it."""
     if wire.nmea is None:
         for name in _changed(wire):
@@ -122,13 +117,6 @@ def _refuse_without_page(page: Page, bands: Bands) -> None:
             raise RequestError(f"--{'bands' if name == 'level' else name} is of the page; add --page")
 
 
-def _refuse_of_scenario(scenario: Path | Scenario, *groups: Any) -> None:
-    """Refuse options that a scenario gives."""
-    for name in (one for group in groups for one in _changed(group)):
-        raise RequestError(f"--{name} is given by the scenario; leave it out, or change "
-                           f"{scenario if isinstance(scenario, Path) else 'it'}")  # fmt: skip
-
-
 def _recorded(out: Path | None, page: bool) -> tuple[Path | None, Path]:
     """The file of the whole run, and the folder of what the page records."""
     if not page or (out is not None and out.suffix == ".csv"):
@@ -138,42 +126,6 @@ def _recorded(out: Path | None, page: bool) -> tuple[Path | None, Path]:
         what = "a file" if folder.exists() else "no such folder"
         raise RequestError(f"-o: {folder}: {what}; recordings go into a folder")
     return None, folder
-
-
-def _scene(
-    ship: Ship, departure: Departure, around: Around, waves: InWaves, ghost: Ghost | None, note: Note
-) -> Scenario:  # fmt: skip
-    """The scenario of the options: steady weather, other ships that keep their line."""
-    mmsi = departure.mmsi or 0
-    if departure.mmsi is not None and not 200_000_000 <= mmsi <= 799_999_999:
-        raise RequestError(f"--mmsi is {mmsi}; that of a ship has nine digits, the first 2 to 7")
-    antenna = None if departure.antenna is None else pair("--antenna", departure.antenna, "FORWARD,STARBOARD in metres")
-    seaway = bound_for(ship, waves, departure.seed, around, note)
-    weather = surroundings(ship, seaway.around, departure.seed, note).weather
-    steady = cast("Uniform", weather.base if isinstance(weather, Gust) else weather).now()
-    x, y, psi = _begun(departure) if ghost is None else ghost.start[:3]
-    sailing = Sailing(x, y, psi, speed_of(ship, departure.speed), (), mmsi)
-    others = [(number, *other_of(text)) for number, text in enumerate(departure.other, 1)]
-    return Scenario(
-        ship.name, math.inf,
-        Own(ship, sailing, departure.sensors, False, antenna, None if ghost is None else ghost.start),
-        tuple(Other(f"{number} {there.name}", there, where) for number, there, where in others), _RATE, departure.seed,
-        datum_of(departure.place) if ghost is None else ghost.datum, float(round(time.time())), gusts=around.gusts,
-        weather=(Weather(0.0, 0.0, steady),), sea=seaway.sea, rao=seaway.rao,
-    )  # fmt: skip
-
-
-def _begun(departure: Departure) -> tuple[float, float, float]:
-    """Place [m] and heading [rad] at the start."""
-    finite(heading=departure.heading)
-    if departure.start is None:
-        return 0.0, 0.0, departure.heading * DEGREE
-    if departure.heading:
-        raise RequestError("--start and --heading both give the heading; leave out --heading")
-    x, y, heading = numbers("--start", departure.start, "X,Y,DEG such as 0,50,90")
-    for value in (x, y, heading):
-        finite(start=value)
-    return x, y, heading * DEGREE
 
 
 def _charted(played: Scenario, scenario: Path | Scenario | None, chart: str | None) -> tuple[Scenario, Situation]:
@@ -201,29 +153,6 @@ def situation_of(chart: str | None, datum: Datum | None, epoch: float) -> Situat
     return Situation(here, epoch, shown)
 
 
-def other_of(text: str) -> tuple[Ship, Sailing]:
-    """Another ship: NAME@NORTH,EAST,HEADING[,SPEED] [m, deg, m/s]."""
-    name, _, place = text.partition("@")
-    try:
-        north, east, heading, *rest = (float(part) for part in place.split(","))
-        (speed,) = rest or (None,)
-    except ValueError:
-        raise RequestError(f"--other is '{text}'; write SHIP@NORTH,EAST,HEADING such as kcs@2000,500,180") from None
-    if not all(map(math.isfinite, (north, east, heading, speed or 0.0))) or (speed or 0.0) < 0.0:
-        raise RequestError(f"--other is '{text}'; place and heading are numbers, the speed zero or above")
-    ship = ship_of(name)
-    return ship, Sailing(north, east, heading * DEGREE, speed_of(ship, speed, f"--other {name}: speed"))
-
-
-def datum_of(place: str | None) -> Datum | None:
-    """Where x and y are zero, from ``LAT,LON`` [deg]; None without it.
-
-    Raises:
-        RequestError: a text of another form.
-    """
-    return None if place is None else Datum(*pair("--place", place, "LAT,LON in degrees such as 35.1,139.7"))
-
-
 def _ghost(
     ship: Ship | None, scenario: Path | Scenario | None, departure: Departure, path: Path | None, note: Note
 ) -> Ghost | None:  # fmt: skip
@@ -233,7 +162,7 @@ def _ghost(
 
     if scenario is not None or ship is None:
         raise RequestError("--ghost: the ship begins where its trial does; leave the scenario out")
-    for name in ("place", "start"):
+    for name in ("place", "start", "heading"):
         if getattr(departure, name) is not None:
             raise RequestError(f"--{name} and --ghost both set the position; leave out --{name}")
     ghost = Ghost(read_trial(path), ship.model.controls)

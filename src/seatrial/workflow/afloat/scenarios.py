@@ -12,8 +12,9 @@ from typing import Any, cast
 
 from ...core.parameters import unknown
 from ...core.records import document_of, filled, of_schema
+from ...core.symbolic import Scalar
 from ...data.geodesy import Datum
-from ...environment import CALM, Environment, Uniform
+from ...environment import CALM, Uniform
 from ...environment.chart import Chart, ChartError
 from ...environment.weather import Gust
 from ...models import unit
@@ -34,7 +35,7 @@ from ...realtime.range.schema import (
 from ...ships import Ship
 from .. import RequestError
 from ..asked import Around, InWaves
-from ..request import DEGREE, ship_of, silent, speed_of, surroundings
+from ..request import DEGREE, Note, ship_of, silent, speed_of, surroundings
 from ..seaway import Seaway, bound_for
 
 # So far from its origin a plane is no map of the sea any more [m].
@@ -43,24 +44,27 @@ _CHANNELS = {"wind": ("wind_x", "wind_y"), "current": ("current_x", "current_y")
              "waves": ("wave_x", "wave_y", "wave_T"), "depth": ("per_depth",)}  # fmt: skip
 
 
-def read_scenario(path: Path, own: Ship | None = None) -> Scenario:
-    """A scenario from its file; `own` takes the place of its own ship.
+def read_scenario(path: Path, own: Ship | None = None, seed: int | None = None) -> Scenario:
+    """A scenario from its file; `own` takes the place of its own ship, `seed` of its seed.
 
     Raises:
         RequestError: what is wrong in the file, and at which key.
     """
-    return scenario_of(document_of(path), path, own)
+    return scenario_of(document_of(path), path, own, seed)
 
 
-def scenario_of(document: dict[str, Any], path: Path, own: Ship | None = None) -> Scenario:
+def scenario_of(
+    document: dict[str, Any], path: Path, own: Ship | None = None, seed: int | None = None
+) -> Scenario:
     """A scenario from the contents of its file; `path` is for messages, and ship files are looked for beside it.
 
-    `own` takes the place of its own ship.
+    `own` takes the place of its own ship, `seed` of its seed.
 
     Raises:
         RequestError: what is wrong in the file, and at which key.
     """
     table = filled(ScenarioFile, of_schema(document, SCHEMA, path), path)
+    table = table if seed is None else replace(table, seed=seed)
     try:
         return _scenario(table, path, own or _ship(path, table.own.ship))
     except ValueError as error:
@@ -208,7 +212,7 @@ def _beside(path: Path, name: str | None) -> str | None:
 
 def _weather(own: Ship, tables: Sequence[WeatherTable], seaway: Seaway) -> tuple[Weather, ...]:
     """The weather by time, in which a sea gives the waves of the mean drift from the start on."""
-    now, end = cast("Uniform", surroundings(own, seaway.around).weather).now(), 0.0
+    now, end = CALM._replace(**channels_of(own, seaway.around)), 0.0
     found = [Weather(0.0, 0.0, now)] if now != CALM else list[Weather]()
     for k, one in enumerate(tables, 1):
         key = f"weather {k}"
@@ -218,14 +222,23 @@ def _weather(own: Ship, tables: Sequence[WeatherTable], seaway: Seaway) -> tuple
             raise RequestError(f"{key}.waves: the sea gives the mean drift already; leave one of waves and sea out")
         given = {name: value for name, value in vars(one).items() if name in _CHANNELS and value is not None}
         try:
-            uniform = cast("Uniform", surroundings(own, Around(**given)).weather)
+            now = now._replace(**channels_of(own, Around(**given)))
         except ValueError as error:
             raise RequestError(f"{key}: {error}") from None
-        changed = uniform.now()._asdict()
-        now = Environment(**{**now._asdict(), **{c: changed[c] for name in given for c in _CHANNELS[name]}})
         found.append(Weather(one.at, one.over, now))
         end = one.at + one.over
     return tuple(found)
+
+
+def channels_of(ship: Ship, around: Around, note: Note = silent) -> dict[str, Scalar]:
+    """Channels of the environment that are told here, without gusts.
+
+    Raises:
+        RequestError: as of `surroundings`.
+    """
+    weather = surroundings(ship, around, note=note).weather
+    now = cast("Uniform", weather.base if isinstance(weather, Gust) else weather).now()._asdict()
+    return {c: now[c] for name, some in _CHANNELS.items() if getattr(around, name) is not None for c in some}
 
 
 def _fault(k: int, table: FaultTable, own: Ship) -> Fault:
