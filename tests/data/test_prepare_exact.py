@@ -295,6 +295,7 @@ def circle(rows: int = 160) -> tuple[Array, Trial]:
                   psi=psi)  # fmt: skip
 
 
+@pytest.mark.slow
 def test_speeds_of_a_smoothed_circle_are_those_of_the_ship() -> None:
     """4 m/s ahead and .3 to port: (4 cos + .3 sin, 4 sin - .3 cos)."""
     _, trial = circle()
