@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from seatrial.core.errors import RequestError, RunError
+from seatrial.core.errors import ClusterError, RequestError, RunError
 from seatrial.core.executors import Pool, at_version, dask, parted, threads
 from seatrial.core.version import __version__
 
@@ -98,3 +98,26 @@ def test_threads_are_as_many_as_asked_for() -> None:
         assert pool.width() == 3
         assert not pool.away
         assert list(pool.ordered(divmod, [(7, 2), (9, 4)])) == [(3, 1), (2, 1)]
+
+
+def test_a_piece_may_be_lost_a_hundred_times() -> None:
+    for losses, done in ((100, True), (101, False)):
+        late = Late(lambda k, losses=losses: LostError() if k <= losses else None)
+        pool = Pool(late, lambda: 1, lambda error: isinstance(error, LostError))
+        if done:
+            assert list(pool.each(lambda k: k, [(1,)])) == [1]
+            continue
+        with pytest.raises(LostError):
+            list(pool.each(lambda k: k, [(1,)]))
+
+
+def test_a_lost_result_is_told_and_a_failed_one_raises_its_own() -> None:
+    checks: list[int] = []
+    late = Late(lambda k: LostError("gone") if k == 1 else ZeroDivisionError())
+    pool = Pool(late, lambda: 1, lambda error: isinstance(error, LostError), lambda: checks.append(1))
+    with pytest.raises(ClusterError, match=r"a piece of work is lost \(gone\); run the same command again"):
+        pool.result(pool.submit(divmod, 1, 1))
+    assert checks == [1]
+    with pytest.raises(ZeroDivisionError):
+        pool.result(pool.submit(divmod, 1, 1))
+    assert checks == [1]

@@ -9,7 +9,6 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-from test_executors import Late, LostError
 
 from seatrial.core import executors
 from seatrial.core.errors import ClusterError, RequestError
@@ -137,26 +136,3 @@ def test_threads_are_those_named_or_those_of_the_process(monkeypatch: pytest.Mon
     assert processors() == 6
     monkeypatch.setattr(os, "cpu_count", lambda: None)
     assert processors() == 1
-
-
-def test_a_piece_may_be_lost_a_hundred_times(monkeypatch: pytest.MonkeyPatch) -> None:
-    for losses, done in ((100, True), (101, False)):
-        late = Late(lambda k, losses=losses: LostError() if k <= losses else None)
-        pool = executors.Pool(late, lambda: 1, lambda error: isinstance(error, LostError))
-        if done:
-            assert list(pool.each(lambda k: k, [(1,)])) == [1]
-            continue
-        with pytest.raises(LostError):
-            list(pool.each(lambda k: k, [(1,)]))
-
-
-def test_a_lost_result_is_told_and_a_failed_one_raises_its_own() -> None:
-    checks: list[int] = []
-    late = Late(lambda k: LostError("gone") if k == 1 else ZeroDivisionError())
-    pool = executors.Pool(late, lambda: 1, lambda error: isinstance(error, LostError), lambda: checks.append(1))
-    with pytest.raises(ClusterError, match=r"a piece of work is lost \(gone\); run the same command again"):
-        pool.result(pool.submit(divmod, 1, 1))
-    assert checks == [1]
-    with pytest.raises(ZeroDivisionError):
-        pool.result(pool.submit(divmod, 1, 1))
-    assert checks == [1]
