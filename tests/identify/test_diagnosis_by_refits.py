@@ -223,6 +223,26 @@ def test_an_error_that_differs_by_trial_is_what_a_refit_with_a_number_for_each_g
     assert not differing(two, (suspicion(world),), ["bias.psi"], PATHS, sigma)
 
 
+@pytest.mark.parametrize(("first", "rest", "alone"), [
+    (60.0, 5.7, True), (60.0, 5.9, False), (1000.0, 100.0, True), (1000.0, 130.0, False),
+])  # fmt: skip
+def test_one_trial_has_it_alone_by_schwarz_or_where_it_explains_four_fifths(
+    first: float, rest: float, alone: bool
+) -> None:
+    """Drops of three trials, each by itself; of 1000 rows a number costs ln 1000, and which of three 2 ln 3.
+
+    Alone: 60 - 6.91 - 2.20 = 50.9 against 60 + 2 x 5.7 - 3 x 6.91 = 50.7; or four fifths of the whole.
+    """
+    gram = np.tile(np.diag([1.0, 100.0]), (3, 1, 1))
+    slope = np.column_stack([np.zeros(3), 10.0 * np.sqrt([first, rest, rest])])
+    moments = Moments(NAMES[:3], gram, gram, slope, np.eye(1), 50.0, 1000)
+    one = Suspicion("bias.psi", "a bias", "deg", 1.0, 0.0, 0.0, 0.0, 1.0, {})
+    (found,) = differing(moments, (one,), ["bias.psi"], PATHS[:1], np.ones(1))
+    assert list(found.each) == (["a"] if alone else list("abc"))
+    assert found.drop == pytest.approx(first if alone else first + 2.0 * rest)
+    assert found.each["a"].size == pytest.approx(-math.sqrt(first) / 10.0)
+
+
 def test_noise_alone_differs_in_no_trial_and_scatter_widens() -> None:
     for seed in range(20):
         world = World(seed)

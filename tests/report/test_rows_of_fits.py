@@ -150,6 +150,17 @@ def polylines(svg: str) -> list[np.ndarray]:
     return [np.array([[float(v) for v in pair.split(",")] for pair in one.split()]) for one in found]
 
 
+def test_panels_of_a_channel_stand_side_by_side_below_its_title() -> None:
+    """Four panels of 390, 190, 190 and 270 pixels by 118, a title of 16 above them."""
+    run = Residuals(np.arange(9.0), {"x": np.ones(9), "u": -np.ones(9)}, np.zeros(9))
+    found = Diagnosis({"x": channel(), "u": channel()}, residuals={"a": run}, control=("delta", "rad"))
+    drawn = diagnosis.drawing(found)
+    places = [(float(a), float(b)) for a, b in re.findall(r'<g transform="translate\(([\d.]+) ([\d.]+)\)">', drawn)]
+    assert places[:5] == [(0.0, 0.0), (0.0, 16.0), (390.0, 16.0), (580.0, 16.0), (770.0, 16.0)]
+    assert places[5:10] == [(a, b + 134.0) for a, b in places[:5]]
+    assert 'viewBox="0 0 1040 284"' in drawn
+
+
 def test_correlations_of_residuals_are_sums_of_products_over_the_lag() -> None:
     rng = np.random.default_rng(0)
     parts = [rng.normal(size=60), rng.normal(size=80)]

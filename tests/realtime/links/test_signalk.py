@@ -26,6 +26,7 @@ pytest.importorskip("fastapi")
 from served import Served, heard
 from websockets.exceptions import InvalidStatus
 
+from seatrial.realtime.links import signalk
 from seatrial.realtime.links.rosbridge import Rosbridge
 from seatrial.realtime.links.signalk import SignalK, _shaft, identity, values
 
@@ -328,3 +329,23 @@ def test_a_body_in_chunks_is_read_up_to_its_limit_only():
         answer = http.request("PUT", f"{PILOT}/target", b" " * 2100 + b'{"value": 1.0}')
         assert answer.status_code == 400
         assert "at most 2048 bytes" in answer.json()["message"]
+
+
+WIND = {"gamma_T_bow": 3.5, "psi": 4.0, "U_A": 8.0, "gamma_A": 2.0, "u_w": 5.0}
+
+
+@pytest.mark.parametrize(("known", "told"), [
+    (("gamma_T_bow", "psi"), {"angleTrueGround": 3.5 - math.tau, "directionTrue": 7.5 - math.tau}),
+    (("gamma_T_bow",), {"angleTrueGround": 3.5 - math.tau}), (("psi", "U_A", "gamma_A"), {"angleApparent": 2.0}),
+    (("U_A", "gamma_A", "u_w"), {
+        "angleApparent": 2.0, "speedTrue": math.hypot(8.0 * math.cos(2.0) - 5.0, 8.0 * math.sin(2.0)),
+        "angleTrueWater": math.atan2(8.0 * math.sin(2.0), 8.0 * math.cos(2.0) - 5.0)}),
+])  # fmt: skip
+def test_winds_are_told_as_far_as_what_they_are_made_of_is_known(known, told):
+    assert dict(signalk._wind({name: WIND[name] for name in known})) == pytest.approx(told)
+
+
+def test_a_ship_that_slides_meets_its_own_wind_from_the_side():
+    """Air at rest over the water, a ship ahead at 5 m/s and to starboard at 1 m/s."""
+    felt = {"U_A": math.hypot(5.0, 1.0), "gamma_A": math.atan2(1.0, 5.0), "u_w": 5.0, "v_w": 1.0}
+    assert dict(signalk._wind(felt))["speedTrue"] == pytest.approx(0.0, abs=1e-12)

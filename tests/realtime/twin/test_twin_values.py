@@ -96,6 +96,30 @@ def test_a_picture_is_made_four_times_a_second_while_somebody_looks(monkeypatch:
     assert len(made) == 4
 
 
+def test_a_forecast_is_made_anew_after_two_seconds_of_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures in between show the last one; one that is forced has its own."""
+    made: list[int] = []
+    monkeypatch.setattr(screen, "forecast", lambda follower, acting: made.append(len(made)))
+    monkeypatch.setattr(screen, "_points", lambda ahead: [[float(len(made))]])
+    monkeypatch.setattr(screen, "unseen", lambda live: [])
+    monkeypatch.setattr(screen, "parameters", lambda live: [])
+    live = a_live(acting=np.array([0.1]), masked=(), tally=Tally(), trust=SimpleNamespace(scores={}), counts=Counts())
+    follower = SimpleNamespace(mean=np.arange(11.0), cov=np.diag(np.arange(11.0) ** 2), t=7201.26)
+    shown = Screen(live, "log")
+    times = (100.0, 101.99, 102.01, 104.0, 104.02)
+    assert [shown._picture(follower, now, False)["ahead"][0][0] for now in times] == [1, 1, 2, 2, 3]
+    picture = shown._picture(follower, 104.03, True)
+    assert picture["ahead"] == [[4.0]]
+    assert (picture["t"], picture["L"], picture["B"]) == (7201.3, 100.0, 15.0)
+    assert picture["state"]["u"] == [3.0, 3.0]
+    assert picture["controls"] == {"delta": 0.1}
+    live.tally.note(7200.0, 6.0, 4)
+    live.alarms = [Alarm(f"a {k}", "jump", ("x",), 0.0, 1.0) for k in range(25)]
+    picture = shown._picture(follower, 104.04, False)
+    assert picture["hours"][0][:2] == [2.0, 1.5]
+    assert [one["cause"] for one in picture["alarms"]] == [f"a {k}" for k in range(5, 25)]
+
+
 def test_what_a_twin_leaves_behind_names_twenty_alarms_at_most() -> None:
     live = a_live(tally=SimpleNamespace(hours=[1, 2]))
     live.alarms = [SimpleNamespace(text=f"alarm {k}") for k in range(25)]
