@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from ..core.errors import CampaignError
+from ..core.errors import CampaignError, first_line
 from ..core.files import held_alone, write_together
 
 if TYPE_CHECKING:
@@ -153,8 +153,7 @@ class Store:
         try:
             system, root = url_to_fs(self.url)
         except Exception as error:  # its package is missing, or finds its configuration wrong
-            said = (str(error).splitlines() or [type(error).__name__])[0]
-            raise CampaignError(f"{self.url}: {said[:200]}") from None
+            raise CampaignError(f"{self.url}: {first_line(error)}") from None
         return system, str(root).rstrip("/")
 
     def _asked(self, what: Callable[[Any, str], _Found]) -> _Found:
@@ -167,9 +166,8 @@ class Store:
         except Exception as error:  # packages of stores have errors of their own
             if isinstance(error, OSError) and error.errno is not None:
                 raise
-            said = (str(error).splitlines() or [""])[0] or type(error).__name__
             wanted = "it takes its bucket, endpoint and credentials from the configuration of its package"
-            raise CampaignError(f"{self.url}: {said[:200]}; {wanted}") from None
+            raise CampaignError(f"{self.url}: {first_line(error)}; {wanted}") from None
 
     def read(self, name: str) -> bytes:
         return self._asked(lambda system, root: system.cat_file(f"{root}/{name}"))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.errors import first_line
 from ..core.files import write_together
 from . import CampaignError
 from .columns import about
@@ -77,9 +78,8 @@ def _sink(held: Held, table: pl.LazyFrame, scratch: str, out: Path) -> None:
 
 def damaged(held: Held, error: Exception) -> CampaignError:
     """What a part that Polars cannot read is answered with."""
-    why = str(error).splitlines()[0]
-    return CampaignError(f"{held.folder}: a part cannot be read ({why}); seatrial campaign {held.folder} --verify "
-                         "says which")  # fmt: skip
+    return CampaignError(f"{held.folder}: a part cannot be read ({first_line(error)}); "
+                         f"seatrial campaign {held.folder} --verify says which")  # fmt: skip
 
 
 def wrong_parts(held: Held) -> Iterator[str]:
@@ -108,7 +108,7 @@ def _read(held: Held, number: int, kind: str, tables: dict[str, pl.DataFrame]) -
         content = held.place.read(part_name(number, kind))
         told, rows = pl.read_parquet_metadata(io.BytesIO(content)), pl.read_parquet(io.BytesIO(content))
     except (OSError, pl.exceptions.PolarsError) as error:
-        yield f"cannot be read ({str(error).splitlines()[0]})"
+        yield f"cannot be read ({first_line(error)})"
         return
     if told.get("seatrial.campaign") != held.manifest.digest or told.get("seatrial.part") != str(number):
         yield "is of another campaign or part"

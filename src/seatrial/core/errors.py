@@ -19,7 +19,7 @@ __all__ = [
     "ParameterError", "Reason", "RefusalError", "ReportError",
     "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
     "StudyError", "TaskError", "TomlError", "UsageError", "WeatherError", "WireError",
-    "obeyed",
+    "first_line", "obeyed",
 ]  # fmt: skip
 
 Reason = Literal["length", "form", "checksum", "kind", "field"]
@@ -28,6 +28,11 @@ Reason = Literal["length", "form", "checksum", "kind", "field"]
 def obeyed() -> None:
     """Stop the timer that repeats a Ctrl-C until it is handled (the command line sets it)."""
     signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def first_line(error: BaseException, most: int = 200) -> str:
+    """What another program's error says, in one line of at most so many characters; its kind where it says nothing."""
+    return ((str(error).splitlines() or [""])[0] or type(error).__name__)[:most]
 
 
 class SeatrialError(Exception):

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
-from .errors import ClusterError, RequestError, RunError
+from .errors import ClusterError, RequestError, RunError, first_line
 from .version import __version__
 
 Result = TypeVar("Result")
@@ -195,9 +195,8 @@ def dask(address: str, told: Callable[[str], object] = lambda text: None) -> Gen
     try:
         client = package.Client(cluster or address, set_as_default=False)
     except (OSError, ValueError) as error:
-        said = str(error).splitlines()[0]
         wanted = "write tcp://HOST:PORT or local:N"
-        raise RequestError(f"--dask {address}: no scheduler answers ({said}); {wanted}") from None
+        raise RequestError(f"--dask {address}: no scheduler answers ({first_line(error)}); {wanted}") from None
     try:
         told(f"Dask: {_width(client)} threads of workers at {client.scheduler.address}"
              + (f", dashboard {client.dashboard_link}" if not count else ""))  # fmt: skip

@@ -5,7 +5,6 @@ All logs are read before any trial is written, so a log that fails leaves no fil
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -121,8 +120,3 @@ def read_log(path: str | Path) -> Trial:
     """Read a trial file, or a foreign log that is recognised by its first line."""
     format = recognised(existing(path))
     return reader(format, None)(Path(path)) if format else read_trial(path)
-
-
-def read_logs(paths: Iterable[str | Path]) -> tuple[Trial, ...]:
-    """Read trial files and recognised foreign logs, in the order given."""
-    return tuple(read_log(path) for path in paths)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 import struct
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ..core import unpacking
+from ..core.errors import first_line
 from . import DataError
 
 if TYPE_CHECKING:
@@ -53,11 +55,33 @@ def read_frame(path: Path) -> pl.DataFrame:
     import polars as pl
 
     hold_parquet(path)
-    try:
+    with parquet(path):
         return pl.read_parquet(path)
+
+
+@contextmanager
+def parquet(path: Path) -> Generator[None, None, None]:
+    """A Parquet file is read: DataError for one that is damaged, or not such a file."""
+    import polars as pl
+
+    try:
+        yield
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError, RecursionError) as error:
-        about = (str(error).splitlines() or [""])[0] or type(error).__name__
-        raise DataError(f"{path}: not a readable Parquet file ({about[:200]})") from None
+        raise DataError(f"{path}: not a readable Parquet file ({first_line(error)})") from None
+
+
+@contextmanager
+def workbook(path: Path) -> Generator[None, None, None]:
+    """A workbook is read: DataError for one that is damaged or holds too much, or where its reader is missing."""
+    try:
+        hold_workbook(path)
+        yield
+    except DataError:
+        raise
+    except ImportError:
+        raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
+    except Exception as error:  # whatever the readers raise on a damaged workbook
+        raise DataError(f"{path}: not readable as a workbook: {first_line(error, 120)}") from None
 
 
 def _pages(raw: bytes, column: dict[int, Any]) -> int:

@@ -22,7 +22,7 @@ import numpy as np
 from ..core.files import is_plain, read_toml, write_together
 from ..core.kinds import described
 from . import UNITS, Array, DataError, Trial
-from .inside import read_frame
+from .inside import parquet, read_frame
 from .sidecar import read_sidecar, sidecar_path, sidecar_text
 from .table import check_time, continued, existing, lines_of, numbers, split_row, within
 from .units import conversion
@@ -212,12 +212,9 @@ def _header(path: Path, line: int, head: str) -> tuple[str, str]:
 def _read_parquet(path: Path) -> tuple[dict[str, str], Array, list[int]]:
     import polars as pl
 
-    try:
+    with parquet(path):
         units: Any = json.loads(pl.read_parquet_metadata(path).get(_UNITS_KEY, "{}"))
         schema = pl.read_parquet_schema(path)
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError, RecursionError) as error:
-        about = (str(error).splitlines() or [""])[0] or type(error).__name__
-        raise DataError(f"{path}: not a readable Parquet file ({about[:200]})") from None
     if not isinstance(units, dict) or not all(isinstance(u, str) for u in cast("dict[Any, Any]", units).values()):
         raise DataError(f"{path}: '{_UNITS_KEY}' of its metadata must be a JSON object of texts, one a column")
     named = cast("dict[str, str]", units)

@@ -50,6 +50,8 @@ _LARGEST = 2048
 _A_SECOND = 200
 """Largest number of requests per second of one browser; above it the browser is disconnected."""
 
+Task = asyncio.Future[None]
+
 _PERIOD = 0.25
 """Time between two pictures of a page that asks nothing [s]."""
 
@@ -227,6 +229,19 @@ async def attend(serving: uvicorn.Server, listening: socket.socket) -> None:
     """Serve at a listening socket until the server is told to exit."""
     with Door.at(listening) as door:
         await serving.serve(sockets=[door])
+
+
+async def converse(ws: WebSocket, hearing: Coroutine[Any, Any, None], tell: Callable[[Task], Awaitable[None]]) -> None:
+    """Hear a client while `tell` speaks; closes the socket of one that leaves or reads too slowly."""
+    task = asyncio.ensure_future(hearing)
+    try:
+        await tell(task)
+    except (RuntimeError, TimeoutError):
+        pass
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        await close(ws)
 
 
 async def hear(ws: WebSocket) -> Mapping[str, Any]:

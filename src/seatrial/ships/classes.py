@@ -18,6 +18,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any
 
+from ..core.errors import first_line
 from ..core.parameters import Parts, unknown
 from . import ShipError
 
@@ -70,8 +71,7 @@ def find_class(name: object, room: str, where: str) -> type:
     try:
         found = importlib.import_module(full)
     except Exception as error:  # whatever code that was trusted raises
-        said = (str(error).splitlines() or [type(error).__name__])[0]
-        raise ShipError(f"{where}: module {full} cannot be imported: {said}") from None
+        raise ShipError(f"{where}: module {full} cannot be imported: {first_line(error)}") from None
     classes = {n: c for n, c in vars(found).items() if inspect.isclass(c) and is_dataclass(c)}
     if cls not in classes:
         raise ShipError(f"{where}: {unknown(cls, classes or ['none'], f'class in {module}')}")

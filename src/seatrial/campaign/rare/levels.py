@@ -19,6 +19,7 @@ from typing import Annotated
 import numpy as np
 
 from ... import __version__
+from ...core.errors import first_line
 from ...core.files import write_together, write_whole
 from ...core.records import Limits, Positive, from_json, json_in, read_json, to_json
 from ...data import Array
@@ -179,8 +180,7 @@ def read_level(sought: Sought, path: Path) -> tuple[Level, Mapping[str, Array]]:
         points = np.column_stack([table[name].to_numpy() for name in table.columns if name.startswith("z_")])
         margins = table["margin"].to_numpy()
     except (OSError, ValueError, pl.exceptions.PolarsError) as error:
-        why = str(error).splitlines()[0]
-        raise CampaignError(f"{path}: cannot be read ({why}); delete it and search again") from None
+        raise CampaignError(f"{path}: cannot be read ({first_line(error)}); delete it and search again") from None
     remedy = "delete it and search again"
     about = from_json(_About, json_in(said, SCHEMA, path, CampaignError, remedy), path, CampaignError)
     if about.search != sought.digest or len(margins) != sought.runs:

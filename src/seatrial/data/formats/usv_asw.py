@@ -21,7 +21,7 @@ from ...core.parameters import unknown
 from .. import Array, DataError, Trial, unwrapped
 from ..check.track import track_miss
 from ..geodesy import E2, SEMI_AXIS
-from ..inside import hold_workbook
+from ..inside import workbook
 from ..sidecar import CONVENTIONS
 from ..table import check_time, decimal, existing
 
@@ -106,14 +106,8 @@ def _sheet(path: Path) -> Mapping[str, list[Any]]:
     """Columns of the first sheet as text, by their names."""
     import polars
 
-    hold_workbook(path)
-    try:
+    with workbook(path):
         frame = polars.read_excel(path, engine="calamine", infer_schema_length=0, raise_if_empty=False)
-    except ImportError:
-        raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
-    except Exception as error:  # whatever the readers raise on a damaged workbook
-        about = (str(error).splitlines() or [""])[0] or type(error).__name__
-        raise DataError(f"{path}: not readable as a workbook: {about[:120]}") from None
     for column in (CLOCK, *COLUMNS):
         if column not in frame.columns:
             raise DataError(f"{path}: row 1: {unknown(column, frame.columns, 'column')}")

@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import Array, DataError
 from ..formats import known_by_suffix
-from ..inside import hold_workbook, read_frame
+from ..inside import read_frame, workbook
 from ..table import existing
 from .cells import Column, columns_of
 from .clock import Clock, clocks
@@ -302,15 +302,10 @@ def _workbook(path: Path) -> Table:
     """The first sheet that holds a table; rows above the header are the lines before it."""
     import polars
 
-    hold_workbook(path)
-    try:
+    with workbook(path):
         sheets: dict[str, Any] = polars.read_excel(
             path, sheet_id=0, engine="calamine", has_header=False, infer_schema_length=0, raise_if_empty=False
         )
-    except ImportError:
-        raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
-    except Exception as error:  # whatever the readers raise on a damaged workbook
-        raise DataError(f"{path}: not readable as a workbook: {(str(error).splitlines() or [''])[0][:120]}") from None
     for k, (name, frame) in enumerate(sheets.items()):
         rows = [[_cell(value) for value in row] for row in frame.head(ROWS + 50).iter_rows()]
         if (found := _of_sheet(path, name if k else "", rows)) is not None:

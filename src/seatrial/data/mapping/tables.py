@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import first_line
 from ...core.parameters import unknown
 from .. import DataError
-from ..inside import hold_workbook, read_frame
+from ..inside import read_frame, workbook
 from ..table import existing, once
 from ..units import KNOWN
 from .schema import Mapping
@@ -227,29 +228,18 @@ def _stated(header: int, layout: Layout, index: Named[str, int]) -> dict[str, tu
 
 def _sheet(path: Path, mapping: Mapping) -> pl.DataFrame:
     """Cells of a sheet as texts, from its first row."""
-    try:
+    with workbook(path):
         import fastexcel
-    except ImportError:
-        raise DataError(f"{path}: workbooks need the extra 'log': pip install 'seatrial[log]'") from None
-    try:
-        hold_workbook(path)
+
         book = fastexcel.read_excel(path)
         names = book.sheet_names
-    except DataError:
-        raise
-    except Exception as error:  # whatever the reader raises on a damaged workbook
-        raise DataError(f"{path}: not readable as a workbook: {_first_line(error)}") from None
     name = names[0] if mapping.sheet is None else mapping.sheet
     if name not in names:
         raise DataError(f"{path}: {unknown(name, names, 'sheet')}")
     try:
         return book.load_sheet(name, header_row=None, skip_rows=0, dtypes="string").to_polars()
     except Exception as error:
-        raise DataError(f"{path}: sheet '{name}' is not readable: {_first_line(error)}") from None
-
-
-def _first_line(error: Exception) -> str:
-    return ((str(error).splitlines() or [""])[0] or type(error).__name__)[:120]
+        raise DataError(f"{path}: sheet '{name}' is not readable: {first_line(error, 120)}") from None
 
 
 _CELL = r"^([-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([^0-9\s.,].*|1/.*)$"

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import first_line
 from .. import DataError
 from ..table import bytes_of, quoted_cells
 
@@ -176,8 +177,7 @@ def _whole(path: Path, read: Callable[[], pl.DataFrame]) -> pl.DataFrame:
     try:
         return read()
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-        about = (str(error).splitlines() or [""])[0] or type(error).__name__
-        raise DataError(f"{path}: not readable as a table: {about[:200]}") from None
+        raise DataError(f"{path}: not readable as a table: {first_line(error)}") from None
 
 
 def _counted(

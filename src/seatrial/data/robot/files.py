@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
+from ...core.errors import first_line
 from .. import DataError
 from ..documents import read_yaml
 from ..sidecar import check_meta
@@ -66,9 +67,8 @@ def opened(path: Path) -> Generator[Bag]:
     except (DataError, ImportError):
         raise
     except Exception as error:  # whatever the readers raise on a damaged file
-        about = (str(error).splitlines() or [""])[0] or type(error).__name__
         whole = "a whole bag of ROS 2 (metadata.yaml and its files)" if path.is_dir() else "a whole MCAP file"
-        raise DataError(f"{path}: cannot be read ({about[:120]}); give {whole}") from None
+        raise DataError(f"{path}: cannot be read ({first_line(error, 120)}); give {whole}") from None
 
 
 @contextmanager

@@ -44,7 +44,7 @@ def order_json(order: Order) -> dict[str, Any]:
 
 def indices_json(indices: Mapping[str, Index]) -> list[list[Any]]:
     """Indices of a manoeuvre: name, value, unit, value in ship lengths or None."""
-    return [[name, _plain(i.value), i.unit, None if i.over_L is None else _plain(i.over_L)]
+    return [[name, plain(i.value), i.unit, None if i.over_L is None else plain(i.over_L)]
             for name, i in indices.items()]  # fmt: skip
 
 
@@ -59,7 +59,7 @@ def motion(loop: Loop, orders: Sequence[Order], before: Mapping[str, Any] | None
         "own": _state(plant) or last["own"],
         "act": _kept({order.name: order.actual(acts) for order in orders}, last["act"]),
         "ord": _kept({order.name: order.actual(asked) for order in orders}, last["ord"]),
-        "around": [_plain(plant[name]) for name in _AROUND],
+        "around": [plain(plant[name]) for name in _AROUND],
         "others": {name: _state(vessel.plant) or last["others"].get(name, [None] * len(STATES))
                    for name, vessel in loop.vessels.items() if name != OWN},
     }  # fmt: skip
@@ -77,7 +77,7 @@ class Trail:
         if not self._rows or t - self._rows[-1][0] >= self._apart:
             state = _state(self._plant)
             if state is not None:
-                self._rows.append((round(t, 3), state, None if rudder is None else _plain(rudder)))
+                self._rows.append((round(t, 3), state, None if rudder is None else plain(rudder)))
 
     def clear(self) -> None:
         """Forget all."""
@@ -98,18 +98,18 @@ class Trail:
 
 def _state(plant: Plant) -> list[float] | None:
     """The six states; None for a ship that blew up."""
-    found = [_plain(plant[name]) for name in STATES]
+    found = [plain(plant[name]) for name in STATES]
     known = [value for value in found if value is not None]
     return known if len(known) == len(found) else None
 
 
 def _kept(values: Mapping[str, float | None], before: Mapping[str, Any]) -> dict[str, Any]:
     """Values by name; one that is not finite as it was before, None where there is no single value."""
-    return {name: value if value is None else _plain(value) if math.isfinite(value) else before.get(name)
+    return {name: value if value is None else plain(value) if math.isfinite(value) else before.get(name)
             for name, value in values.items()}  # fmt: skip
 
 
-def _plain(value: float) -> float | None:
+def plain(value: float) -> float | None:
     """A number rounded for the page; None if it is not finite, which JSON cannot represent."""
     return float(f"{value:.7g}") if math.isfinite(value) else None
 

@@ -21,7 +21,7 @@ from typing import Any
 from fastapi import FastAPI, WebSocket
 
 from ...core.errors import RefusalError
-from ..pages import admitted, close, hear, same_origin
+from ..pages import Task, admitted, converse, hear, same_origin
 from ..range.stage import Stage
 from .orders import Orders
 
@@ -57,18 +57,12 @@ class Rosbridge:
         await ws.accept()
         self._open += 1
         wanted: dict[str, float] = {}
-        hearing = asyncio.ensure_future(self._listen(ws, wanted))
         try:
-            await self._tell(ws, wanted, hearing)
-        except (RuntimeError, TimeoutError):
-            pass
+            await converse(ws, self._listen(ws, wanted), lambda hearing: self._tell(ws, wanted, hearing))
         finally:
             self._open -= 1
-            hearing.cancel()
-            await asyncio.gather(hearing, return_exceptions=True)
-            await close(ws)
 
-    async def _tell(self, ws: WebSocket, wanted: dict[str, float], hearing: asyncio.Future[None]) -> None:
+    async def _tell(self, ws: WebSocket, wanted: dict[str, float], hearing: Task) -> None:
         due: dict[str, float] = {}
         sent: dict[str, int] = {}
         while not hearing.done():

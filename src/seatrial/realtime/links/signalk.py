@@ -22,7 +22,7 @@ from starlette.responses import JSONResponse, Response
 
 from ...core.errors import AccessError, RefusalError
 from ...core.version import __version__
-from ..pages import admitted, body, close, hear, same_origin
+from ..pages import Task, admitted, body, close, converse, hear, same_origin
 from ..range.alerts import CPA, GNSS, GYRO, KEEL, PILOT, RUDDER, TRACK, Alarm
 from ..range.stage import Stage
 from .orders import Orders
@@ -238,20 +238,14 @@ class SignalK:
             return
         self._open += 1
         wanted = _Wanted(ws.query_params.get("subscribe", "self"))
-        hearing = asyncio.ensure_future(_listen(ws, wanted))
         try:
-            await ws.send_json({"name": _PILOT, "version": "1.7.0", "self": self._own, "roles": ["master", "main"],
-                                "timestamp": self._stamp()})  # fmt: skip
-            await self._tell(ws, wanted, hearing)
-        except (RuntimeError, TimeoutError):
-            pass
+            await converse(ws, _listen(ws, wanted), lambda hearing: self._tell(ws, wanted, hearing))
         finally:
             self._open -= 1
-            hearing.cancel()
-            await asyncio.gather(hearing, return_exceptions=True)
-            await close(ws)
 
-    async def _tell(self, ws: WebSocket, wanted: _Wanted, hearing: asyncio.Future[None]) -> None:
+    async def _tell(self, ws: WebSocket, wanted: _Wanted, hearing: Task) -> None:
+        await ws.send_json({"name": _PILOT, "version": "1.7.0", "self": self._own, "roles": ["master", "main"],
+                            "timestamp": self._stamp()})  # fmt: skip
         before: dict[str, Any] = {}
         due = -math.inf
         while not hearing.done():

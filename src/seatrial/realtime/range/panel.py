@@ -8,7 +8,7 @@ from typing import Any
 
 from ...core.errors import RefusalError
 from ..bridge.deck import Request, number
-from ..bridge.view import OWN
+from ..bridge.view import OWN, plain
 from .contacts import Contact
 from .stage import Stage
 
@@ -49,8 +49,8 @@ class Panel:
             "alarms": [[one.cause.identifier, one.cause.instance, one.cause.priority, one.state, one.cause.text,
                         round(one.changed, 2)] for one in stage.alarms.standing()],
             "faults": [k in stage.faults.since for k in range(len(stage.faults.faults))],
-            "place": _place(stage), "depth": None if own["per_depth"] <= 0.0 else _plain(1.0 / own["per_depth"]),
-            "leg": None if stage.pilot is None else [stage.pilot.guide.number, _plain(stage.pilot.across or 0.0)],
+            "place": _place(stage), "depth": None if own["per_depth"] <= 0.0 else plain(1.0 / own["per_depth"]),
+            "leg": None if stage.pilot is None else [stage.pilot.guide.number, plain(stage.pilot.across or 0.0)],
             "arrived": stage.judge.arrived,
         }  # fmt: skip
 
@@ -84,7 +84,7 @@ def _nearest(stage: Stage) -> list[Contact]:
 def _row(one: Contact, dangerous: bool) -> list[Any]:
     """Name, distance, bearing, speed, course, nearest approach, time to it, whether it is dangerous."""
     values = (one.distance, one.bearing % math.tau, one.U, one.chi % math.tau, one.cpa, one.tcpa)
-    return [one.name, *map(_plain, values), dangerous]
+    return [one.name, *map(plain, values), dangerous]
 
 
 def _place(stage: Stage) -> list[float] | None:
@@ -93,7 +93,3 @@ def _place(stage: Stage) -> list[float] | None:
     if datum is None or not math.isfinite(own["x"] + own["y"]):
         return None
     return [round(value, 7) for value in datum.place(own["x"], own["y"])]
-
-
-def _plain(value: float) -> float | None:
-    return float(f"{value:.7g}") if math.isfinite(value) else None

@@ -34,8 +34,6 @@ _AGREES = 60.0
 _RETEST = 300.0
 # So many alarms in an hour mean that the model is not that of the ship.
 _MANY, _HOUR = 6, 3600.0
-# The level of the innovations is a mean over so long [s].
-_LEVEL = 1800.0
 # Without a suspect, innovations beyond so many times their level over a minute are unexplained.
 _UNEXPLAINED, _MINUTE = 4.0, 60.0
 
