@@ -45,7 +45,7 @@ def test_a_full_disk_leaves_the_files_of_before_and_names_the_file(tmp_path: Pat
 
 @pytest.mark.parametrize(
     "command",
-    [["imo", "mariner_nomoto", "-o", "page.html"],
+    [pytest.param(["imo", "mariner_nomoto", "-o", "page.html"], marks=pytest.mark.slow),
      pytest.param(["requirements", "mariner_nomoto", "--scope", "collision-avoidance", "-o", "page.html"],
                   marks=pytest.mark.long),
      ["simulate", "mariner_nomoto", "zigzag", "-o", "run.csv"], ["export", "mariner", "--python", "ship.py"]],

@@ -37,7 +37,7 @@ def test_a_change_of_course_overshoots_as_the_second_order_system_does(ship, ome
     assert found["rise_time"].value == pytest.approx(rise, rel=0.01)
     t = run.t
     exact = 1 - np.exp(-zeta * omega * t) * (np.cos(omega * damped * t) + zeta / damped * np.sin(omega * damped * t))
-    assert run["psi"] == pytest.approx(TEN * exact, abs=0.003 * TEN)
+    assert np.abs(run["psi"] - TEN * exact).max() <= 0.003 * TEN
     settled = np.flatnonzero(np.abs(exact - 1) > 0.05)[-1]
     assert found["settling_time"].value == pytest.approx(float(t[settled]), rel=0.02)
     assert policy.complete(run)

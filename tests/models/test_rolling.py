@@ -60,7 +60,7 @@ def agrees(track: Array, rows: dict[str, Array], L: float) -> None:
     assert (off <= 1e-6 * L + np.hypot(printed["x"], printed["y"])).all(), off.max() / L
     assert np.degrees(np.abs(track[:, 6] - rows["phi"])).max() < 1e-4
     for k, name in ((2, "psi"), (3, "u"), (4, "v"), (5, "r"), (7, "p")):
-        assert track[:, k] == pytest.approx(rows[name], rel=1e-6, abs=1e-6), name
+        assert (np.abs(track[:, k] - rows[name]) <= 1e-6 * np.maximum(np.abs(rows[name]), 1.0)).all(), name
 
 
 def steered(
@@ -116,7 +116,7 @@ long = pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "rpm", "order", "GM"),
     [
-        ("turn+35_80rpm", 80, 35, 0.3),
+        pytest.param("turn+35_80rpm", 80, 35, 0.3, marks=pytest.mark.slow),
         pytest.param("turn+10_80rpm", 80, 10, 0.3, marks=long),
         pytest.param("turn+20_80rpm", 80, 20, 0.3, marks=long),
         pytest.param("turn+20_70rpm", 70, 20, 0.3, marks=long),

@@ -70,8 +70,10 @@ def test_kvlcc2_turns(name: str, block: str, n_P: float, u: float, dt: float, st
 
 
 @pytest.mark.parametrize(
-    ("file", "steps", "windy"), [("mmg1p1r_turn+35.csv", 1800, False), ("mmg1p1r_turn35_wind.csv", 600, True)]
-)
+    ("file", "steps", "windy"),
+    [pytest.param("mmg1p1r_turn+35.csv", 1800, False, marks=pytest.mark.slow),
+     ("mmg1p1r_turn35_wind.csv", 600, True)],
+)  # fmt: skip
 def test_esso_osaka_turns(file: str, steps: int, windy: bool) -> None:
     rows = reference(file)
     ship = load("esso_osaka_3m")

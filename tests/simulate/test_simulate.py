@@ -106,14 +106,14 @@ def test_replay_reproduces_the_run(l7: Any) -> None:
     trial = simulate(l7, Zigzag(n_P=11.85, delta=0.17, psi=0.17), duration=80.0, dt=0.1)
     again = replay(l7, trial)
     for name in STATES:
-        assert again[name] == pytest.approx(trial[name], abs=1e-9)
+        assert np.abs(again[name] - trial[name]).max() <= 1e-9
 
 
 def test_replay_of_a_held_rudder_is_exact_and_takes_gaps_and_uneven_time(l7: Any, turn: Trial) -> None:
     steady = turn.rows(slice(50, None))
     again = replay(l7, steady)
     for name in STATES:
-        assert again[name] == pytest.approx(steady[name], abs=1e-9)
+        assert np.abs(again[name] - steady[name]).max() <= 1e-9
     gappy = {n: c.copy() for n, c in steady.channels.items()}
     gappy["u"][:3] = gappy["delta"][20:40] = gappy["psi"][-2:] = gappy["x"][100:150] = np.nan
     found = replay(l7, replace(steady, channels=gappy))
