@@ -8,5 +8,3 @@ radians.  What is a table prints as one, shows as one in a notebook, and is hand
 
 Import the names from `seatrial` itself, which loads each when it is first asked for.
 """
-
-__all__: list[str] = []

@@ -9,5 +9,3 @@ a recording or without.  `on_wire.OnWire` connects a ship to NMEA 0183; `range` 
 criteria, `links` the wire and other protocols; `bridge`, `fit_page` and `twin.page` are pages, served by `pages`
 (extra `web`).
 """
-
-__all__: list[str] = []

@@ -94,8 +94,11 @@ def _modules(room: str) -> dict[str, str]:
 
 @cache
 def _listed(room: str, folders: tuple[str, ...]) -> dict[str, str]:
-    found = pkgutil.walk_packages(folders, f"seatrial.{room}.")
-    return {m.name.rpartition(".")[2]: m.name for m in found if not m.ispkg}
+    found: dict[str, str] = {}
+    for full in (m.name for m in pkgutil.walk_packages(folders, f"seatrial.{room}.") if not m.ispkg):
+        if (other := found.setdefault(full.rpartition(".")[2], full)) != full:
+            raise ShipError(f"{full} and {other} have one name, so that no file can say which it means; rename one")
+    return found
 
 
 def _trusted(module: str) -> bool:

@@ -5,5 +5,3 @@ Contract: `study.read_study` returns a frozen `Study` (a `Problem`, an `Estimato
 one: a fit in a folder of its own, which says whether it is done.  `store` saves a fit and reads what it saved; nothing
 here fits.
 """
-
-__all__: list[str] = []

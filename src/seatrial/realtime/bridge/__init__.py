@@ -6,5 +6,3 @@ standard manoeuvre tick by tick, `ghost.Ghost` is a measured trial shown beside 
 to browsers; it is the only module here that needs the extra `web`.  Data on the wire are SI and radians; the page
 converts to degrees, knots and revolutions per minute.
 """
-
-__all__: list[str] = []

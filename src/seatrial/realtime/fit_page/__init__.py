@@ -3,5 +3,3 @@
 Contract: a fit writes its progress to a `board.Board` and never waits; the page reads from the board what it has not
 shown yet.  Nothing here changes a fit.
 """
-
-__all__: list[str] = []

@@ -4,5 +4,3 @@ Contract: `wiring` is the wire as it is asked for, opened and logged.  The other
 own ship say, never more; their orders become sentences of NMEA 0183 (`orders`) and pass the command of the wire like
 any other, so one commander, one lease and one handover are valid for all.
 """
-
-__all__: list[str] = []

@@ -7,5 +7,3 @@ instruments and their readers, `contacts` are bearing, distance and nearest appr
 be acknowledged, `handover` who steers, `judge` the indices and criteria of the run.  `reports` sends contacts and
 alarms as sentences.
 """
-
-__all__: list[str] = []

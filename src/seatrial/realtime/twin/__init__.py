@@ -4,5 +4,3 @@ Contract: a `live.Live` takes one row of a log after the other, from whatever so
 ahead.  `settings` has what it assumes, `follow` the filter, `suspects` what the innovations would look like under each
 fault, `alarms` which of them is named, `ahead` the forecasts, `saved` its state and what it has learnt.
 """
-
-__all__: list[str] = []

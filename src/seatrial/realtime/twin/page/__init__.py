@@ -2,5 +2,3 @@
 
 Contract: the twin writes pictures to a `screen.Screen` and never waits; `realtime.pages` shows them to browsers.
 """
-
-__all__: list[str] = []
