@@ -174,3 +174,13 @@ def test_a_table_names_the_fits_whose_model_does_not_explain_the_data(tmp_path: 
         write_summary(where, replace(read_summary(where), diagnosis={"explained": explained, "lines": []}))
     found = reports._Table(table, tmp_path).document({"schema": "x/1"})
     assert found == {"schema": "x/1", "not_explained": ["m, seed-1"]}
+
+
+def test_a_run_is_reported_by_what_its_file_asks_for(tmp_path: Path) -> None:
+    from seatrial.identify.tuning.fine_tuning import FineTuning
+
+    path = tmp_path / "s.toml"
+    asked = (study(path), study(path, FineTuning()), study(path, Ends(several=True)),
+             study(path, rival=("x",), virtual=object()), series(path, Ends()))  # fmt: skip
+    wanted = [reports._Fitted, reports._Tuned, reports._Fitted, reports._Rivals, reports._Table]
+    assert [type(reports.reporting(one, tmp_path)) for one in asked] == wanted

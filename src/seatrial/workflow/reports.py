@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, runtime_checkable
 
 from ..belief.corrected import corrected, of_trial, shared_by_all, words
 from ..belief.foresight import foreseen
@@ -17,7 +17,7 @@ from ..core.executors import Pool
 from ..core.files import plain
 from ..core.version import __version__
 from ..data import Trial
-from ..identify import Fit
+from ..identify import Estimator, Fit
 from ..identify.lint import doubts
 from ..report.blocks import Body, joined, line, table
 from ..report.evidence import assumptions
@@ -33,6 +33,9 @@ from ..validate.metrics import scales
 from . import Document, Sink, figure
 from .comparing import compared
 from .request import DEGREE
+
+if TYPE_CHECKING:
+    from ..identify.tuning.fine_tuning import FineTuning
 
 # Combinations of parameters that a summary lists.
 _COMBINED = 6
@@ -75,13 +78,19 @@ class Reporting(Protocol):
 
 def reporting(study: Study | Series, out: Path) -> Reporting:
     """How the run of a study in `out` is reported."""
-    from ..identify.tuning.fine_tuning import FineTuning
-
     if isinstance(study, Series):
         return _Table(study, out)
     if study.rivals is not None:
         return _Rivals(study, out)
-    return _Tuned(study, out) if isinstance(study.estimator, FineTuning) else _Fitted(study, out)
+    return _Tuned(study, out) if _tunes(study.estimator) else _Fitted(study, out)
+
+
+def _tunes(estimator: Estimator) -> TypeGuard[FineTuning]:
+    if not getattr(estimator, "several", False):
+        return False  # and that room is not imported
+    from ..identify.tuning.fine_tuning import FineTuning
+
+    return isinstance(estimator, FineTuning)
 
 
 @runtime_checkable
@@ -138,12 +147,11 @@ class _Tuned(_One):
     """A fine-tuning: its ranges and methods, and what the data determine."""
 
     def page(self, made: Made) -> Page:
-        from ..identify.tuning.fine_tuning import FineTuning
         from ..identify.tuning.tuned import Tuning
         from ..report.tuning import page
 
         study, fit = self.study, made.fits[self.study.name]
-        if not isinstance(study.estimator, FineTuning) or not isinstance(fit.details, Tuning):
+        if not _tunes(study.estimator) or not isinstance(fit.details, Tuning):
             raise TypeError(f"{type(study.estimator).__name__} makes no Tuning")
         made.sink.note("what the data determine: profiles, repetitions, bands")
         return page(
