@@ -12,7 +12,7 @@ from seatrial.belief.sampling import sampling
 from seatrial.belief.sampling.density import Density, check_proper, density_of
 from seatrial.belief.sampling.hamiltonian import Sampler
 from seatrial.belief.sampling.sampled import Sampled, effective, effective_mean, rhat
-from seatrial.belief.sampling.sampling import LEAST, Plain, sample
+from seatrial.belief.sampling.sampling import LEAST, sample
 from seatrial.belief.sampling.walking import Walker
 from seatrial.core.parameters import Free, near
 from seatrial.identify import Loss, Nuisance, StudyError
@@ -206,9 +206,9 @@ def test_the_gradient_is_that_of_the_density(turns, fitted):
 def test_the_density_without_a_gradient_is_the_one_with(turns, fitted):
     posterior = density_of(fitted, turns, ESTIMATOR)
     values = fitted.values + np.linspace(-1.0, 1.0, 5)[:, None] * fitted.sigma
-    assert Plain.of(posterior, 5)(values) == pytest.approx(posterior(values)[0], rel=1e-12)
+    assert posterior.value(values) == pytest.approx(posterior(values)[0], rel=1e-12)
     values[2, 0] = np.nan
-    assert Plain.of(posterior, 5)(values)[2] == -np.inf
+    assert posterior.value(values)[2] == -np.inf
 
 
 def test_draws_of_a_ship_agree_with_laplace_where_that_is_right(turns, fitted):

@@ -47,6 +47,13 @@ class Density:
         gradient = -(slope / self.variance + weight * away)
         return np.where(np.isfinite(density), density, -np.inf), gradient
 
+    def value(self, values: Array) -> Array:
+        """The density alone where starts are measured, shape (lanes,); predictions without derivatives."""
+        none, every = np.zeros((len(values), 0)), np.arange(len(values))
+        prior = self.objective.priors(values, none, every)
+        density = -0.5 * ((self.objective.costs(values, none, every) - prior) / self.variance + prior)
+        return np.where(np.isfinite(density), density, -np.inf)
+
     def _with_starts(self, values: Array) -> tuple[Array, Array]:
         """Squared residuals at the best starts, with the volume that these leave, and their halved slope."""
         away, weight = self.objective.away(values, np.arange(len(values)))

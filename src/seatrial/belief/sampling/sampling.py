@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from ...core.parameters import values as parameters_of
 from ...data import Array
 from ...identify import Fit, FitError, Problem, StudyError
 from ...identify.resume import kept_arrays
-from ...simulate.lanes import run
 from .chains import Chains
 from .coordinates import Coordinates, TurnedWalk
 from .density import Density, density_of
@@ -127,7 +126,7 @@ def sampler_of(
     own, data = np.isfinite(vector.sigma), posterior.objective.data
     mean = np.broadcast_to(vector.mean, centre.shape) if data is None else data.mean[np.unique(groups, True)[1]]
     wide = _WIDE * np.sqrt(np.diagonal(laplace, axis1=1, axis2=2))
-    walker = Walker(Plain.of(posterior, len(groups)), np.where(own, mean, centre), np.where(own, vector.sigma, wide),
+    walker = Walker(posterior.value, np.where(own, mean, centre), np.where(own, vector.sigma, wide),
                     vector.low, vector.high, warm, draws, seed, groups)  # fmt: skip
     known = parameters_of(posterior.objective.problem.ship.model)
     x_R = None if "rudder.x_R" in vector.paths else known.get("rudder.x_R")
@@ -226,51 +225,3 @@ def _resumed(path: Path | None, digest: str, clock: _Clock) -> Chains | None:
     clock.began -= float(kept["spent"])
     move, calls = (int(one) for one in kept["counts"])
     return Chains(**{name: kept[name] for name in _FIELDS}, move=move, calls=calls)
-
-
-# Inputs of the windows of so many numbers are repeated for values that run together, 80 MB.
-_STORED = 10_000_000
-
-
-@dataclass(frozen=True)
-class Plain:
-    """The density of a posterior whose starts of windows are measured, for a fixed number of values.
-
-    Attributes:
-        posterior: what is evaluated.
-        packed: inputs of the windows, repeated for `chunk` values.
-        chunk: values that run together.
-    """
-
-    posterior: Density
-    packed: Any
-    chunk: int
-
-    @staticmethod
-    def of(posterior: Density, count: int) -> Plain:
-        """The density of `count` values at once."""
-        cut = posterior.objective.windows
-        chunk = min(max(_STORED // cut.series.size, 1), count)
-        return Plain(posterior, posterior.objective.kernel.pack(np.tile(cut.series, (chunk, 1, 1))), chunk)
-
-    def __call__(self, values: Array) -> Array:
-        """Log density, but for a constant, shape (values,); -inf where the model blows up."""
-        away, weight = self.posterior.objective.away(values, np.arange(len(values)))
-        squares = np.concatenate([self._squares(values, a) for a in range(0, len(values), self.chunk)])
-        density = -0.5 * (squares / self.posterior.variance + (weight * away**2).sum(axis=1))
-        return np.where(np.isfinite(density), density, -np.inf)
-
-    def _squares(self, values: Array, first: int) -> Array:
-        """Squared residuals of the chunk of values that begins with `first`."""
-        objective, used = self.posterior.objective, min(self.chunk, len(values) - first)
-        index = np.minimum(np.arange(first, first + self.chunk), len(values) - 1)
-        lanes, _ = objective.lanes(values[index], np.zeros((self.chunk, 0)), index)
-        lanes = replace(lanes, series=self.packed)
-        rows = run(lanes, objective.grid, None, objective.threads).values[:, :, : objective.windows.width]
-        rows = rows.reshape(self.chunk, *objective.windows.scale.shape)[:used]
-        found = np.empty(used)
-        with np.errstate(all="ignore"):
-            for k, one in enumerate(rows):
-                e = objective.weighted(one[None], index[k : k + 1])
-                found[k] = (e * e).sum()
-        return found
