@@ -149,7 +149,8 @@ def page(trial: st.Trial, given: Path) -> st.page.Page:
         rival.label: {"order": model.order, "aic": tables[rival.label][0].aic, "radius": model.radius}
         for rival, model in models}}  # fmt: skip
     return st.page.Page(
-        "HAKUSAN: forecasts of yaw rate and roll in waves by AR, ARX and vector AR", tuple(sections), numbers
+        "HAKUSAN: forecasts of yaw rate and roll in waves by AR, ARX and vector AR",
+        (Section("", st.blocks.fields(numbers)), *sections),
     )
 
 
@@ -220,7 +221,7 @@ def _errors(output: str, judgements: dict[str, Judged], best: str) -> Section:
     caption = f"{name}: error over horizon; the band is of {best}, the best of the rehearsal"
     shown = gallery(figure(st.figures.svg(drawn, output), caption), least=640)
     body = shown + table(head, rows, wide=True) + note
-    return Section(f"{name}: error against horizon", body, numbers)
+    return Section(f"{name}: error against horizon", st.blocks.fields(numbers, body))
 
 
 def _orders(tables: dict[str, list[st.VectorAr]], models: Sequence[tuple[Rival, st.VectorAr]]) -> Section:

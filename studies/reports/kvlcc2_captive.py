@@ -161,7 +161,7 @@ def page(found: Found, sources: Mapping[str, str]) -> st.page.Page:
     """The story in its order."""
     said = numbers(found)
     parts = (
-        Section("", st.blocks.lead(story(said)) + means(said), said),
+        Section("", st.blocks.fields(said, st.blocks.lead(story(said)) + means(said))),
         Section("1. Captive tests", beside(found) + arms(found, said) + ranges(found)),
         *st.captive_page.sections(found.tests)[1:],
         Section("2. Prediction of the zigzags", predicted(found, said)),

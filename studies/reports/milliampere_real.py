@@ -218,7 +218,7 @@ def page(study: st.Study, found: Sequence[Fold], more: Sequence[Ahead] = ()) -> 
         [[path, *(number(v) for v in values)] for path, values in said["parameters"].items()],
     )
     sections = (
-        Section("", st.blocks.lead(story + "."), said),
+        Section("", st.blocks.fields(said, st.blocks.lead(story + "."))),
         Section("Forecasts of left-out minutes", told + errors(said["forecasts"])),
         Section("The filter alone, its own bands", errors(said["bare"])),
         Section("Other trials, by the fit to all minutes", errors(said["others"]) if more else ()),

@@ -93,7 +93,7 @@ def page(found: Found, sources: Mapping[str, str]) -> st.page.Page:
     )
     numbers = {"schema": "seatrial-printed/1", "rows": {name: st.printed.fields(rows) for name, rows in (
         *inputs.items(), *tuned.items(), ("findings", said))}}  # fmt: skip
-    return st.page.Page("Suyama 2023, printed and ours", parts, numbers)
+    return st.page.Page("Suyama 2023, printed and ours", (Section("", st.blocks.fields(numbers)), *parts))
 
 
 def headed(tables: Mapping[str, Sequence[Row]]) -> st.blocks.Body:

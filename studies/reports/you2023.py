@@ -55,7 +55,8 @@ def page(found: Rivals, sources: Mapping[str, str], paper: Paper | None = None) 
         st.page.provenance(sources),
     )
     more = {"paper": you2023_paper.numbers(paper)} if paper else {}
-    return st.page.Page(found.study.title, parts, {**st.rivals_page.numbers(found), **more})
+    numbers = st.blocks.fields({**st.rivals_page.numbers(found), **more})
+    return st.page.Page(found.study.title, (Section("", numbers), *parts))
 
 
 def compared(found: Rivals, printed: Mapping[str, Any]) -> Paper:

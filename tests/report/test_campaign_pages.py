@@ -40,7 +40,8 @@ def analysis(**changes: Any) -> Analysis:
               Judged(1, "advance", "advance", 280.0, 400.0, Proportion(0, 200), 0, ()))  # fmt: skip
     lost = (Lost(0, Proportion(3, 200), Proportion(5, 200), (Extreme(4, 12.5), Extreme(8, 31.25)), (11, 12)),
             Lost(1, Proportion(0, 200), Proportion(1, 200), (), ()))  # fmt: skip
-    given = {"held": SimpleNamespace(manifest=SimpleNamespace(**{**document, **changes.pop("about", {})}), folder="F"), "rows": 200,
+    manifest = SimpleNamespace(**{**document, **changes.pop("about", {})})
+    given = {"held": SimpleNamespace(manifest=manifest, folder="F"), "rows": 200,
              "figures": figures, "histograms": {"first_overshoot": WIDE}, "judged": judged, "lost": lost}  # fmt: skip
     return Analysis(**{**given, **changes})
 

@@ -33,6 +33,10 @@ def test_people_see_the_blocks_and_programs_the_fields(capsys: pytest.CaptureFix
 
 
 def test_a_page_and_a_command_have_one_document() -> None:
-    page = Page("a page", (Section("", BODY, {"part": 1}), Section("", fields({"silent": [1]}))), {"schema": "s/1"})
+    sections = (Section("", fields({"schema": "s/1"})), Section("part", fields({"part": 1}, BODY)),
+                Section("silent", fields({"silent": [1]})))  # fmt: skip
+    page = Page("a page", sections)
     assert page.document == {"schema": "s/1", "part": 1, "value": 2.0, "unit": "m", "sigma": None, "silent": [1]}
+    assert "<h2>part</h2>" in page.html
+    assert "silent" not in page.html, "what shows nothing has no heading"
     assert Outcome(None, BODY).document == document(BODY)

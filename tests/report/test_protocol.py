@@ -86,4 +86,4 @@ def test_every_error_of_the_paper_has_its_place() -> None:
     assert zigzag.reason == "another recording"
     assert (turning.printed, turning.ours) == ("761.1 ± 1519.0", "no such test")
     assert errors(series, Table(("zigzag",), (one,), (), SIGMA))[0].ours == "not run"
-    assert beside(replace(series, published=Published(source="")), found).body == ()
+    assert beside(replace(series, published=Published(source="")), found).html == ""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -16,9 +16,24 @@ from typing import Any
 from ..core.errors import ReportError as ReportError
 from ..core.files import plain as plain
 from ..core.files import write_together
-from .blocks import Blanks, Block, Body, Fields, Figure, Group, Line, Lines, Numbers, Table, Verdict, cell
-from .blocks import document as document
-from .blocks import entries as entries
+from .blocks import (
+    Blanks,
+    Block,
+    Body,
+    Fields,
+    Figure,
+    Group,
+    Line,
+    Lines,
+    Numbers,
+    Table,
+    Verdict,
+    cell,
+    document,
+    entries,
+    fields,
+    joined,
+)
 from .figure_data import taken
 
 _STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
@@ -33,21 +48,20 @@ class Section:
 
     Attributes:
         title: heading, plain text; empty for what stands below the title of the page.
-        body: a section without one is not shown, but its numbers are written.
-        numbers: fields of the JSON file beside those of its blocks, SI units and radians.
+        body: a section that shows nothing has no heading, but what JSON says in its place is written.
         sheet: begins on a new sheet of paper.
     """
 
     title: str
     body: Body
-    numbers: Mapping[str, object] = field(default_factory=dict[str, object])
     sheet: bool = False
 
     @property
     def html(self) -> str:
         """Heading and body."""
-        heading = f"<h2>{text(self.title)}</h2>" if self.title and self.body else ""
-        return '<div class="sheet"></div>' * self.sheet + heading + html(self.body)
+        shown = html(self.body)
+        heading = f"<h2>{text(self.title)}</h2>" if self.title and shown else ""
+        return '<div class="sheet"></div>' * self.sheet + heading + shown
 
 
 @dataclass(frozen=True)
@@ -62,7 +76,6 @@ class Page:
 
     title: str
     sections: tuple[Section, ...]
-    numbers: Mapping[str, object] = field(default_factory=dict[str, object])
 
     @property
     def html(self) -> str:
@@ -77,9 +90,8 @@ class Page:
 
     @property
     def document(self) -> dict[str, Any]:
-        """All numbers as JSON has them: a value that is not finite is null."""
-        said = (Fields(section.numbers, section.body) for section in self.sections)
-        return plain(document((Fields(self.numbers), *said)))
+        """What JSON has of its blocks: a value that is not finite is null."""
+        return plain(document(joined(section.body for section in self.sections)))
 
 
 def write(path: str | Path, page: Page) -> Path:
@@ -194,7 +206,7 @@ def _numbers(block: Numbers) -> str:
 
 def provenance(shown: Mapping[str, str]) -> Section:
     """Where a page comes from: study, version, command and the like."""
-    return Section("Provenance", entries(shown), {"provenance": dict(shown)})
+    return Section("Provenance", fields({"provenance": dict(shown)}, entries(shown)))
 
 
 def _cell(shown: str, kind: str) -> str:

@@ -24,6 +24,7 @@ from .blocks import (
     Body,
     bullets,
     entries,
+    fields,
     figure,
     gallery,
     heading,
@@ -372,7 +373,7 @@ class Report(Evidence):
     @property
     def page(self) -> Page:
         """The sections and the numbers."""
-        return Page(self.title, sections(self), self.numbers())
+        return Page(self.title, (Section("", fields(self.numbers())), *sections(self)))
 
     def write(self, path: str | Path) -> Path:
         """Write the page and the numbers beside it as .json, both or neither; returns the path; see `page.write`."""

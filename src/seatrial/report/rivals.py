@@ -27,7 +27,7 @@ from ..validate.rivals import (
     Score,
 )
 from . import diagnosis, figures
-from .blocks import Body, bullets, figure, gallery, heading, lead, line, number, soft, table, tiles
+from .blocks import Body, bullets, fields, figure, gallery, heading, lead, line, number, soft, table, tiles
 from .figures import canvas, legend_below, svg
 from .page import Page, Section
 from .page import provenance as origin
@@ -66,7 +66,7 @@ def page(found: Rivals, *, provenance: Mapping[str, str]) -> Page:
         Section("Residuals of the fit", diagnosis.section(found.fit)),
         origin(provenance),
     )
-    return Page(found.study.title or found.study.name, parts, numbers(found))
+    return Page(found.study.title or found.study.name, (Section("", fields(numbers(found))), *parts))
 
 
 def labels(found: Rivals) -> dict[str, str]:

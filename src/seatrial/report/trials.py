@@ -12,7 +12,7 @@ from ..data import Array, unwrapped
 from ..data.kinds import ABOUT
 from ..validate.folder import Entry, Survey
 from . import figures
-from .blocks import bullets, figure, gallery, heading, lead, line, note, number, soft, table
+from .blocks import bullets, fields, figure, gallery, heading, lead, line, note, number, soft, table
 from .page import Page, Section
 
 _DEGREE = math.degrees(1.0)
@@ -47,7 +47,8 @@ def page(found: Survey) -> Page:
     for kind, group in groupby(some, key=lambda one: one[1].kind.name):
         shown = (figure(_drawn(name, entry), _caption(name, entry)) for name, entry in group)
         parts.append(Section(kind, line(f"{ABOUT[kind]}.") + gallery(*shown)))
-    return Page(f"Trials in {found.folder.root.name or found.folder.root}", tuple(parts), numbers(found))
+    title = f"Trials in {found.folder.root.name or found.folder.root}"
+    return Page(title, (Section("", fields(numbers(found))), *parts))
 
 
 def warnings(found: Survey) -> list[str]:

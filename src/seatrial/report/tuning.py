@@ -18,7 +18,22 @@ from ..identify import Fit
 from ..identify.tuning.tuned import Method, Range, Tuning, findings
 from ..simulate.replay import replay
 from . import diagnosis, figures
-from .blocks import Body, bullets, figure, gallery, heading, joined, lead, line, note, number, soft, table, tiles
+from .blocks import (
+    Body,
+    bullets,
+    fields,
+    figure,
+    gallery,
+    heading,
+    joined,
+    lead,
+    line,
+    note,
+    number,
+    soft,
+    table,
+    tiles,
+)
 from .evidence import TIE
 from .figures import canvas, svg
 from .page import Page, Section
@@ -52,7 +67,7 @@ def page(
         *sections,
         origin(provenance),
     )
-    return Page(title, parts, {**numbers(tuning), "title": title})
+    return Page(title, (Section("", fields({**numbers(tuning), "title": title})), *parts))
 
 
 def _head(tuning: Tuning) -> Body:

@@ -9,7 +9,7 @@ from typing import Any
 from ...core.parameters import specs, values
 from ...identify.filters.augmented import ANTENNA
 from ...identify.nuisance import CURRENT
-from ...report.blocks import bullets, entries, lead, number, soft, table, tiles
+from ...report.blocks import bullets, entries, fields, lead, number, soft, table, tiles
 from ...report.page import Page, Section
 from .ahead import LEVEL
 from .live import Live
@@ -65,25 +65,28 @@ def page(live: Live, log: str) -> Page:
         "The controls in between are those of the log. Constant: the same course and speed. "
         f"Held: share of the fixes within bands of {100 * LEVEL:.0f} %."
     )
-    sections = (
-        Section("", lead(state) + shown),
-        Section("What it has learnt", (table(("parameter", "unit", "before", "now", "sd", "change"), rows, words=(1,))
-                if rows else soft("No parameter was allowed to drift (--free).")) +
-                table(("unseen", "unit", "now", "sd"), others, words=(1,)),
-                {"parameters": found, "unseen": unseen(live)}),
-        Section("How its forecasts turned out",
-                table(("ahead", "judged", "error, rms [m]", "constant [m]", "held"), ahead) + soft(judged),
-                {"forecasts": {str(h): {"count": s.count, "rms": s.rms, "constant": s.rival, "held": s.held}
-                               for h, s in live.trust.scores.items()}}),
-        Section("Alarms", bullets(one.text for one in live.alarms) if live.alarms else soft("None."), {
-            "alarms": [alarm(one) for one in live.alarms]}),
-        Section("Consistency", table(("hour", "NIS per reading", "band", "readings", "within"), hours, words=(4,)), {
-            "hours": [{"start": one.start, "nis": one.mean, "readings": one.readings, "inside": ok}
-                      for one, ok in zip(live.tally.hours, inside, strict=True)]}),
-        Section("What it assumes", entries(_assumed(live)), {"rows": vars(live.counts)}),
-    )  # fmt: skip
     about = {"schema": "seatrial-twin-card/1", "ship": ship.name, "log": log, "t": t}
-    return Page(f"Twin of {ship.name}", sections, about)
+    sections = (
+        Section("", fields(about, lead(state) + shown)),
+        Section("What it has learnt", fields(
+            {"parameters": found, "unseen": unseen(live)},
+            (table(("parameter", "unit", "before", "now", "sd", "change"), rows, words=(1,))
+             if rows else soft("No parameter was allowed to drift (--free)."))
+            + table(("unseen", "unit", "now", "sd"), others, words=(1,)))),
+        Section("How its forecasts turned out", fields(
+            {"forecasts": {str(h): {"count": s.count, "rms": s.rms, "constant": s.rival, "held": s.held}
+                           for h, s in live.trust.scores.items()}},
+            table(("ahead", "judged", "error, rms [m]", "constant [m]", "held"), ahead) + soft(judged))),
+        Section("Alarms", fields(
+            {"alarms": [alarm(one) for one in live.alarms]},
+            bullets(one.text for one in live.alarms) if live.alarms else soft("None."))),
+        Section("Consistency", fields(
+            {"hours": [{"start": one.start, "nis": one.mean, "readings": one.readings, "inside": ok}
+                       for one, ok in zip(live.tally.hours, inside, strict=True)]},
+            table(("hour", "NIS per reading", "band", "readings", "within"), hours, words=(4,)))),
+        Section("What it assumes", fields({"rows": vars(live.counts)}, entries(_assumed(live)))),
+    )  # fmt: skip
+    return Page(f"Twin of {ship.name}", sections)
 
 
 def alarm(one: Any) -> Mapping[str, Any]:

@@ -13,7 +13,7 @@ from ...campaign.analysis import Analysis, Extreme, Figure
 from ...campaign.analysis.proportion import runs_to_exclude
 from ...campaign.analysis.sensitivity import Sensitivity
 from ...campaign.analysis.spread import Histogram
-from ..blocks import Body, bullets, entries, figure, gallery, lead, line, note, number, soft, table, tiles
+from ..blocks import Body, bullets, entries, fields, figure, gallery, lead, line, note, number, soft, table, tiles
 from ..drawing import Frame, label, whole
 from ..figures import BLUE, GRID, INK, LINES, SOFT, VERMILION
 from ..page import Page, Section
@@ -39,15 +39,6 @@ def page(analysis: Analysis, units: Mapping[str, str], provenance: Mapping[str, 
     """
     printed = {name: Unit.of(si) for name, si in units.items()}
     about = analysis.held.manifest
-    parts = (
-        Section("", _head(analysis)),
-        Section("Criteria", _criteria(analysis, printed)),
-        Section("Distributions", _distributions(analysis, printed)),
-        Section("Which inputs matter", _sensitivities(analysis, printed)),
-        Section("Worst runs", _worst(analysis, printed)),
-        Section("Failed and incomplete runs", _lost(analysis)),
-        Section("Provenance", entries(provenance)),
-    )
     document: dict[str, Any] = {
         "schema": SCHEMA, "name": about.name, "design": about.design, "rows": analysis.rows,
         "of": about.rows, "cases": analysis.cases, "units": dict(units), "figures": analysis.figures,
@@ -55,7 +46,16 @@ def page(analysis: Analysis, units: Mapping[str, str], provenance: Mapping[str, 
         "criteria": [{**vars(one), "probability": one.violated.value, "interval": one.violated.interval,
                       "runs_for_10_percent": one.violated.needed()} for one in analysis.judged],
     }  # fmt: skip
-    return Page(f"Campaign: {about.name}", parts, document)
+    parts = (
+        Section("", fields(document, _head(analysis))),
+        Section("Criteria", _criteria(analysis, printed)),
+        Section("Distributions", _distributions(analysis, printed)),
+        Section("Which inputs matter", _sensitivities(analysis, printed)),
+        Section("Worst runs", _worst(analysis, printed)),
+        Section("Failed and incomplete runs", _lost(analysis)),
+        Section("Provenance", entries(provenance)),
+    )
+    return Page(f"Campaign: {about.name}", parts)
 
 
 def _head(analysis: Analysis) -> Body:

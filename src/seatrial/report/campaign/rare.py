@@ -9,7 +9,7 @@ import numpy as np
 
 from ...campaign import Criterion
 from ...campaign.rare import Rare
-from ..blocks import Body, entries, figure, gallery, joined, lead, line, note, number, table, tiles
+from ..blocks import Body, entries, fields, figure, gallery, joined, lead, line, note, number, table, tiles
 from ..drawing import Frame
 from ..figures import BLUE, VERMILION
 from ..page import Page, Section
@@ -46,7 +46,7 @@ def page(
         "cases": [{"case": one.case, "probability": one.estimate.probability, "interval": one.estimate.interval,
                    "run": one.run, "nearest": dict(one.nearest), "distance": one.distance} for one in cases],
     }  # fmt: skip
-    return Page(f"Rare violations of {worded(criterion)}: {name}", tuple(parts), numbers)
+    return Page(f"Rare violations of {worded(criterion)}: {name}", (Section("", fields(numbers)), *parts))
 
 
 def _tile(one: Rare) -> tuple[str, str]:

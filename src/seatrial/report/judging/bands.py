@@ -14,7 +14,7 @@ from ...data import Trial
 from ...manoeuvres import Index
 from ...study.grounds import Beyond
 from .. import figures
-from ..blocks import figure, gallery, note, number, soft, table
+from ..blocks import fields, figure, gallery, note, number, soft, table
 from ..page import Page, Section, provenance
 
 
@@ -94,13 +94,16 @@ def page(
                     figure(_motion(found, level, run), said))  # fmt: skip
     remark = ("A dash: fewer draws than the level reach it, or it is read of single runs only. Quantiles of the draws, "
               "each index and each time by itself.")  # fmt: skip
+    about = {"schema": "seatrial-bands/1", "level": level, "basis": numbers(basis), "caveats": list(caveats)}
+    counted = note("What these bands count", (line[:1].upper() + line[1:] + "." for line in caveats))
     return Page(title, (
-        Section("", note("What these bands count", (line[:1].upper() + line[1:] + "." for line in caveats))),
-        Section("Indices", table(("index", "value", "from", "to", "unit"), map(_row, indices.items()), words=(4,))
-                + soft(remark), {"indices": {n: _numbers(*three) for n, three in indices.items()}}),
+        Section("", fields(about, counted)),
+        Section("Indices", fields(
+            {"indices": {n: _numbers(*three) for n, three in indices.items()}},
+            table(("index", "value", "from", "to", "unit"), map(_row, indices.items()), words=(4,)) + soft(remark))),
         Section("Motion", drawn),
         provenance(settings),
-    ), {"schema": "seatrial-bands/1", "level": level, "basis": numbers(basis), "caveats": list(caveats)})  # fmt: skip
+    ))  # fmt: skip
 
 
 def numbers(basis: Basis) -> dict[str, Any]:

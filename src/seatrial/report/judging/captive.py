@@ -13,7 +13,7 @@ from ...data import Array
 from ...data.captive import OTHER_LOAD
 from ...identify.regression.captive import CaptiveFit
 from .. import figures
-from ..blocks import Body, figure, gallery, lead, number, soft, table
+from ..blocks import Body, fields, figure, gallery, lead, number, soft, table
 from ..figures import legend_below, panels, svg
 from ..page import Page, Section
 from ..page import provenance as origin
@@ -25,13 +25,13 @@ _LOADS = {"X": "X [N]", "Y": "Y [N]", "N": "N [N m]", "T": "T [N]", "F_N": "F_N 
 def page(found: CaptiveFit, provenance: Mapping[str, str]) -> Page:
     """The whole page."""
     title = f"{found.ship.name}: coefficients from captive tests"
-    return Page(title, (*sections(found), origin(provenance)), {"title": title})
+    return Page(title, (Section("", fields({"title": title})), *sections(found), origin(provenance)))
 
 
 def sections(found: CaptiveFit) -> tuple[Section, ...]:
     """Outcome, coefficients, what is held, and the residuals of each kind of test."""
     return (
-        Section("", _head(found), numbers(found)),
+        Section("", fields(numbers(found), _head(found))),
         Section("Coefficients of the captive tests", _coefficients(found)),
         Section("Parameters that the tests do not determine", _held(found)),
         Section("Loads by kind of test", _loads(found)),

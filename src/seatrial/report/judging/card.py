@@ -19,6 +19,7 @@ from ..blocks import (
     Group,
     bullets,
     entries,
+    fields,
     heading,
     joined,
     lead,
@@ -112,27 +113,29 @@ class Card:
 
 def page(card: Card) -> Page:
     """The whole page: what is signed first, then what it stands on."""
-    sections = (
-        Section("", _head(card)),
-        Section("Where it is valid", _validity(card), {
-            "covered": dict(card.grounds.covered), "kinds": card.grounds.kinds}),
-        Section("Error and coverage on unseen trials", _errors(card), {
-            "rows": list(map(_row_numbers, card.rows)), "standardised": dict(card.pooled), "restart": card.restart,
-            "unseen": [one[0] for one in card.unseen]}),
-        Section("Bands that hold", _calibrated(card), {"bands": _bands_document(card)}),
-        Section("Fit for which purpose", _purposes(card), {
-            "fitness": {use.purpose: fitness_numbers(use) for use in card.uses}, "not_judged": dict(card.unjudged)}),
-        Section("It must not be used", bullets(forbidden(card)), {"must_not": list(forbidden(card))}),
-        Section("Signature", _signature(card)),
-        Section("How to repeat it", entries({**card.repeat, **card.versions}), {
-            "repeat": dict(card.repeat), "versions": dict(card.versions)}, sheet=True),
-        Section("Trials", _trials(card), {"trials": card.grounds.trials}),
-        Section("Parameters", _parameters(card), {"parameters": card.summary.parameters,
-                                                  "verdicts": card.summary.verdicts}),
-    )  # fmt: skip
     about = {"schema": "seatrial-card/1", "ship": card.fit.ship.name, "study": card.summary.study,
              "digest": card.fit.digest, "missing": list(card.missing), "explained": _explained(card)}  # fmt: skip
-    return Page(f"Model card: {card.fit.ship.name}", sections, about)
+    sections = (
+        Section("", fields(about, _head(card))),
+        Section("Where it is valid", fields({
+            "covered": dict(card.grounds.covered), "kinds": card.grounds.kinds}, _validity(card))),
+        Section("Error and coverage on unseen trials", fields({
+            "rows": list(map(_row_numbers, card.rows)), "standardised": dict(card.pooled), "restart": card.restart,
+            "unseen": [one[0] for one in card.unseen]}, _errors(card))),
+        Section("Bands that hold", fields({"bands": _bands_document(card)}, _calibrated(card))),
+        Section("Fit for which purpose", fields({
+            "fitness": {use.purpose: fitness_numbers(use) for use in card.uses},
+            "not_judged": dict(card.unjudged)}, _purposes(card))),
+        Section("It must not be used", fields({"must_not": list(forbidden(card))}, bullets(forbidden(card)))),
+        Section("Signature", _signature(card)),
+        Section("How to repeat it", fields({
+            "repeat": dict(card.repeat), "versions": dict(card.versions)},
+            entries({**card.repeat, **card.versions})), sheet=True),
+        Section("Trials", fields({"trials": card.grounds.trials}, _trials(card))),
+        Section("Parameters", fields({
+            "parameters": card.summary.parameters, "verdicts": card.summary.verdicts}, _parameters(card))),
+    )  # fmt: skip
+    return Page(f"Model card: {card.fit.ship.name}", sections)
 
 
 def _explained(card: Card) -> bool | None:

@@ -10,7 +10,7 @@ import numpy as np
 from ...belief.coverage import WIND, Coverage, Reference, columns
 from ...data import Array, Trial, unwrapped
 from .. import figures
-from ..blocks import figure, gallery, heading, line, note, number, table
+from ..blocks import fields, figure, gallery, heading, line, note, number, table
 from ..page import Page, Section, text
 
 _BINS = 40
@@ -53,7 +53,7 @@ def section(
     )
     body = line(remark) + verdicts + heading("Distributions") + gallery(*drawn)
     body += heading("Novelty over time") + over if over else ()
-    return Section("Does the training cover this?", body, {"coverage": {c.name: c.numbers() for c in found}})
+    return Section("Does the training cover this?", fields({"coverage": {c.name: c.numbers() for c in found}}, body))
 
 
 def histogram(name: str, train: Array, trial: Array) -> str:

@@ -22,11 +22,10 @@ def page(found: ImoTable) -> Page:
     return Page(
         f"{found.ship}: IMO manoeuvring standards",
         (
-            Section("", _head(found)),
+            Section("", fields(numbers(found), _head(found))),
             Section("Criteria", _criteria(found) + drawn + _reasons(found.rows)),
             Section("Conditions", entries(found.conditions)),
         ),
-        numbers(found),
     )
 
 

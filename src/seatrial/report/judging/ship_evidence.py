@@ -10,7 +10,7 @@ from typing import Any
 from ...data import Trial
 from ...ships import Ship
 from .. import figures
-from ..blocks import Body, bullets, figure, gallery, lead, number, soft, table
+from ..blocks import Body, bullets, fields, figure, gallery, lead, number, soft, table
 from ..page import Page, Section
 
 _DEGREES = math.degrees(1.0)
@@ -44,8 +44,8 @@ def page(
     kept = sum(row.kept for row in rows)
     compared = f"{kept} of {len(rows)} published indices reproduced" if rows else "no published index to compare with"
     answer = f"{len(findings)} checks, {len(wrong)} against the ship; {compared}."
-    first = Section("", lead(answer) + (bullets(f"{what}: {detail}" for what, _, detail in wrong) if wrong else ()),
-                    {"ship": ship.name, "fit": not wrong})  # fmt: skip
+    against = bullets(f"{what}: {detail}" for what, _, detail in wrong) if wrong else ()
+    first = Section("", fields({"ship": ship.name, "fit": not wrong}, lead(answer) + against))
     sections = (first, _published(rows), _drawn(ship, runs), _checks(findings), _about(ship))
     return Page(f"Evidence for {ship.name}", sections)
 
@@ -56,7 +56,7 @@ def _published(rows: Sequence[Row]) -> Section:
              "yes" if row.kept else "no", row.source) for row in rows]  # fmt: skip
     head = ("manoeuvre", "index", "published", "simulated", "ratio", "asked", "kept", "source")
     body = table(head, said, words=(0, 1, 6, 7)) if rows else ()
-    return Section("Published indices", body, {"published": [asdict(row) for row in rows]})
+    return Section("Published indices", fields({"published": [asdict(row) for row in rows]}, body))
 
 
 def _drawn(ship: Ship, runs: Mapping[str, Trial]) -> Section:
@@ -80,8 +80,9 @@ def _drawn(ship: Ship, runs: Mapping[str, Trial]) -> Section:
 
 
 def _checks(findings: Sequence[tuple[str, str, str]]) -> Section:
-    return Section("Checks", table(("check", "", "found"), findings, words=(0, 1, 2), wide=True),
-                   {"checks": [{"check": a, "state": b, "found": c} for a, b, c in findings]})  # fmt: skip
+    shown = table(("check", "", "found"), findings, words=(0, 1, 2), wide=True)
+    said = [{"check": a, "state": b, "found": c} for a, b, c in findings]
+    return Section("Checks", fields({"checks": said}, shown))
 
 
 def _about(ship: Ship) -> Section:

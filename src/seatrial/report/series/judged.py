@@ -17,7 +17,7 @@ from ...validate import Comparison
 from ...validate.metrics import segments
 from ...validate.series import BASELINE, TOGETHER, Found, Standing, Table, compositions
 from .. import figures
-from ..blocks import Body, bullets, figure, gallery, heading, joined, lead, note, number, soft, table, tiles
+from ..blocks import Body, bullets, fields, figure, gallery, heading, joined, lead, note, number, soft, table, tiles
 from ..figures import LINES, canvas, legend_below, panels, svg
 from ..page import Page, Section
 from ..page import provenance as origin
@@ -54,7 +54,7 @@ def page(
         Section("Cost of each fit", _cost(found)),
         origin(provenance),
     )
-    return Page(series.title, parts, {**numbers(series, found, cover), "failed": list(failed)})
+    return Page(series.title, (Section("", fields({**numbers(series, found, cover), "failed": list(failed)})), *parts))
 
 
 def _head(series: Series, found: Table, failed: Sequence[str]) -> Body:
@@ -412,13 +412,13 @@ def learning(series: Series, found: Table) -> Section:
     """The section; empty where the study asks for no curve, or less than two of its fits are done."""
     drawn = lines(series, found)
     if not any(len(some) > 1 for kinds in drawn.values() for by in kinds.values() for some in by.values()):
-        return Section("", (), {"learning": {}})
+        return Section("", fields({"learning": {}}))
     remark = (
         "Error (Eq. 25) over the seconds of one kind of trial in the training, all of the other kinds with it; bars: "
         "standard deviation over the seeds. The farthest point to the right is the same model in every panel of a row."
     )
-    return Section("Errors over the seconds of training", figure(picture(drawn), "Learning curves") + soft(remark),
-                   {"learning": drawn})  # fmt: skip
+    shown = figure(picture(drawn), "Learning curves") + soft(remark)
+    return Section("Errors over the seconds of training", fields({"learning": drawn}, shown))
 
 
 def lines(series: Series, found: Table) -> Lines:

@@ -14,7 +14,7 @@ from typing import Any
 from ...study.series import Row, Series
 from ...validate.series import Standing, Table
 from .. import printed
-from ..blocks import heading, joined, soft
+from ..blocks import Fields, heading, joined, soft
 from ..page import Section
 from ..printed import side_by_side
 
@@ -34,10 +34,11 @@ def beside(series: Series, found: Table) -> Section:
     }  # fmt: skip
     shown = {title: rows for title, rows in parts.items() if rows}
     if not shown:
-        return Section("", (), {"printed": {}})
+        return Section("", (Fields({"printed": {}}),))
     source = soft(f"{series.published.source}. {series.published.note}")
     body = source + joined(heading(title) + side_by_side(rows) for title, rows in shown.items())
-    return Section("Printed beside ours", body, {"printed": {k: printed.fields(rows) for k, rows in shown.items()}})
+    told = {"printed": {title: printed.fields(rows) for title, rows in shown.items()}}
+    return Section("Printed beside ours", (Fields(told, body),))
 
 
 def _columns(series: Series) -> list[Row]:
