@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -267,3 +267,41 @@ def test_more_parts_than_recordings_are_refused() -> None:
     with pytest.raises(StudyError, match="--parts is 3; there are 2 recordings"):
         parts.parted([trial("a"), trial("b")], 3)
     assert [len(one) for one in parts.parted([trial("a"), trial("b")], 2)] == [1, 1]
+
+
+@dataclass(frozen=True)
+class Searching:
+    """An estimator with choices of its own."""
+
+    later: tuple[str, ...] = ("x",)
+    starts: int = 8
+    window: float = 60.0
+
+    def settled(self, problem: Any, fit: Any) -> tuple[Any, Any]:
+        return replace(self, window=fit.window), replace(problem, chosen=fit.window)
+
+
+@dataclass(frozen=True)
+class Told:
+    """A problem, as far as a fit to fewer trials changes it."""
+
+    free: tuple[Free, ...]
+    validation: tuple[str, ...] = ("kept",)
+    linted: bool = False
+    chosen: float = 0.0
+
+    @property
+    def vector(self) -> Any:
+        return SimpleNamespace(started=lambda own: tuple(replace(f, start=own[f.path]) for f in self.free))
+
+
+def test_a_fit_to_fewer_trials_begins_at_the_whole_one_and_chooses_nothing_anew() -> None:
+    fit: Any = SimpleNamespace(free=FREE, values=np.array([1.5, 2.5, 3.5]), window=30.0)
+    told: Any = Told(FREE)
+    who, begun = parts.begun(Searching(), told, fit)
+    assert (who.later, who.starts, who.window) == ((), 1, 30.0)
+    assert [one.start for one in begun.free] == [1.5, 2.5, 3.5]
+    assert (begun.validation, begun.linted, begun.chosen) == ((), True, 30.0)
+    plain, begun = parts.begun("an estimator without such choices", told, fit)
+    assert plain == "an estimator without such choices"
+    assert begun.chosen == 0.0

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
+from seatrial.actuators import Azimuth
 from seatrial.core.errors import ShipError
-from seatrial.identify.components.first_guess import Hull, as_printed, first_guess, guesses
+from seatrial.core.parameters import values
+from seatrial.identify.components.first_guess import Hull, as_printed, first_guess, fossen_ship, guesses
+from seatrial.identify.components.servo import ServoFit
+from seatrial.identify.components.thrust_map import fit_thrust
 
 SLENDER = Hull(L_pp=100.0, B=16.0, d=5.0, m=5.6e6, x_G=2.0, rho=1025.0)  # L/B 6.25, block coefficient .683
 BEAMY = Hull(L_pp=30.0, B=10.0, d=3.0, m=4.0e5, x_G=-0.5, rho=1025.0)  # L/B 3
@@ -111,3 +116,30 @@ def test_as_printed_is_a_spheroid_without_pi() -> None:
     assert found["inertia.m_22"] == pytest.approx(5.6e6 + 0.5 * 1025.0 * 25.0 * 100.0)
     assert found["inertia.m_33"] == pytest.approx(spheroid + strip(SLENDER)[1])
     assert found["inertia.m_23"] == found["inertia.m_32"] == pytest.approx(5.6e6 * 2.0)
+
+
+@pytest.mark.parametrize("astern", [True, False])
+def test_a_ship_says_where_each_of_its_numbers_comes_from(astern: bool) -> None:
+    """Two azimuths, 12 m aft and 3 m to either side; pulled from -4 or 0 to 10 1/s by T = 40 n |n|."""
+    n = np.linspace(-4.0 if astern else 0.0, 10.0, 29)
+    pull = fit_thrust(n, 40.0 * n * np.abs(n))
+    servo = ServoFit("alpha_1", Azimuth(rate=0.2), {"rate": 0.01, "lag": math.inf}, 0.0, 0.005, 0.999, 400)
+    ship = fossen_ship("raft", BEAMY, {"1": (-12.0, -3.0, pull), "2": (-12.0, 3.0, pull)}, speed=4.0, n=5.0,
+                       servos={"alpha_1": servo})  # fmt: skip
+    own = values(ship.model)
+    assert [own[f"thrusters.{k}.{at}"] for k in "12" for at in "xy"] == [-12.0, -3.0, -12.0, 3.0]
+    found = guesses(BEAMY, speed=4.0, thrust=2.0 * float(pull.thrust(5.0)))
+    for path, one in found.items():
+        assert own[path] == pytest.approx(one.value), path
+        entry = ship.entries[path]
+        assert (entry.given, entry.sigma, entry.source) == (one.value, one.sigma, f"first guess: {one.source}")
+    assert own["damping.X_u"] == 0.0
+    told = ship.entries["thrusters.1.astern"].source
+    assert told == ("bollard pull astern" if astern else "assumed: not tested astern")
+    assert ship.entries["thrusters.2.y"].given == 3.0
+    assert (ship.entries["actuators.n_1.low"].given, ship.entries["actuators.n_1.high"].given) == (n[0], 10.0)
+    assert (ship.entries["actuators.alpha_1.rate"].given, ship.entries["actuators.alpha_1.rate"].sigma) == (0.2, 0.01)
+    assert ship.entries["actuators.alpha_1.lag"].sigma is None
+    assert "actuators.alpha_2.rate" not in ship.entries
+    assert (ship.speed, ship.n_P, ship.L_pp) == (4.0, 5.0, 30.0)
+    assert ship.entries["body.m"].source == "particulars"
