@@ -172,6 +172,7 @@ def test_a_leg_is_the_straight_stretch_at_the_beginning() -> None:
     assert leg(12) is not None
     assert leg(30, 0.9e-3) is not None  # r L/u of .0177
     assert leg(30, 1.15e-3) is None  # .0226
+    assert leg(30, -1.15e-3) is None
     assert leg(30, delta=3.9 * DEGREE) is not None
     assert leg(30, delta=-4.1 * DEGREE) is None
     found = leg(30, U_C=0.5, gamma_C=0.7 + 0.5 * math.pi)  # a current to starboard
@@ -245,6 +246,8 @@ def test_what_a_clock_can_be() -> None:
     assert (again.key, "50 of 99 steps, 50 distinct" in again.evidence) == ("time_repeats", True)
     (back,) = clock(np.concatenate([even[:50], even[40:90]]))
     assert back.key == "time_back"
+    (both,) = clock(np.concatenate([even[:50], even[49:60], even[40:79]]))
+    assert both.key == "time_back"
     for leap, told in ((1.4, False), (1.6, True)):
         steps = np.ones(99)
         steps[20] = leap
@@ -331,6 +334,9 @@ def test_the_steps_of_ordinary_instruments_by_the_length_of_the_ship() -> None:
         assert _resolution(trial, "u") == pytest.approx(0.0515 * math.sqrt(ratio))
         assert _resolution(trial, "r") == pytest.approx(DEGREE / 60.0 / math.sqrt(ratio))
     assert _resolution(log(t, None, x=0.0), "x") == pytest.approx(0.186)
+    whole = {"y": 0.186, "v_m": 0.0515, "phi": 0.1 * DEGREE, "p": 0.1 * DEGREE, "U_T": 0.515, "U_A": 0.515,
+             "gamma_T": DEGREE, "gamma_A": DEGREE, "depth": 0.0}  # fmt: skip
+    assert {name: _resolution(log(t, **{name: 0.0}), name) for name in whole} == pytest.approx(whole)
 
 
 @pytest.mark.parametrize(("step", "key"), [(0.0515, "steps"), (0.0525, "coarse")])
