@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from seatrial.belief import parts, spread
+from seatrial.belief import parts, spread, weighing
 from seatrial.belief.coverage import Coverage
 from seatrial.belief.ensemble import Bands, Ensemble
 from seatrial.belief.freer import WIDTH, with_units
 from seatrial.belief.posterior import Posterior
 from seatrial.belief.power import LEAST, Power, directions
 from seatrial.belief.spread import MEMBERS, WIDE, Members, Spread, spreads
-from seatrial.belief.weighing import _factor, _mean, _Missed
+from seatrial.belief.weighing import _answer, _factor, _mean, _Missed
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import StudyError
@@ -305,3 +305,77 @@ def test_a_fit_to_fewer_trials_begins_at_the_whole_one_and_chooses_nothing_anew(
     plain, begun = parts.begun("an estimator without such choices", told, fit)
     assert plain == "an estimator without such choices"
     assert begun.chosen == 0.0
+
+
+def predicted(freed: tuple[int, ...]) -> Any:
+    """Two windows of three rows; channels 0 and 2 of four states are compared, starts are free or measured."""
+    rng = np.random.default_rng(7)
+    n, width, compared = 2, 4, np.array([0, 2])
+    scale = np.full((2, 3, width), 1.0) * np.array([2.0, 1.0, 4.0, 1.0])
+    scale[1, 2, 2] = 0.0  # a gap: the row does not count
+    cut = SimpleNamespace(state0=rng.normal(size=(2, width)), width=width, measured=rng.normal(size=(2, 3, width)),
+                          scale=scale)  # fmt: skip
+    back = rng.normal(size=(1, 2, len(freed), n + 1))
+    block = SimpleNamespace(back=lambda: back)
+    run, columns = rng.normal(size=(2, 3, width)), rng.normal(size=(2, 3, width, n + width + 3))
+    asked: list[Any] = []
+    objective = SimpleNamespace(
+        windows=cut, compared=compared, freed=bool(freed),
+        layout=SimpleNamespace(own=SimpleNamespace(initial=list(freed))),
+        settled=lambda values: (SimpleNamespace(blocks=[block]), "best starts"),
+        lanes=lambda values, eta: asked.append(eta) or ("lanes", None),
+        slopes=lambda lanes: ((run,), (columns,)),
+    )  # fmt: skip
+    return objective, cut, back[0], run, columns, asked
+
+
+@pytest.mark.parametrize("freed", [(), (1,), (0, 3)])
+def test_errors_of_a_prediction_answer_to_parameters_directly_and_by_its_best_starts(freed: tuple[int, ...]) -> None:
+    """A start that is estimated moves by -back with the parameters, and is no measurement any more; by sums."""
+    objective, cut, back, run, columns, asked = predicted(freed)
+    errors, slopes, begun, scale = _answer(objective, np.zeros((1, 2)))
+    counted = [(w, r) for w in range(2) for r in range(3) if (w, r) != (1, 2)]
+    assert errors.shape == (5, 2)
+    assert asked[0] == "best starts" if freed else asked[0].shape == (1, 0)
+    for k, (w, r) in enumerate(counted):
+        for c, state in enumerate((0, 2)):
+            size = (2.0, 4.0)[c]
+            assert errors[k, c] == pytest.approx(size * (run[w, r, state] - cut.measured[w, r, state]))
+            assert scale[k, c] == size
+            for p in range(2):
+                through = sum(columns[w, r, state, 2 + s] * back[w, j, p] for j, s in enumerate(freed))
+                assert slopes[k, c, p] == pytest.approx(size * (columns[w, r, state, p] - through))
+            for s in range(4):
+                assert begun[k, c, s] == pytest.approx(0.0 if s in freed else size * columns[w, r, state, 2 + s])
+
+
+def test_noise_comes_in_at_the_samples_and_through_the_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Variances: of a reading over its scale, and of each measured start by its slope; summed over the rows."""
+    objective, *_ = predicted(())
+    monkeypatch.setattr(weighing.TrajectoryObjective, "plain", lambda problem, settings: objective)
+    sigma, trial_ = np.array([0.5, 0.2, 0.1, 0.3]), trial("a")
+    told: Any = SimpleTold(FREE[:2])
+    covariance = np.diag([0.01, 0.0025])
+    out: Any = SimpleNamespace(held=SimpleNamespace(covariance=covariance, mean=np.zeros(2)))
+    found = weighing._told(told, trial_, out, None, sigma)
+    errors, slopes, begun, scale = _answer(objective, np.zeros((1, 2)))
+    across, fixed = directions(FREE[:2], covariance)
+    for c, state in enumerate((0, 2)):
+        at_samples = sum((scale[k, c] * sigma[state]) ** 2 for k in range(5))
+        through = sum((begun[k, c, s] * sigma[s]) ** 2 for k in range(5) for s in range(4))
+        assert found.noise[c] == pytest.approx(at_samples + through)
+        assert found.squares[c] == pytest.approx(sum(errors[k, c] ** 2 for k in range(5)))
+        for d in range(2):
+            moved = [sum(slopes[k, c, p] * across[p, d] for p in range(2)) for k in range(5)]
+            assert found.slopes[c, d] == pytest.approx(sum(one**2 for one in moved))
+    np.testing.assert_allclose(found.fixed, fixed)
+    assert found.windows == 2
+
+
+@dataclass(frozen=True)
+class SimpleTold:
+    """A problem that is predicted trial by trial."""
+
+    free: tuple[Free, ...]
+    trials: tuple[Trial, ...] = ()
+    validation: tuple[Trial, ...] = ()
