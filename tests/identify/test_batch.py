@@ -52,11 +52,11 @@ def test_each_problem_has_the_normal_equations_of_its_own(turns, window):
 @pytest.mark.slow
 def test_problems_with_currents_biases_and_errors_of_instruments_do_not_mix(turns):
     """Each has its own current, bias and inputs; together they are what they are alone, to rounding."""
-    adrift = Nuisance({"x": 1.0}, current=0.1, bias={"psi": 0.01}, common={"scale.u": 0.02, "offset.delta": 0.02})
+    adrift = Nuisance({"x": 1.0}, current=0.1, bias={"psi": 0.01}, common={"antenna.ahead": 9.0, "offset.delta": 0.02})
     told = replace(turns, nuisance=adrift, trials=turns.trials[:2], free=turns.free[:3])
     objective = TrajectoryObjective.like(told, Trajectory(window=200.0, threads=2))
     draw = np.random.default_rng(4)
-    p = np.hstack([MultiStart(starts=5).drawn(told.vector), 0.01 * draw.standard_normal((5, 2))])
+    p = np.hstack([MultiStart(starts=5).drawn(told.vector), [9.0, 0.02] * draw.standard_normal((5, 2))])
     eta = objective.layout.deviation * draw.standard_normal((5, objective.nuisances))
     together, costs = objective.normals(p, eta, np.arange(5)), objective.costs(p, eta, np.arange(5))
     for k in range(5):
@@ -66,6 +66,11 @@ def test_problems_with_currents_biases_and_errors_of_instruments_do_not_mix(turn
         for one, other in zip(found.blocks, alone.blocks, strict=True):
             np.testing.assert_allclose(one.own, other.own, rtol=1e-9, atol=1e-11 * np.abs(other.own).max())
             np.testing.assert_allclose(one.cross, other.cross, rtol=1e-9, atol=1e-11 * np.abs(other.cross).max())
+    assert (objective.residuals(p[4], eta[4])[:, 0, 0] == 0.0).all()  # the prior of x represents its first reading
+    for k, size in enumerate(1e-4 * np.append(told.vector.start, 9.0)):
+        moved = size * np.eye(5)[k]
+        slope = (objective.cost(p[4] + moved, eta[4]) - objective.cost(p[4] - moved, eta[4])) / (2.0 * size)
+        assert 2.0 * alone.g[k] == pytest.approx(slope, rel=1e-3)
     step = np.zeros(objective.nuisances)
     for block in alone.blocks:
         for at, gradient in zip(block.where.ravel(), block.gradient.ravel(), strict=True):
@@ -120,6 +125,10 @@ def test_each_problem_may_have_its_own_data(turns, many):
         np.stack([many.windows.measured, theirs.windows.measured]), np.zeros((2, len(PATHS))),
     )  # fmt: skip
     values = MultiStart(starts=2, seed=1).drawn(turns.vector)
+    softly = replace(many, problem=replace(turns, free=tuple(replace(f, sigma=abs(f.start)) for f in turns.free)))
+    means = np.stack([turns.vector.start, 0.9 * turns.vector.start])
+    pulled = replace(softly, data=replace(data, mean=means)).priors(values, np.zeros((2, 0)), np.arange(2))
+    assert pulled == pytest.approx((((values - means) / turns.vector.start) ** 2).sum(axis=1), rel=1e-12)
     found = replace(many, data=data).best(values)
     assert found.cost[0] == pytest.approx(many.best(values[:1]).cost[0], rel=1e-12)
     assert found.cost[1] == pytest.approx(theirs.best(values[1:]).cost[0], rel=1e-12)

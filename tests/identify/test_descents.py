@@ -64,7 +64,9 @@ def test_several_starts(turns: Problem) -> None:
     fit = STARTS.fit(turns)
     assert fit.values == near([0.01973419048, 0.2958628592, 0.2283621362, 0.6130184034])
     assert fit.status == "3 of 3 starts converged"
-    many = MultiStart(starts=5, method="euler", initial="measured", threads=2).fit(turns)
+    search = MultiStart(starts=5, method="euler", initial="measured", threads=2)
+    assert np.array_equal(search.drawn(turns.vector)[0], turns.vector.start)
+    many = search.fit(turns)
     assert many.values == near([0.01811237164, 0.3471584707, 0.0632, 0.5683590068])
     assert many.objective == near(704556.8121)
 
@@ -83,13 +85,18 @@ def test_a_profile_and_repetitions(turns: Problem) -> None:
 
 
 @pytest.mark.slow
-def test_starts_that_go_down_together_go_on_after_a_kill_to_the_same_numbers(turns: Problem, tmp_path: Path) -> None:
-    """Some are done then, some are between two tries, and none has looked at its neighbours."""
+@pytest.mark.parametrize("settings", [
+    replace(STARTS, tolerance=1e-8, threads=1), MultiStart(starts=3, window=100.0, every=2, threads=1),
+], ids=["one still step", "two"])  # fmt: skip
+def test_starts_that_go_down_together_go_on_after_a_kill_to_the_same_numbers(
+    turns: Problem, settings: Trajectory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Killed after every iteration: some are done then, some between two tries, and none looks at its neighbours."""
 
     path, told = tmp_path / "checkpoint.npz", replace(turns, free=turns.free[:2])
-    settings = replace(STARTS, tolerance=1e-8, threads=1)
+    monkeypatch.setattr("seatrial.identify.resume._PAUSE", 0.0)
     whole = settings.fit(told)
-    for last in (2, 7):
+    for last in range(1, len(whole.history) + 1):
         def kill(iteration: int, *_: float, last: int = last) -> None:
             if iteration >= last:
                 raise KeyboardInterrupt
