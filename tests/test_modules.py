@@ -180,6 +180,7 @@ def test_prose_names_what_is_there() -> None:
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.slow
 def test_lost_names_are_seen() -> None:
     assert quoted("`ab.c` and ``c_d(x)``, not `two words` or `1_000`") == ["ab.c", "c_d"]
     assert not any(lost(name, frozenset()) for name in ("Trial", "seatrial.data.Trial", "rudder.t_R", "data.units"))

@@ -167,7 +167,8 @@ def test_sigma_knows_that_the_terms_are_an_approximation() -> None:
     assert abs(found.values[k] + 0.315) < 4.0 * found.sigma[k]
 
 
-@pytest.mark.parametrize("ship", [pytest.param(MARINER, marks=pytest.mark.slow), MODIFIED], ids=lambda s: s.name)
+@pytest.mark.slow
+@pytest.mark.parametrize("ship", [MARINER, MODIFIED], ids=lambda s: s.name)
 def test_whole_ship_models_come_back_exactly(ship: Ship) -> None:
     U, L = ship.speed, ship.L_pp
     rows = program(1.0, 10.0) * [U, U, U * 7.0 / L, 1.0, 1.0, U * U * 7 / L, U * U * 7 / L, (U * 7.0 / L) ** 2]

@@ -102,6 +102,7 @@ def test_tug_turns_away_from_its_stern_thrust(n: float, alpha: float, printed: s
     assert agrees(2.0 * math.hypot(end[3], end[4]) / abs(end[5]) / 2.152, printed)
 
 
+@pytest.mark.slow
 def test_simulated_tug_turns_as_its_equations_say() -> None:
     ship = load("qiuxin5")
     trial = simulate(ship, Turning(n_P=7.0, delta=math.radians(20.0)), speed=0.9, duration=90.0)

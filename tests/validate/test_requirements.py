@@ -19,7 +19,6 @@ from seatrial.ships.files import load
 from seatrial.validate.requirements import Judgement
 from seatrial.validate.requirements.probe import Probe
 from seatrial.validate.requirements.scopes import BERTHING, COLLISION_AVOIDANCE, FUNCTIONAL, checked, judge
-from tiers import slow_but
 
 
 class Clock:
@@ -273,7 +272,8 @@ def test_ships_whose_hull_rolls_are_judged_too(name: str) -> None:
     assert len(found.rows) == 11
 
 
-@pytest.mark.parametrize("name", slow_but(["supply_76m", "supply_83m", "cybership2", "otter"], "cybership2"))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["supply_76m", "supply_83m", "cybership2", "otter"])
 def test_no_side_force_of_a_rudder_is_asked_of_a_ship_without_one(name: str) -> None:
     from seatrial.validate.requirements.steering import turning
 
