@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from seatrial.data.nmea.reading import readings
 
 from seatrial.data import DataError
 from seatrial.data.formats.nmea import (
@@ -34,6 +33,7 @@ from seatrial.data.formats.nmea import (
 from seatrial.data.geodesy import Datum
 from seatrial.data.nmea import ais
 from seatrial.data.nmea.framing import LARGEST, TOKEN, Line, NmeaError, Tag, datagram, read_line, split, tag_block
+from seatrial.data.nmea.readings import readings
 from seatrial.data.nmea.sentences import SENTENCES, Clock, Day, Number, Whole, Word, checksum, decode
 from seatrial.data.nmea.sentences import Place as Angle
 from seatrial.data.nmea.ship import Fittings, clock, compass
