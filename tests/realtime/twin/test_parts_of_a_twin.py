@@ -20,6 +20,7 @@ from linear import CHANNELS, NOISE, Sailed, machine, sailed, step_of
 
 from seatrial.data import Trial
 from seatrial.environment import CHANNELS as AROUND
+from seatrial.identify import StudyError
 from seatrial.realtime.twin import follow, live
 from seatrial.realtime.twin.acting import Acting, Override
 from seatrial.realtime.twin.ahead import Forecast, Score
@@ -374,6 +375,14 @@ def test_a_saved_twin_is_the_same_twin(twin, tmp_path: Path) -> None:
     (alarm,) = other.alarms
     assert (alarm.held, alarm.rate, alarm.over, alarm.score) == (0.5, 0.25, 9.0, 3.0)
     assert NOISE.shape == (5,)
+    for change, said in (
+        ({"masked": {"u_w": 1}}, "masked.u_w is no channel"), ({"masked": {"z": 0}}, "masked.z is no channel"),
+        ({"mean": about["mean"][1:]}, "mean, cov and acting must be of"), ({"level": "1"}, "level is '1'"),
+        ({"levle": 1.0}, "no key 'levle'; near: level"),
+    ):  # fmt: skip
+        (tmp_path / "b.json").write_text(json.dumps({**about, **change}))
+        with pytest.raises(StudyError, match=rf"b\.json: .*{said}.*; remove it, or give another folder"):
+            load_state(other, tmp_path / "b.json")
 
 
 @pytest.mark.slow
