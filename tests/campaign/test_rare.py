@@ -144,9 +144,9 @@ def test_a_search_that_was_cut_off_ends_with_the_same_numbers(campaign: Campaign
 @pytest.mark.slow
 def test_another_search_in_the_folder_is_refused(campaign: Campaign, tmp_path: Path) -> None:
     rare(campaign, "first_overshoot", tmp_path / "a", runs=100)
-    with pytest.raises(CampaignError, match="another search"):
+    with pytest.raises(CampaignError, match="holds another search"):
         rare(campaign, "first_overshoot", tmp_path / "a", runs=200)
-    with pytest.raises(CampaignError, match="another search"):
+    with pytest.raises(CampaignError, match="holds another search"):
         rare(replace(campaign, seed=2), "first_overshoot", tmp_path / "a", runs=100)
     (tmp_path / "thesis.tex").write_text("")
     with pytest.raises(CampaignError, match="not empty"):

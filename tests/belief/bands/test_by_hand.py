@@ -19,6 +19,7 @@ from seatrial.belief.bands.calibration import Calibration, Left, best_share
 from seatrial.belief.bands.conformal import _prior, _quantile, _sizes, factors, needed, shown
 from seatrial.belief.bands.crossed import crossed
 from seatrial.belief.bands.disturbance import Disturbance, Process
+from seatrial.belief.bands.held import Windows as Counted
 from seatrial.belief.bands.held import held, windows
 from seatrial.belief.bands.learning import LAYOUT, Windows, quiet
 from seatrial.belief.bands.past import Filter, Past, _Belief, _onwards, disturbing, enough
@@ -270,6 +271,14 @@ def fanned(measured: Trial, starts: tuple[int, ...], half: float) -> Fan:
     for a in starts:
         since[a:] = measured.t[a:] - measured.t[a]
     return Fan(measured.having(x=measured["x"] + since), since, np.full((len(measured), 6), half), 0.9, "turn", ())
+
+
+def test_a_band_holds_what_is_no_farther_to_either_side() -> None:
+    error = np.array([-2.0, -1.0, 0.5, 1.5, np.nan])[:, None, None] * np.ones((5, 1, 6))
+    (row,) = held([Counted.of("turn", (4.0,), error, np.ones((5, 1, 6)))])
+    assert row.inside == dict.fromkeys(("position", "heading", "speeds"), 0.5)
+    assert (row.horizon, row.windows, row.trials) == (4.0, 4, 1)
+    assert row.distance == pytest.approx(math.sqrt(2.0 * (4.0 + 1.0 + 0.25 + 2.25) / 4.0))
 
 
 def test_the_row_of_a_horizon_is_so_long_after_its_own_start() -> None:
