@@ -379,3 +379,43 @@ class SimpleTold:
     free: tuple[Free, ...]
     trials: tuple[Trial, ...] = ()
     validation: tuple[Trial, ...] = ()
+
+
+def test_the_power_is_of_all_left_out_trials_and_each_is_told_by_itself_where_the_data_count_in_full(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Squares of 5.4 in all, where 9 / (1 + 99 / T) are expected of three trials: T = 148.5."""
+    squares = {"a": 2.4, "b": 1.2, "c": 1.8}
+    asked: list[Any] = []
+
+    def told_of(problem: Any, one: Trial, out: Any, settings: Any, sigma: np.ndarray) -> _Missed:
+        asked.append((problem.loss.sigma, one.name, out.name, sigma.tolist()))
+        return missed([squares[one.name]], [0.0], [[3.0]], [99.0])
+
+    monkeypatch.setattr(weighing, "_told", told_of)
+    monkeypatch.setattr(weighing, "scales", lambda problem: "scales of all")
+    monkeypatch.setattr(weighing, "density_of", lambda fit, problem, settings: None)
+    monkeypatch.setattr(weighing, "white", lambda fit, problem, settings: {"x": 0.5, "r": 0.1})
+
+    @dataclass(frozen=True)
+    class Loss:
+        sigma: Any = None
+
+    @dataclass(frozen=True)
+    class Whole:
+        trials: tuple[Trial, ...]
+        loss: Loss
+        ship: Any
+
+    ship = SimpleNamespace(model=SimpleNamespace(motion=("x", "u", "r")))
+    problem: Any = Whole(tuple(trial(name) for name in "abc"), Loss(), ship)
+    parts_of = (("1", "ab"), ("2", "c"))
+    outs: Any = [SimpleNamespace(name=one, trials=tuple(map(trial, names))) for one, names in parts_of]
+    found = weighing.power(None, problem, None, outs)  # type: ignore[arg-type]
+    assert asked == [("scales of all", name, out, [0.5, 0.0, 0.1]) for out, names in parts_of for name in names]
+    assert found.trials == 3
+    assert found.factor == pytest.approx(99.0 / (9.0 / 5.4 - 1.0))
+    assert found.errors == pytest.approx({name: one / 0.03 for name, one in squares.items()})
+    assert found.left == pytest.approx(1.0)
+    with pytest.raises(StudyError, match="2 trials are too few"):
+        weighing.power(None, replace(problem, trials=problem.trials[:2]), None, outs)  # type: ignore[arg-type]
