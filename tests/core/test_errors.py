@@ -52,3 +52,12 @@ def test_a_failed_run_keeps_its_time_between_processes() -> None:
     again = pickle.loads(pickle.dumps(errors.SimulationError("blows up at t = 3 s", 3.0)))
     assert str(again) == "blows up at t = 3 s"
     assert again.time == 3.0
+
+
+@pytest.mark.parametrize(("error", "told"), [
+    (OSError("no such bucket\nand more"), "no such bucket"), (ValueError(), "ValueError"), (KeyError("a"), "'a'"),
+    (ValueError("\nlater"), "ValueError"), (ValueError("x" * 500), "x" * 200),
+])  # fmt: skip
+def test_what_another_program_says_is_one_line(error: Exception, told: str) -> None:
+    assert errors.first_line(error) == told
+    assert errors.first_line(error, 3) == told[:3]

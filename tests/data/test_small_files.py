@@ -31,6 +31,7 @@ from seatrial.core.files import TomlError, toml_of
 from seatrial.core.unpacking import most, unpacked
 from seatrial.data import DataError
 from seatrial.data.documents import read_json
+from seatrial.data.formats import usv_asw
 from seatrial.data.formats.csv import read_all, read_mapping
 from seatrial.data.guess import guess
 from seatrial.data.inside import hold_parquet, hold_workbook
@@ -447,3 +448,18 @@ def test_a_small_file_takes_little_and_is_refused_in_one_line(make: Making, tmp_
     assert (status, len(said.splitlines())) == (2, 1), said
     assert memory < MEMORY
     assert sum(one.stat().st_size for one in tmp_path.rglob("*") if one.is_file()) < 2e6
+
+
+def test_a_workbook_is_counted_before_any_reader_opens_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a guess, by a mapping, by the reader of a public set: none unpacks what holds too much."""
+    seen: list[Path] = []
+    monkeypatch.setattr("polars.read_excel", lambda path, **_: seen.append(path))
+    monkeypatch.setattr("fastexcel.read_excel", lambda path, **_: seen.append(path))
+    first = '<row r="1"><c r="A1"><v>1</v></c></row>'
+    path = sheet(tmp_path / "a.xlsx", f'{first}<row r="9"><c r="ZZ99999"><v>1</v></c></row>')
+    mapping = tmp_path / "m.toml"
+    mapping.write_text(MAPPING)
+    for read in (guess, usv_asw._sheet, lambda one: read_all(one, read_mapping(mapping))):
+        with pytest.raises(DataError, match="spans"):
+            read(path)
+    assert seen == []

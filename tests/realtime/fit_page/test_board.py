@@ -9,6 +9,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -256,3 +257,21 @@ def test_the_tracker_works_only_while_somebody_looks(problem: Problem) -> None:
     assert one.tracks is not None
     assert one.tracks["iteration"] == 1
     assert set(threads) == {"tracks"}
+
+
+def test_a_browser_is_told_what_is_new_else_every_two_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock alone is no news; the last picture is always shown, and says that it is the last."""
+    now = [100.0]
+    monkeypatch.setattr("seatrial.realtime.fit_page.board.time", SimpleNamespace(monotonic=lambda: now[0]))
+    board = Board("run", clock=lambda: now[0])
+    first, second = board.pictures(), board.pictures()
+    assert first(False) == {"title": "run", "state": FITTING, "text": "", "elapsed": 0.0, "parts": [], "over": False}
+    told = []
+    for _ in range(5):
+        now[0] += 0.9
+        told.append(first(False) is not None)
+    assert told == [False, False, True, False, False]
+    board.text = "of two"
+    assert first(False)["text"] == "of two"
+    assert first(True)["over"] is True
+    assert second(False)["text"] == "of two"

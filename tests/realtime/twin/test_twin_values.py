@@ -227,3 +227,16 @@ def test_an_alarm_of_a_minute_ago_goes_on_and_steering_that_follows_ends_its_own
     one._follows("delta", 77.0)
     assert [a.over for a in one.alarms] == [math.inf, 77.0, math.inf]
     assert [a.cause for a in one.active] == ["delta slow", "other slow"]
+
+
+def test_each_browser_gets_a_picture_once_and_the_last_one_at_the_end() -> None:
+    shown = Screen(a_live(), "log")
+    first, second = shown.pictures(), shown.pictures()
+    assert first(True) is None  # before there is any
+    shown.picture = {"t": 1.0, "over": False}
+    assert first(False) == {"t": 1.0, "over": False}
+    assert first(False) is None
+    assert second(False) == {"t": 1.0, "over": False}
+    assert first(True) == {"t": 1.0, "over": True}
+    shown.picture = {"t": 2.0, "over": True}
+    assert first(False) == {"t": 2.0, "over": True}  # the log has ended, the page goes on
