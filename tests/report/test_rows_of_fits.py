@@ -341,6 +341,22 @@ def test_marginals_are_rows_and_the_farthest_are_drawn() -> None:
     assert items(body) == ["second"]
 
 
+def test_bars_of_a_marginal_and_the_gaussian_beside_them_have_one_area() -> None:
+    """Both are densities over one axis: where the draws are Laplace's, bars and bell enclose the same area."""
+    draws = np.random.default_rng(1).normal(size=(2000, 2, 1))
+    found: Any = SimpleNamespace(
+        paths=("p",), shift=np.zeros(1), ratio=np.ones(1), best=np.zeros(1), mean=np.zeros(1), sigma=np.ones(1),
+        interval=np.array([[-2.0], [2.0]]), rhat=np.ones(1), effective=np.full(1, 4000.0), words=("first",), calls=9,
+        draws=draws, flat=draws.reshape(-1, 1), laplace=np.eye(1), free=(Free("p", 0.0),), seconds=2.0, variance=1.0,
+    )  # fmt: skip
+    body = posterior(found).html
+    bars = re.findall(r'<rect x="[^"]*" y="[^"]*" width="([^"]*)" height="([^"]*)"', body)
+    (line,) = re.findall(r'<polyline points="([^"]*)"', body)
+    x, y = np.array([[float(v) for v in pair.split(",")] for pair in line.split()]).T
+    area = sum(float(width) * float(height) for width, height in bars)
+    assert area == pytest.approx(np.trapezoid(y.max() - y, x), rel=0.03)
+
+
 # Tunings
 
 
