@@ -340,6 +340,7 @@ def test_a_late_rudder_is_told_by_when_the_yaw_bends(by: float) -> None:
     assert ("before the one" in fault.evidence) == (by > 0)
 
 
+@pytest.mark.slow
 def test_a_lag_of_a_third_of_a_ship_time_by_three_moves_counts() -> None:
     assert late(0.35 * 3.162 + 0.57 + 0.15)
     assert not late(0.35 * 3.162 + 0.57 - 0.15)

@@ -278,6 +278,7 @@ def test_the_evidence_is_the_test_that_the_other_reading_fails_most() -> None:
     assert Verdict(best, {"k": near}, {"k": near}, 0.05).told("k") == ""
 
 
+@pytest.mark.slow
 def test_a_unit_of_time_strains_and_scales_the_clock() -> None:
     """A turn of .1 rad a row at .1 rad/s: a row is a second, in whatever unit that is written."""
     rows = np.arange(300.0)

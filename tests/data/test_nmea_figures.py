@@ -36,7 +36,7 @@ from seatrial.data.nmea.framing import LARGEST, TOKEN, Line, NmeaError, Tag, dat
 from seatrial.data.nmea.readings import readings
 from seatrial.data.nmea.sentences import SENTENCES, Clock, Day, Number, Whole, Word, checksum, decode
 from seatrial.data.nmea.sentences import Place as Angle
-from seatrial.data.nmea.ship import Fittings, clock, compass
+from seatrial.data.nmea.ship import Fittings, clock, compass, lines
 
 KNOT, DEGREE = 1852.0 / 3600.0, math.pi / 180.0
 
@@ -320,3 +320,23 @@ def test_rows_are_those_of_the_quickest_and_others_go_to_the_nearest() -> None:
     assert _on_rows(FilePath("a"), _Log({"psi": (t, t), "r": (t, t)}))[2] == []
     with pytest.raises(DataError, match="to make rows of"):
         _on_rows(FilePath("a"), _Log({"psi": (t[:1], t[:1]), "u_log": (t, t)}))
+
+
+def test_directions_of_a_magnetic_compass_are_less_by_its_variation_and_speeds_in_both_units() -> None:
+    """Variation east 5.73 deg: magnetic is true less variation."""
+    pytest.importorskip("pynmeagps")
+    now = {"t": 0.0, "psi": 1.0, "u_w": 5.0, "chi": 2.0, "U": 6.0}
+    east, west, none = (Fittings(variation=one) for one in (0.1, -0.1, None))
+
+    def text(kind: str, fit: Fittings) -> str:
+        (found,) = lines(kind, fit, now)
+        return found.decode().split("*")[0]
+
+    assert text("VHW", east) == "$VWVHW,57.30,T,51.57,M,9.719,N,18.000,K"
+    assert text("VHW", none) == "$VWVHW,57.30,T,,M,9.719,N,18.000,K"
+    assert text("VTG", east) == "$GPVTG,114.59,T,108.86,M,11.663,N,21.600,K,A"
+    assert text("VTG", Fittings(simulator=True)) == "$GPVTG,114.59,T,,M,11.663,N,21.600,K,S"
+    assert text("HDG", east) == "$HCHDG,51.57,,,5.73,E"
+    assert text("HDG", west) == "$HCHDG,63.03,,,5.73,W"
+    assert text("THS", none) == "$HETHS,57.30,A"
+    assert text("ZDA", none) == "$GPZDA,080000.00,15,01,2027,00,00"

@@ -243,6 +243,7 @@ def test_a_start_is_marked_and_gaps_are_left_out() -> None:
     assert not alone.patches
 
 
+@pytest.mark.slow
 def test_channels_of_a_row_are_named_and_time_stands_below() -> None:
     trial = sailed(2.0)
     top, low = Figure().subplots(2)
