@@ -403,6 +403,54 @@ def test_the_demo_counts_what_is_within_three_sigma_of_the_truth(tmp_path: Path)
     assert max(abs(factor - 1.0) for factor in demo.HIDDEN.values()) == pytest.approx(0.2)
 
 
+def test_the_demo_fits_from_the_handbook_with_priors_of_thirty_percent(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from seatrial.identify.trajectory import shooting
+
+    sailed: list[Any] = []
+    fitted: list[Any] = []
+    told: list[Any] = []
+
+    class Estimator:
+        def __init__(self, **how: Any) -> None:
+            fitted.append(how)
+
+        def fit(self, problem: Any) -> Any:
+            fitted.append(problem)
+            return "fit"
+
+    monkeypatch.setattr(shooting, "Trajectory", Estimator)
+    monkeypatch.setattr(demo, "_trial",
+                        lambda ship, *plan: sailed.append((ship, plan[:3])) or straight(str(len(sailed))))  # fmt: skip
+    monkeypatch.setattr(demo, "check_folder", lambda trials: [])
+    monkeypatch.setattr(demo, "lint", lambda problem: ())
+    monkeypatch.setattr(demo, "save_fit", lambda *given, **more: told.append((given, more)))
+    monkeypatch.setattr(demo, "_report", lambda *given: {"fitted": 0.5})
+    monkeypatch.setattr(demo, "_summary", lambda fit, truth, findings, pooled, out: (fit, truth, pooled))
+    said: list[str] = []
+    fit, truth, pooled = demo.tell(tmp_path, said.append)  # type: ignore[misc]
+    assert (fit, pooled, len(said)) == ("fit", {"fitted": 0.5}, 3)
+    handbook = load(demo.SHIP)
+    how, problem = fitted
+    assert how == {"window": 200.0, "every": 5, "method": "rk4", "tolerance": 1e-8}
+    for one in problem.free:
+        part, name = one.path.split(".")
+        usual, true = (float(getattr(getattr(ship.model, part), name)) for ship in (handbook, truth))
+        assert true == pytest.approx(demo.HIDDEN[one.path] * usual)
+        assert (one.start, one.prior, one.sigma) == (usual, usual, pytest.approx(0.3 * abs(usual)))
+    assert [one.path for one in problem.free] == list(demo.HIDDEN)
+    assert (dict(problem.loss.sigma), problem.loss.correlation) == (dict(demo.NOISE), 0.0)
+    assert dict(problem.nuisance.initial) == dict(demo.NOISE)
+    assert [trial.name for trial in problem.trials] == list("12345")
+    assert {id(ship) for ship, _ in sailed} == {id(truth)}
+    training = [(35, None, 1), (20, None, -1), (10, 10, 1), (20, 20, -1), (15, 5, 1)]
+    assert [plan for _, plan in sailed] == [*training, (35, None, -1), (25, None, 1), (15, 15, 1)]
+    ((_, out, _), more) = told[0]
+    assert out == tmp_path
+    assert [trial.name for trial in more["test"]] == list("678")
+
+
 def test_the_demo_turns_to_the_side_and_by_the_angles_of_its_plan(monkeypatch: pytest.MonkeyPatch) -> None:
     ran: list[Any] = []
 

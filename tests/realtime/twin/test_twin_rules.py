@@ -25,7 +25,7 @@ from seatrial.environment import CHANNELS as AROUND
 from seatrial.identify import StudyError
 from seatrial.realtime.twin import live as live_module
 from seatrial.realtime.twin import sources
-from seatrial.realtime.twin.acting import Acting
+from seatrial.realtime.twin.acting import Acting, Override
 from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Score, Trust
 from seatrial.realtime.twin.alarms import FROZEN, UNEXPLAINED, Alarm, Judge, alarm_of, matters
 from seatrial.realtime.twin.card import alarm, page, parameters, unseen
@@ -909,6 +909,15 @@ def test_a_control_at_fault_leaves_slow_forces_open_and_an_unexplained_row_all_b
     assert asked[-1][1] == ()
     assert one.masked == ("u_w",)
     assert one._agreed == {CHANNELS.index("u_w"): 43.0}
+
+
+def test_to_look_at_a_slow_rudder_does_not_move_it() -> None:
+    one = bare(_controls=("n_P", "delta"), _acting=SimpleNamespace(now=np.array([1.0, 0.3, *[0.0] * 8])))
+    one._overrides = {"delta": Override(LAZY, 0.05, 0.02)}
+    assert [one.acting[:2].tolist() for _ in range(3)] == [[1.0, 0.05]] * 3
+    row = SimpleNamespace(acting=one._acting.now)
+    assert one._acted(row, 2.0)[1] == pytest.approx(0.09)
+    assert one._acting.now[1] == 0.3
 
 
 def test_a_sensor_that_is_frozen_is_named_with_all_its_channels() -> None:
