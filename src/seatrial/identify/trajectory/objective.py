@@ -125,11 +125,7 @@ class TrajectoryObjective:
 
     @staticmethod
     def plain(problem: Problem, settings: Settings) -> TrajectoryObjective:
-        """The same of a problem whose only nuisances are initial states.
-
-        Raises:
-            StudyError: it has others.
-        """
+        """The same of a problem whose only nuisances are initial states; a StudyError where it has others."""
         if held(problem):
             raise StudyError("many problems at once take no [nuisance]; leave it out, or use shooting:Trajectory")
         return TrajectoryObjective.like(problem, settings)
@@ -328,10 +324,13 @@ class TrajectoryObjective:
         error, found = self.weighted(self.read(states, p, bias), which), self.columns(states, found, p, lanes, threads)
         n, compared = p.shape[1], self.compared
         scale, begin = self.windows.scale[:, :, compared], n + own.currents
-        at = np.concatenate([np.arange(n), begin + own.initial, np.arange(n, begin)])
-        whole = np.empty((len(p), *scale.shape, at.size + own.bias.size + 1))
-        whole[..., : at.size] = found[..., compared, :][..., at]
-        whole[..., at.size : -1] = np.eye(width)[compared][:, own.bias]
+        count, last = n + own.initial.size, n + own.initial.size + own.currents
+        whole = np.empty((len(p), *scale.shape, last + own.bias.size + 1))
+        for k, state in enumerate(compared):  # one copy, as derivatives are most of the memory
+            whole[..., k, :n] = found[..., state, :n]
+            whole[..., k, n:count] = found[..., state, begin + own.initial]
+            whole[..., k, count:last] = found[..., state, n:begin]
+        whole[..., last:-1] = np.eye(width)[compared][:, own.bias]
         whole *= scale[..., None]
         whole[:, scale == 0.0] = 0.0
         whole[..., -1] = error[..., compared]
