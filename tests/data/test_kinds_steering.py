@@ -154,6 +154,7 @@ def test_a_spiral_has_seven_steady_turns_from_side_to_side() -> None:
     assert whole is not None
     assert whole.settings["rudder"] == pytest.approx(20.0 * DEGREE)
     assert whole.evidence[0].startswith("8 rudder angles held one after another between -20 and 20 deg")
+    assert run([20.0, 14.0, 8.0, 2.0, -4.0, -10.0, -16.0, -20.0], -0.5) is not None  # to port
     assert run([20.0, 10.0, 5.0, -5.0, -10.0, -20.0]) is None  # six
     assert run([20.0, 17.0, 14.0, 8.0, 2.0, -3.0, -5.0]) is None  # to one side only: a quarter of the greatest
     assert run([20.0, 17.0, 14.0, 8.0, 2.0, -3.0, -7.0]) is not None

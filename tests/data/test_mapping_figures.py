@@ -20,7 +20,7 @@ from seatrial.data.mapping.joining import Series, in_order, joined, reach, singl
 from seatrial.data.mapping.measured import measured
 from seatrial.data.mapping.numbers import lettered, numbers
 from seatrial.data.mapping.places import Midship
-from seatrial.data.mapping.schema import Apparent, Channel, Ground, Log, Position, Sensor
+from seatrial.data.mapping.schema import Apparent, Channel, Ground, Heading, Log, Position, Sensor
 from seatrial.data.mapping.tables import Table
 from seatrial.data.table import check_time, continued, decimal, disorder, split_row
 from seatrial.data.table import numbers as plain_numbers
@@ -346,3 +346,17 @@ def test_signs_that_no_hull_has_are_refused() -> None:
         _plausible(runs(beta=[-0.1, 0.1], Y=[5.0, -5.0]))
     with pytest.raises(DataError, match="N falls with delta over 2 runs of rudder"):
         _plausible(runs(delta=[-0.1, 0.1], N=[105.0, 95.0]))
+
+
+@pytest.mark.parametrize(("size", "good"), [(0.9905, True), (1.0095, True), (0.9895, False), (1.0105, False)])
+def test_a_quaternion_is_of_size_one_to_a_hundredth(size: float, good: bool) -> None:
+    """Of the square of its size; by two axes of the earth."""
+    yaw = 0.4
+    parts = {"x": [0.0], "y": [0.0], "z": [math.sqrt(size) * math.sin(0.2)], "w": [math.sqrt(size) * math.cos(0.2)]}
+    for frame, psi in (("ned", yaw), ("enu", 0.5 * math.pi - yaw)):
+        heading = Heading(quaternion=("x", "y", "z", "w"), frame=frame, offset=10.0)  # type: ignore[arg-type]
+        if good:
+            assert measured(table(**parts), "heading", heading)["psi"][0] == pytest.approx(psi + 10.0 * DEGREE)
+            continue
+        with pytest.raises(DataError, match="a quaternion of size"):
+            measured(table(**parts), "heading", heading)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,15 +21,18 @@ from seatrial.data.prepare import (
     froude_scaled,
     interpolate_gaps,
     mended,
+    read_steps,
     resample,
     shifted,
     split,
+    steps_text,
     true_wind,
     turns,
     unbroken,
     without,
 )
 from seatrial.data.prepare.smooth import _model, sensor_noise, smooth
+from seatrial.data.prepare.steps import OPERATIONS
 from seatrial.data.units import KNOWN, conversion, of_thruster, standard_unit
 
 DEGREE = math.pi / 180.0
@@ -346,3 +350,28 @@ def test_a_datum_is_on_the_earth() -> None:
     assert Datum(0.0, 179.99).place(0.0, 5000.0)[1] == pytest.approx(-179.965, abs=1e-3)
     with pytest.raises(DataError, match="beyond the earth"):
         Datum(0.0, 0.0).place(6.5e6, 0.0)
+
+
+def test_each_step_takes_so_many_numbers() -> None:
+    one = ("add", "multiply", "multiply_starboard", "multiply_port", "shift", "rotate", "clock", "even", "resample",
+           "fill", "split", "follow")  # fmt: skip
+    assert {name: what.amounts for name, what in OPERATIONS.items()} == {
+        name: 2 if name in ("move", "to_ground", "current") else int(name in one) for name in OPERATIONS
+    }
+    assert {name for name, what in OPERATIONS.items() if not what.needs} == {"current", "derive"}
+
+
+def test_a_file_of_steps_comes_back_with_what_is_left_out_first(tmp_path: Path) -> None:
+    steps = (Step(do="follow", channels=("delta",), amount=(2.32,)), Step(do="cut", where=((1.0, 2.0),)),
+             Step(do="gaps", channels=("u",), where=((3.0, 3.0),), trials=("a",)))  # fmt: skip
+    path = tmp_path / "a.toml"
+    path.write_text(steps_text([("why", steps)]))
+    assert read_steps(path) == (*steps[1:], steps[0])
+    for wrong in ('do = "follow"\nchannels = ["delta"]\namount = [0.0]', 'do = "cut"\nwhere = [[2.0, 1.0]]',
+                  'do = "follow"\nchannels = ["a", "b"]\namount = [1.0]', 'do = "exchange"\nchannels = ["a"]',
+                  'do = "multiply"\nchannels = ["a"]\namount = [0.0]', 'do = "rename"\nchannels = ["a"]',
+                  'do = "add"\nchannels = ["psi"]\namount = [1.0]\nunit = "m"', 'do = "move"\nchannels = ["x", "y"]',
+                  'do = "mvoe"'):  # fmt: skip
+        path.write_text(f'schema = "seatrial-steps/1"\n[[steps]]\n{wrong}\n')
+        with pytest.raises(DataError, match=r"a\.toml: "):
+            read_steps(path)
