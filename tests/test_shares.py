@@ -10,18 +10,26 @@ import pytest
 from shares import dealt, main, modules
 from tiers import left_out
 
-SHORT = {Path(f"test_{k}.py"): "x" * length for k, length in enumerate((7, 6, 5, 4, 3, 3, 2))}
+
+def short(*lengths: int) -> dict[Path, str]:
+    return {Path(f"test_{k}.py"): "x" * length for k, length in enumerate(lengths)}
 
 
+SHORT = short(7, 6, 5, 4, 3, 3, 2)
+
+
+@pytest.mark.parametrize("texts", [SHORT, short(3, 3, 6)])
 @pytest.mark.parametrize("processes", [1, 2, 3, 9])
-def test_every_module_has_one_process_and_none_has_much_more_than_its_part(processes: int) -> None:
+def test_every_module_has_one_process_and_none_has_much_more_than_its_part(
+    processes: int, texts: dict[Path, str]
+) -> None:
     """The longest first: at most 4/3 of the best there can be (Graham 1969), which no process can be below."""
-    shares = dealt(SHORT, processes)
-    assert sorted(path for share in shares for path in share) == sorted(SHORT)
-    lengths = [len(text) for text in SHORT.values()]
+    shares = dealt(texts, processes)
+    assert sorted(path for share in shares for path in share) == sorted(texts)
+    lengths = [len(text) for text in texts.values()]
     best = max(math.ceil(sum(lengths) / processes), max(lengths))
-    assert max(sum(len(SHORT[path]) for path in share) for share in shares) <= 4.0 / 3.0 * best
-    assert len(shares) == min(processes, len(SHORT))
+    assert max(sum(len(texts[path]) for path in share) for share in shares) <= 4.0 / 3.0 * best
+    assert len(shares) == min(processes, len(texts))
 
 
 def test_modules_that_import_the_same_dear_library_are_dealt_together() -> None:
@@ -48,7 +56,7 @@ def test_a_failure_in_any_share_is_told_and_fails_the_whole(
 ) -> None:
     (tmp_path / "tests").mkdir()
     for name in ("test_first.py", "test_second.py"):
-        (tmp_path / "tests" / name).write_text(f"def test_one():\n    assert {name != wrong}\n")
+        (tmp_path / "tests" / name).write_text(f"def test_one():\n    assert {name != wrong:d}\n")
     assert main(["--processes", "2", "-p", "no:cacheprovider"], tmp_path) == (wrong is not None)
     said = capfdbinary.readouterr().out.decode()
     assert said.count("1 passed") == (2 if wrong is None else 1)

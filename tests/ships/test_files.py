@@ -17,8 +17,10 @@ from seatrial.core.parameters import ParameterError, Parts, Terms, read, values
 from seatrial.ships import Entry, Ship, ShipError
 from seatrial.ships.files import FOLDER, library, load, save, to_toml, variants
 from seatrial.ships.writing import OWN as NOT_PASSED_ON
+from tiers import slow_but
 
 every_ship = pytest.mark.parametrize("name", [*library(), *variants()])
+OF_EACH_FAMILY = {type(load(name).model): name for name in library()}.values()
 L7 = (FOLDER / "kvlcc2_l7.toml").read_text(encoding="utf-8")
 
 
@@ -120,7 +122,7 @@ def test_a_saved_ship_loads_bit_for_bit(name: str, tmp_path: Path) -> None:
     assert to_toml(again) == to_toml(ship)
 
 
-@every_ship
+@pytest.mark.parametrize("name", slow_but([*library(), *variants()], *OF_EACH_FAMILY))
 def test_a_saved_fit_keeps_values_sources_and_provenance(name: str, tmp_path: Path) -> None:
     ship = load(name)
     odd = {path: value * (1.0 - 1.0 / 3.0e3) for path, value in values(ship.model).items()}
