@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import signal
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,7 +25,19 @@ from seatrial.core.files import (
     write_together,
     write_whole,
 )
-from seatrial.core.records import Limits, NotNegative, Positive, digest, filled, from_json
+from seatrial.core.records import (
+    Limits,
+    NotNegative,
+    Positive,
+    digest,
+    filled,
+    from_json,
+    read_archive,
+    read_json,
+    read_record,
+    to_archive,
+    to_json,
+)
 from seatrial.core.unpacking import most, told, unpacked
 
 
@@ -163,3 +175,36 @@ def test_a_ctrl_c_that_was_obeyed_is_not_repeated() -> None:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+@dataclass(frozen=True)
+class Kept:
+    place: Path
+    size: Positive
+    pairs: tuple[tuple[float, ...], ...] = ()
+
+
+def test_a_record_of_each_kind_of_file_comes_back(tmp_path: Path) -> None:
+    found = Kept(Path("a") / "b", 0.1, ((1.0, 2.0), (3.0,)))
+    (tmp_path / "a.toml").write_text('schema = "kept/1"\nplace = "a/b"\nsize = 0.1\npairs = [[1.0, 2.0], [3.0]]\n')
+    assert read_record(tmp_path / "a.toml", Kept, "kept/1") == found
+    (tmp_path / "a.json").write_text(to_json(found, "kept/1"))
+    assert read_json(tmp_path / "a.json", Kept, "kept/1") == found
+    (tmp_path / "a.npz").write_bytes(to_archive(replace(found, place="a/b"), "kept/1"))  # type: ignore[arg-type]
+    assert read_archive(tmp_path / "a.npz", Kept, "kept/1") == found
+    with np.load(tmp_path / "a.npz") as held:
+        assert held["numbers"].size == 0
+    with pytest.raises(RequestError, match="place is 3; it must be a path"):
+        filled(Kept, {"place": 3, "size": 1.0}, "f")
+    for path in ("none.json", "a.npz"):
+        with pytest.raises(RequestError, match=rf"{path}: cannot be read: .+; make it anew"):
+            read_json(tmp_path / path, Kept, "kept/1", remedy="make it anew")
+
+
+def test_files_are_for_all_where_the_umask_takes_nothing(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        write_whole(tmp_path / "a", b"1")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "a").stat().st_mode & 0o777 == 0o666
