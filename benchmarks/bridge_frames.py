@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-HELPERS = Path(__file__).parents[1] / "tests" / "realtime" / "bridge"
+TESTS = Path(__file__).parents[1] / "tests"
 OTHERS = [word for k in range(20) for word in ("--other", f"kvlcc2_l7@{60 + 25 * k},{-200 + 20 * k},{18 * k}")]
 WORK = """(() => {
     const { chart, link } = seatrial; let best = Infinity;
@@ -32,8 +32,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", "--out", type=Path)
     given = parser.parse_args()
-    sys.path.insert(0, str(HELPERS))
+    sys.path[:0] = [str(TESTS), str(TESTS / "realtime" / "bridge")]
     from bridges import Running
+
     from browser import CHROMIUM, Browser
 
     if CHROMIUM is None:

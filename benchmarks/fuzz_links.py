@@ -19,11 +19,11 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT / "tests" / "realtime"), str(ROOT / "tests" / "realtime" / "range")]
+sys.path[:0] = [str(ROOT / "tests" / "realtime"), str(ROOT / "tests")]
 
 import mutations  # noqa: E402
-from scenes import FERRY, Fault, Limits, on_wire, scene  # noqa: E402
 
+from scenes import FERRY, Fault, Limits, on_wire, scene  # noqa: E402
 from seatrial.core.errors import RefusalError  # noqa: E402
 from seatrial.realtime.links.rosbridge import Rosbridge  # noqa: E402
 from seatrial.realtime.links.signalk import SignalK, _Wanted  # noqa: E402

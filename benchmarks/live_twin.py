@@ -18,9 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "realtime"))
-
-from voyages import KINDS, NOISE, Voyage, coaster, drifting  # noqa: E402
+sys.path.insert(0, str(ROOT / "tests"))
 
 from seatrial.core.parameters import values  # noqa: E402
 from seatrial.data import unwrapped  # noqa: E402
@@ -35,6 +33,7 @@ from seatrial.realtime.twin.settings import usual  # noqa: E402
 from seatrial.realtime.twin.sources import channels_of, noise_of, rows_of  # noqa: E402
 from seatrial.ships.files import load  # noqa: E402
 from seatrial.simulate.replay import inputs, smoothed_starts  # noqa: E402
+from voyages import KINDS, NOISE, Voyage, coaster, drifting  # noqa: E402
 
 RESULTS = ROOT / "benchmarks" / "results" / "live_twin.json"
 _DAY = 24.0

@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from timing import best, publish
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "identify"))
-from tug_trials import COLD, NOISE, TRUTH, problem  # pyright: ignore
-
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from seatrial.identify.shooting.logo import Shooting
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.sensors import Sensors
 from seatrial.simulate.run import simulate
+from tug_trials import COLD, NOISE, TRUTH, problem  # pyright: ignore
 
 
 def long_runs(count: int) -> tuple[Any, ...]:

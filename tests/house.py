@@ -41,7 +41,7 @@ def imports(path: Path) -> tuple[tuple[int, str], ...]:
 
 def imported(path: Path, source: ast.AST) -> Iterator[tuple[int, str]]:
     """Line and dotted name, below the package, of each import from the package itself, wherever in the file."""
-    package = ("seatrial", *path.relative_to(ROOT).parent.parts)
+    package = ("seatrial", *path.relative_to(ROOT).parent.parts) if path.is_relative_to(ROOT) else ()
     for node in _statements(source):
         names: list[str] = []
         if isinstance(node, ast.Import):

@@ -11,16 +11,21 @@ from pathlib import Path
 
 import pytest
 
-from house import MODULES, REPOSITORY, ROOT, short, text, tree
+from house import MODULES, REPOSITORY, ROOT, imported, short, text, tree
 
 MODULE_LINES, FOLDER, FOLDER_OF_IDENTIFY = 500, 15, 10
 CATALOGUES = ("forces", "models", "manoeuvres", "data/formats")
 """Folders of like things, a module each, however many there are."""
 
+TESTS = REPOSITORY / "tests"
+OF_THE_HOUSE = {"contributed", "garden", "golden", "long", "recovery"}
+"""Folders of tests that belong to no room: foreign files, wrong ships, published numbers, long runs, known truths."""
+
+SCENERY = {"core", "data", "environment", "ships", "sensors", "manoeuvres", "simulate"}
+"""Rooms whose functions set the scene of a test of any other."""
+
 PROSE = {".md", ".py", ".toml", ".js", ".html", ".css", ".c", ".h", ".csv", ".yaml"}
 FEMININE = re.compile(r"(?<![a-z])(?:s[h]e|h[e]r(?:s|self)?)(?![a-z])")
-
-LATER = pytest.mark.xfail(reason="rooms that are still being put in order")
 
 
 def prose() -> Iterator[Path]:
@@ -104,7 +109,7 @@ def test_tests_do_not_import_from_tests() -> None:
     line_of_import = re.compile(r"\s*(?:from|import)\s(?:.*[.,\s])?test_\w+")
     wrong = [
         f"{path.relative_to(REPOSITORY)}:{number}: {line.strip()}"
-        for path in sorted((REPOSITORY / "tests").rglob("*.py"))
+        for path in sorted(TESTS.rglob("*.py"))
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
         if "test_" in line and line_of_import.match(line)
     ]
@@ -113,9 +118,85 @@ def test_tests_do_not_import_from_tests() -> None:
 
 def test_files_of_tests_have_names_of_their_own() -> None:
     """Two of one name in two folders pass alone and cannot be collected together."""
-    names = Counter(path.name for path in (REPOSITORY / "tests").rglob("*.py"))
+    names = Counter(path.name for path in TESTS.rglob("*.py"))
     wrong = {name for name, count in names.items() if count > 1} - {"conftest.py", "__init__.py"}
     assert not wrong, f"rename all but one of each: {', '.join(sorted(wrong))}"
+
+
+def test_folders_of_tests_are_folders_of_the_package() -> None:
+    folders = {path.parent.relative_to(TESTS) for path in TESTS.rglob("*.py")}
+    wrong = [
+        f"tests/{folder.as_posix()}: no such folder in the package"
+        for folder in sorted(folders)
+        if folder.parts and folder.parts[0] not in OF_THE_HOUSE and not (ROOT / folder).is_dir()
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.slow
+def test_a_test_lies_in_the_room_that_it_tests() -> None:
+    found = ((path, misplaced(path.relative_to(TESTS), names_used(path))) for path in sorted(TESTS.rglob("test_*.py")))
+    wrong = [f"{path.relative_to(REPOSITORY)}: {why}" for path, why in found if why]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize(
+    ("path", "names", "told"),
+    [
+        ("data/check/test_a.py", {"data.check.gaps.gaps"}, ""),
+        ("data/test_a.py", {"data.check.gaps.gaps"}, "imports data/check most"),
+        ("data/test_a.py", {"data.check.gaps.gaps", "data.prepare.apply.repair", "data.Trial"}, ""),
+        ("data/test_a.py", {"core.errors.RequestError"}, "imports nothing of data"),
+        ("data/test_a.py", {"cli.app.main"}, ""),
+        ("data/test_a.py", set(), ""),
+        ("data/test_files.py", {"ships.files.load"}, "imports nothing of data"),
+        ("ships/test_files.py", {"core.errors.RequestError"}, ""),
+        ("report/test_a.py", {"report.page.html", "validate.imo.a", "validate.imo.b"}, "tests validate"),
+        ("report/test_a.py", {"report.page.html", "ships.files.load", "ships.files.save"}, ""),
+        ("report/test_a.py", {"report.page.html", "validate.imo.Row", "validate.imo.Table"}, ""),
+    ],
+)
+def test_a_test_in_the_wrong_room_is_seen(path: str, names: set[str], told: str) -> None:
+    assert misplaced(Path(path), names) == told
+
+
+def names_used(path: Path) -> set[str]:
+    """Dotted names, below the package, that a file of tests imports; those of the promised API count as the face."""
+    found = (name for _, name in imported(path, tree(path)))
+    return {name if name and (ROOT / name.partition(".")[0]).is_dir() else "face" for name in found}
+
+
+def folder_of(name: str) -> str:
+    """The deepest folder of the package on the way to a dotted name."""
+    while not (ROOT / name.replace(".", "/")).is_dir():
+        name = name.rpartition(".")[0]
+    return name.replace(".", "/")
+
+
+def misplaced(path: Path, names: set[str]) -> str:
+    """Why a file of tests does not lie where what it tests does; nothing where it does.
+
+    Its room is one from which it imports, or whose module it is named after, unless it imports nothing or goes by the
+    command line or the door, which reach every room.  Values of other rooms are what a test is made of, so of these
+    only functions count.  Within the room it lies in the folder from which it imports most; where none has the larger
+    half, in the room itself.
+    """
+    folder = path.parent.as_posix()
+    room = folder.partition("/")[0]
+    if folder == "." or room in OF_THE_HOUSE or (ROOT / folder / path.name.removeprefix("test_")).is_file():
+        return ""
+    own = [name for name in names if name.partition(".")[0] == room]
+    if not own:
+        reaching = {"cli", "face"} & {name.partition(".")[0] for name in names}
+        return "" if reaching or not names else f"imports nothing of {room}"
+    shares = Counter(map(folder_of, own))
+    most, count = shares.most_common(1)[0]
+    if shares[folder] < count and (folder != room or 2 * count > len(own)):
+        return f"imports {most} most"
+    for there, functions in Counter(n.partition(".")[0] for n in names if n.rpartition(".")[2].islower()).items():
+        if there not in SCENERY and there != room and functions > len(own):
+            return f"tests {there}"
+    return ""
 
 
 def test_no_rule_of_lint_is_both_selected_and_ignored() -> None:

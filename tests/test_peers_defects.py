@@ -3,7 +3,7 @@
 Named by what was wrong there.  Figures of the peers are those of the survey (2026); none of their code is here.
 Items 1 to 4 are here, 5 to 7 in test_peers_defects_runs.py.  Two are tested at home: the gust that is another
 one at every call in test_weather.py (`test_one_gust_is_one_time_series`), and the advance speed of a propeller
-over ground, not through the water, in conformance/test_current_contract.py.
+over ground, not through the water, in testing/test_checks_bite.py.
 """
 
 from __future__ import annotations

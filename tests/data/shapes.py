@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from workbooks import write_workbook
 
 from seatrial.data import Trial
 from seatrial.data.geodesy import Datum
+from workbooks import write_workbook
 
 Array = NDArray[np.float64]
 KN, DEG = 1852.0 / 3600.0, math.pi / 180.0

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from turning_log import DATUM, SCHEMA, fixes, table, trials, truth
-from workbooks import write_workbook
 
 from seatrial.data import DataError
 from seatrial.data.folder import read_folder
 from seatrial.data.formats import reader
 from seatrial.data.importing import import_log
 from seatrial.data.mapping.checked import read_mapping
+from workbooks import write_workbook
 
 TIME = 'time = { column = "Time", unit = "s" }\n'
 HEADING = '[channels.psi]\ncolumn = "HDG"\nunit = "deg"\n'

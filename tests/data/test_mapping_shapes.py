@@ -10,10 +10,10 @@ import numpy as np
 import polars as pl
 import pytest
 from turning_log import DATUM, SCHEMA, at, fixes, table, trials, truth
-from workbooks import write_dates, write_workbook
 
 from seatrial.data import DataError, Trial
 from seatrial.data.importing import import_log
+from workbooks import write_dates, write_workbook
 
 TIME = 'time = { column = "Time", unit = "s" }\n'
 HEADING = '[channels.psi]\ncolumn = "HDG"\nunit = "deg"\n'

@@ -25,7 +25,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from workbooks import voyage, write_workbook
 
 from seatrial.core.files import TomlError, toml_of
 from seatrial.core.unpacking import most, unpacked
@@ -41,6 +40,7 @@ from seatrial.data.table import existing
 from seatrial.environment.chart import crosses, inside, nearest, offshore
 from seatrial.environment.geojson import load_chart
 from seatrial.environment.grid import Size, grid_of
+from workbooks import voyage, write_workbook
 
 MEMORY, KILL = 500e6, 120.0
 DRIVER = (

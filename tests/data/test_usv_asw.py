@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from workbooks import HEADS, voyage, write_workbook
 
 from seatrial.cli.app import main
 from seatrial.data import DataError
@@ -15,6 +14,7 @@ from seatrial.data.check.track import fixes, own_samples, track_miss
 from seatrial.data.formats import formats, usv_asw
 from seatrial.data.importing import import_log
 from seatrial.data.trialfile import read_trial
+from workbooks import HEADS, voyage, write_workbook
 
 
 @pytest.fixture

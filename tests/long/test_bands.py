@@ -1,12 +1,10 @@
 """Coverage of the 95 % bands on the unseen trials' tactical diameter, over 100 virtual repetitions."""
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 from seatrial.belief.ensemble import bands, ensemble
 from seatrial.identify.posterior.misfit import misfit
 from seatrial.identify.trajectory.multistart import MultiStart

@@ -14,7 +14,6 @@ import os
 import random
 import shutil
 import signal
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -36,8 +35,6 @@ from seatrial.ships.files import FOLDER, load
 from seatrial.ships.writing import save
 from seatrial.simulate.approach import approach
 from seatrial.simulate.run import simulate
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "data"))
 from workbooks import voyage, write_workbook
 
 pytestmark = pytest.mark.long

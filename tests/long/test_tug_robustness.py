@@ -4,20 +4,17 @@ import resource
 import sys
 import time
 from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 from scipy.stats import binom, chi2
-from tug_trials import NOISE, TRUE, TRUTH, problem, sailed, trials
 
 from seatrial.identify import FitError
 from seatrial.identify.shooting.logo import Shooting
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.sensors import Sensors
 from seatrial.simulate.run import simulate
+from tug_trials import NOISE, TRUE, TRUTH, problem, sailed, trials
 
 pytestmark = pytest.mark.long
 

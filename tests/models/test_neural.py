@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from network_ships import KINDS, LIMITS, SCALE, inputs, network, sailing
 
+from network_ships import KINDS, LIMITS, SCALE, inputs, network, sailing
 from seatrial.core.parameters import ParameterError
 from seatrial.data import DataError, Trial
 from seatrial.engine.rollout import sensitivity, simulator

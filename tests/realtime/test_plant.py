@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import sys
 import warnings
 from dataclasses import dataclass
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from network_ships import network, sailing
 from seatrial.engine import SimulationError
 from seatrial.environment import Environment, Uniform
 from seatrial.environment.weather import Gust
@@ -21,9 +20,6 @@ from seatrial.realtime.plant import CommandError, Compiled, Plant
 from seatrial.ships import ShipError
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "models"))
-from network_ships import network, sailing
 
 DT = 0.1
 

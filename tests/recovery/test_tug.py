@@ -1,17 +1,13 @@
 """Recovery of the 22 parameters of the tug of You 2023 from its 12 manoeuvres, measured with noise."""
 
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
-from tug_trials import NAMES, NOISE, TRUE, problem, sailed, trials
-
 from seatrial.environment import Uniform
 from seatrial.identify.shooting.logo import Shooting
 from seatrial.sensors import Sensors
+from tug_trials import NAMES, NOISE, TRUE, problem, sailed, trials
 
 pytestmark = pytest.mark.long
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-from shown import aligned
 
 from seatrial.report.blocks import (
     Blanks,
@@ -32,6 +31,7 @@ from seatrial.report.blocks import (
     table,
     tiles,
 )
+from shown import aligned
 
 
 @pytest.mark.parametrize(("value", "digits", "said"), [

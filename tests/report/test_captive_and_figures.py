@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shown import html, series, tables, tiles, words
 
 from seatrial.core.parameters import read
 from seatrial.data import Trial
@@ -19,6 +18,7 @@ from seatrial.report import figures, rivals
 from seatrial.report.judging import captive, fans
 from seatrial.ships.files import load
 from seatrial.validate.comparison import compare
+from shown import html, series, tables, tiles, words
 
 SHIP = load("kvlcc2_l7")
 DEG = math.radians(1.0)

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from example_report import fit, report, weaving
 
+from example_report import fit, report, weaving
 from seatrial.identify.diagnosis.findings import Channel, Diagnosis, Residuals, Suspicion
 from seatrial.report import diagnosis, figures
 from seatrial.report.page import html

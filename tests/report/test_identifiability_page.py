@@ -1,15 +1,12 @@
 """Identifiability as sections of a page: complete, self-contained, well formed, honest about misfit."""
 
 import re
-import sys
 from dataclasses import replace
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "identify"))
 from seatrial.belief.ensemble import bands, ensemble
 from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.identify.posterior.misfit import Misfit, Remainder, misfit

@@ -2,8 +2,8 @@ import json
 import re
 
 import pytest
-from example_report import report
 
+from example_report import report
 from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
 from seatrial.report.report import Report, ReportError
 

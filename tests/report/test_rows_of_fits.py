@@ -11,10 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from example_report import fit
-from shown import html, items, series, tables, words
-from summaries import summary_of
 
+from example_report import fit
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Verdict
@@ -26,6 +24,8 @@ from seatrial.report import tuning as tunings
 from seatrial.report.report import posterior
 from seatrial.report.series import judged
 from seatrial.workflow.reports import leads
+from shown import html, items, series, tables, words
+from summaries import summary_of
 
 DEG = math.radians(1.0)
 LABEL = re.compile(r'<text x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]*)</text>')

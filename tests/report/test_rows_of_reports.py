@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from example_report import fit, report
-from shown import html, items, tables, tiles, words
 
+from example_report import fit, report
 from seatrial.belief.foresight import Foresight
 from seatrial.data import Trial
 from seatrial.identify import Verdict
@@ -21,6 +20,7 @@ from seatrial.report.evidence import Assumption, caveats
 from seatrial.report.printed import Row, fields, side_by_side
 from seatrial.report.report import Report
 from seatrial.validate.comparison import Comparison, compare
+from shown import html, items, tables, tiles, words
 
 T = np.arange(101.0)
 SIGMA = {"x": 2.0, "y": 2.0, "psi": 0.1, "u": 0.5, "v_m": 0.5, "r": 0.01}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from example_report import report
 
+from example_report import report
 from seatrial.belief.foresight import Foresight
 from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
 from seatrial.report.evidence import assumptions

@@ -1,13 +1,10 @@
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "report"))
 from example_report import arc
-
 from seatrial.data import DataError, Trial
 from seatrial.validate.comparison import compare, constant_velocity, manoeuvre, pooled
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from virtual_logs import posterior
 
 from seatrial.belief.bands.calibration import Calibration, Left, best_share, posterior_digest
 from seatrial.belief.bands.disturbance import Disturbance, Process
+from virtual_logs import posterior
 
 H = np.array([5.0, 10.0, 20.0, 40.0])
 UNIT = np.array([1.0, 1.0, 0.1, 0.1, 0.1, 0.01])

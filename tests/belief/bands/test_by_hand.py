@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from known_calibration import H, made
-from virtual_logs import ship
 
 from seatrial.belief.bands import beginnings
 from seatrial.belief.bands.beginnings import by_first
@@ -29,6 +28,7 @@ from seatrial.core.errors import RequestError
 from seatrial.data import DataError, Trial
 from seatrial.models import STATES
 from seatrial.simulate.loop import open_loop
+from virtual_logs import ship
 
 
 def trial(name: str, duration: float, dt: float = 0.5, **channels: Any) -> Trial:

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from known_calibration import H, made
-from virtual_logs import posterior
 
 from seatrial.belief.bands.calibration import beside, load, save
 from seatrial.core.errors import RequestError
 from seatrial.identify import StudyError
+from virtual_logs import posterior
 
 
 @pytest.mark.slow

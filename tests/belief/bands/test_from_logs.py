@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtual_logs import NOISE, left_out, log, posterior, ship
 
 from seatrial.belief.bands.beginnings import _DOUBTS, _past, _predicted, _unlikely, by_history
 from seatrial.belief.bands.calibrating import Withheld, spread_of
@@ -21,6 +20,7 @@ from seatrial.models import STATES
 from seatrial.simulate.approach import time_step
 from seatrial.simulate.run import simulate
 from seatrial.study.grounds import trial_digest
+from virtual_logs import NOISE, left_out, log, posterior, ship
 
 pytestmark = pytest.mark.slow
 

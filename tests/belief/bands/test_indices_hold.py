@@ -6,7 +6,6 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
-from virtual_logs import DEGREE, left_out, log, posterior, ship
 
 from seatrial.belief.bands.calibrating import calibrated
 from seatrial.belief.bands.manoeuvring import read as indices_of
@@ -18,6 +17,7 @@ from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships import Ship
 from seatrial.simulate.run import approach, simulate
 from seatrial.workflow.evidence.drawn import Drawing
+from virtual_logs import DEGREE, left_out, log, posterior, ship
 
 pytestmark = pytest.mark.long
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from virtual_logs import posterior
 
 from seatrial.belief.bands.calibration import Left
 from seatrial.belief.bands.disturbance import Disturbance, Process
@@ -35,6 +34,7 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.ships.files import load
 from seatrial.simulate.loop import open_loop
 from seatrial.simulate.run import simulate
+from virtual_logs import posterior
 
 SHIP = load("esso_osaka_3m")
 HORIZONS = np.array([5.0, 10.0, 20.0])

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_calibration import made
-from virtual_logs import NOISE, left_out, log, posterior, ship
 
 from seatrial.belief.bands.beginnings import by_first, by_history
 from seatrial.belief.bands.calibrating import Withheld
@@ -22,6 +21,7 @@ from seatrial.data import Trial
 from seatrial.identify import StudyError
 from seatrial.models import STATES
 from seatrial.simulate.replay import replay
+from virtual_logs import NOISE, left_out, log, posterior, ship
 
 SIGMA = np.array([NOISE[name] for name in STATES])
 LACKS = Disturbance((Process("u", 1e-4, 5.0), Process("v_m", 1e-4, 5.0), Process("r", 1e-5, 50.0)), 0.05)

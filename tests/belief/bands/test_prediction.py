@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_calibration import made
-from virtual_logs import log, posterior, ship
 
 from seatrial.belief.bands.disturbance import Disturbance, Process
 from seatrial.belief.bands.held import ALL, held, windows
@@ -17,6 +16,7 @@ from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
 from seatrial.simulate.replay import replay
 from seatrial.simulate.run import approach
+from virtual_logs import log, posterior, ship
 
 FOUND = replace(made(), disturbance=Disturbance((Process("u", 2e-3, 5.0), Process("r", 1e-4, 20.0)), 0.02))
 

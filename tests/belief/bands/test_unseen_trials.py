@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from virtual_logs import left_out, log, posterior, ship
 
 from seatrial.belief.bands.calibrating import calibrated
 from seatrial.belief.bands.calibration import Calibration
@@ -15,6 +14,7 @@ from seatrial.core.parameters import read
 from seatrial.data import Trial
 from seatrial.ships import Ship
 from seatrial.simulate.replay import replay
+from virtual_logs import left_out, log, posterior, ship
 
 pytestmark = pytest.mark.long
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 from bridges import Running
-from browser import CHROMIUM, Browser
 
 import seatrial.realtime.bridge
+from browser import CHROMIUM, Browser
 
 STATIC = Path(seatrial.realtime.bridge.__file__).with_name("static")
 NODE = shutil.which("node")

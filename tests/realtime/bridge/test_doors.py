@@ -19,11 +19,11 @@ import pytest
 
 pytest.importorskip("fastapi")
 from bridges import ask, hear, read_to_the_end
-from fetched import get
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
+from fetched import get
 from seatrial.realtime import pages
 from seatrial.realtime.bridge import server
 from seatrial.realtime.bridge.deck import Deck, Outfit

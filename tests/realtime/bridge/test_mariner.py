@@ -11,6 +11,7 @@ import pytest
 
 pytest.importorskip("fastapi")
 from bridges import Running
+
 from browser import CHROMIUM, Browser
 
 pytestmark = [pytest.mark.long, pytest.mark.skipif(CHROMIUM is None, reason="no browser on this machine")]

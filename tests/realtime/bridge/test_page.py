@@ -11,8 +11,8 @@ import pytest
 
 pytest.importorskip("fastapi")
 from bridges import Running
-from browser import CHROMIUM, Browser
 
+from browser import CHROMIUM, Browser
 from fitted_run import saved, trial
 
 pytestmark = [pytest.mark.long, pytest.mark.skipif(CHROMIUM is None, reason="no browser on this machine")]

@@ -12,7 +12,6 @@ import pytest
 
 pytest.importorskip("fastapi")
 from browser import CHROMIUM, Browser
-
 from seatrial.core.parameters import Free
 from seatrial.identify import Problem
 from seatrial.identify.watch import with_values

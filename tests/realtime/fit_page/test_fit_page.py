@@ -20,11 +20,11 @@ from typing import Any
 import pytest
 
 pytest.importorskip("fastapi")
-from fetched import get
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
+from fetched import get
 from seatrial.cli.app import main
 from seatrial.core.parameters import Free
 from seatrial.data.trialfile import write_trial

@@ -5,17 +5,13 @@ from __future__ import annotations
 import asyncio
 import json
 import math
-import sys
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "range"))
 from scenes import FERRY, on_wire, scene
-
 from seatrial.core.errors import RefusalError
 from seatrial.realtime.links.n2k import identifier
 

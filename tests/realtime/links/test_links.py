@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,9 +14,7 @@ from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "range"))
 from scenes import FERRY, on_wire, scene
-
 from seatrial.cli.app import main
 from seatrial.core.errors import RefusalError
 from seatrial.data.nmea.sentences import Sentence, encode

@@ -7,16 +7,13 @@ import math
 import os
 import re
 import socket
-import sys
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "range"))
 from scenes import FERRY, Fault, Weather, on_wire, scene
-
 from seatrial.data.nmea.sentences import Sentence, encode
 from seatrial.environment import Environment
 from seatrial.realtime.range.stage import Stage

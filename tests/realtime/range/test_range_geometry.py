@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes import DEG, FERRY, Criteria, Fault, Limits, scene
 
+from scenes import DEG, FERRY, Criteria, Fault, Limits, scene
 from seatrial.core.errors import RefusalError
 from seatrial.manoeuvres.track import legs
 from seatrial.realtime.range.contacts import Contact, contact, touching

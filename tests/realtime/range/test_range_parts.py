@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 from pynmeagps import NMEAReader
-from scenes import DEG, FERRY, PLACE, Criteria, Fault, Limits, Weather, on_wire, scene
 
+from scenes import DEG, FERRY, PLACE, Criteria, Fault, Limits, Weather, on_wire, scene
 from seatrial.data.nmea.sentences import SENTENCES, Sentence, decode, encode
 from seatrial.data.nmea.ship import KNOT, MILE
 from seatrial.environment import CALM, Uniform

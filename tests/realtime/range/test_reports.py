@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 import pynmea2
 import pytest
 from pynmeagps import NMEAReader
-from scenes import DEG, FERRY, PLACE, Fault, Limits, on_wire, scene
 
+from scenes import DEG, FERRY, PLACE, Fault, Limits, on_wire, scene
 from seatrial.data.nmea.framing import split
 from seatrial.data.nmea.sentences import SENTENCES, Sentence, encode
 from seatrial.data.nmea.ship import KNOT, MILE

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from scenes import DEG
 
+from scenes import DEG
 from seatrial.cli.app import main
 from seatrial.core.errors import RequestError
 from seatrial.workflow.afloat import sail

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from scenes import DEG, FERRY, Criteria, Fault, Limits, Weather, on_wire, scene
 
+from scenes import DEG, FERRY, Criteria, Fault, Limits, Weather, on_wire, scene
 from seatrial.core.errors import LoopError, RefusalError, RunError
 from seatrial.data.nmea.sentences import Sentence, decode, encode
 from seatrial.environment import Uniform

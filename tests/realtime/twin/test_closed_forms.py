@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from tiers import slow_but
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from linear import CHANNELS, DENSITY, NAMES, NOISE, A, H, Sailed, blur, followed, machine, sailed, step_of
 from scipy.linalg import expm
 
@@ -35,6 +28,7 @@ from seatrial.realtime.twin.suspects import (
     suspects,
     threshold,
 )
+from tiers import slow_but
 
 P_0 = np.diag([4.0, 4.0, 1e-4, 0.04, 0.01, 1e-6, 0.1, 0.1, 1e-6, 1e-6, 1e-10])
 

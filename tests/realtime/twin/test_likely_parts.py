@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from linear import CHANNELS, NOISE, blur, followed, machine, sailed, step_of
+from scipy.stats import multivariate_normal
 
 from seatrial.realtime.twin import follow, likely
 from seatrial.realtime.twin.acting import between_rows

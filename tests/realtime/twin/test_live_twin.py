@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-from voyages import NOISE, Voyage, coaster
 
 from seatrial.core.parameters import values
 from seatrial.identify import StudyError
@@ -29,6 +24,7 @@ from seatrial.realtime.twin.stuck import FOLLOWS, JAMMED, SLOW, Repeats, Steerin
 from seatrial.realtime.twin.suspects import JUMP, Evidence, Suspect, threshold
 from seatrial.realtime.twin.tally import Tally
 from seatrial.ships.files import load
+from voyages import NOISE, Voyage, coaster
 
 AT = 615.0
 

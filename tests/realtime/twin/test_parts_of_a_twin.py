@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,11 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.stats import chi2
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from linear import CHANNELS, NOISE, Sailed, machine, sailed, step_of
+from scipy.stats import chi2
 
 from seatrial.data import Trial
 from seatrial.environment import CHANNELS as AROUND

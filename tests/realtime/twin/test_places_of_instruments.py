@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[1] / "range"))
-
-from scenes import on_wire, scene
 from sea import NOISE, Bridge, Row, sailed
 
+from scenes import on_wire, scene
 from seatrial.data.formats.nmea import Aboard, Place, aboard_of, beside, read, write_aboard
 from seatrial.data.geodesy import Datum
 from seatrial.data.nmea.ship import Fittings, lines

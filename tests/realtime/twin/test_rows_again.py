@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from linear import CHANNELS, Sailed, machine, sailed
 
 from seatrial.identify import StudyError

@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 import math
-import sys
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from sea import NOISE, Bridge, Row, sailed
 
 from seatrial.realtime.twin.likely import Factors, likeliest

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,12 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-sys.path.insert(0, str(Path(__file__).parents[2] / "report"))
-
 from linear import CHANNELS, machine
-from shown import aligned, tables
 
 from seatrial.data import Trial
 from seatrial.data.formats.nmea import Aboard, Place
@@ -53,6 +47,7 @@ from seatrial.realtime.twin.suspects import (
 )
 from seatrial.realtime.twin.tally import Hour, Tally
 from seatrial.ships.files import load
+from shown import aligned, tables
 
 SHIP = load("kvlcc2")
 ALL = ("x", "y", "psi", "r", "u_w", "v_north", "v_east", "n_P", "delta")

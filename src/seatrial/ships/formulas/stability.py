@@ -1,8 +1,9 @@
 """Metacentric height, roll inertia and roll period from particulars.
 
 The formulas of KB and BM are from memory of textbooks (Morrish 1892; Schneekluth) and were not looked up; on the two
-published ships that roll (tests/ships/test_stability.py) KB is within 6 % and BM within 13 %, so GM, a small difference
-of large numbers, is half a metre off: take it from the stability book, an inclining test or a measured roll period.
+published ships that roll (tests/ships/formulas/test_stability.py) KB is within 6 % and BM within 13 %, so GM, a small
+difference of large numbers, is half a metre off: take it from the stability book, an inclining test or a measured roll
+period.
 """
 
 from __future__ import annotations
