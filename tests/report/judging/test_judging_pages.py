@@ -11,7 +11,7 @@ import pytest
 
 from seatrial.belief.coverage import Coverage, Reference
 from seatrial.data import Trial
-from seatrial.report.blocks import gallery
+from seatrial.report.blocks import document, gallery
 from seatrial.report.judging import coverage, fitness, imo, requirements, ship_evidence
 from seatrial.validate.fitness import FIT, NOT_FIT, OPEN, Fitness, Found, Limit
 from seatrial.validate.imo import FAIL, PASS, UNDECIDED, Band, Criterion, ImoTable
@@ -263,7 +263,7 @@ def test_coverage_lists_trials_as_given_and_draws_the_most_novel_first() -> None
     captions = [one.split("<figcaption>")[1].split("<")[0].strip() for one in drawings(made.html)]
     assert captions == ["surge speed u [m/s]", "rate of turn r [°/s]", "high: 30 % of the samples are novel",
                         "low: 6.0 % of the samples are novel"]  # fmt: skip
-    assert made.numbers["coverage"]["none"]["share"] == 0.0  # type: ignore[index]
+    assert document(made.body)["coverage"]["none"]["share"] == 0.0  # type: ignore[index]
     many = tuple(judged(str(k), 0.01 * k, {"u": 1.0, "r": 0.0}) for k in range(1, 15))
     assert len(drawings(coverage.section(reference, train, train, many).html)) == 2 + 12
     still = coverage.section(reference, train, train, found[1:2])

@@ -59,9 +59,9 @@ def test_what_is_not_fitted_yet_is_left_out() -> None:
     done = table(all=(0.2,), none=(2.0,))
     assert [p[0] for p in lines(series(*ERRORS), done)["random"]["random"]["a model"]] == [0.0, 60.0]
     some = replace(done.standings[0], members=())
-    assert learning(series(*ERRORS), Table(("random",), (some,), (), {})).body == ()
+    assert learning(series(*ERRORS), Table(("random",), (some,), (), {})).html == ""
     assert "<svg" in learning(series(*ERRORS), done).html
-    assert learning(series(), done).body == ()
+    assert learning(series(), done).html == ""
 
 
 def test_seconds_are_of_the_training_alone() -> None:
