@@ -238,7 +238,7 @@ def _fit(fit: Fit) -> Body:
     if len(fit.history) > 1:
         drawing = figure(figures.convergence(fit.history), "Loss over the iterations")
     remark = "Shrinkage: information of the data relative to the prior, 0 none, 1 all. Sigma: posterior deviation."
-    return line(cost) + table(head, rows, words=(7,)) + soft(remark) + words + along(fit) + gallery(drawing)
+    return line(cost) + table(head, rows, words=(5, 7)) + soft(remark) + words + along(fit) + gallery(drawing)
 
 
 def along(fit: Fit) -> Body:
