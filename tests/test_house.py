@@ -18,8 +18,9 @@ CATALOGUES = ("forces", "models", "manoeuvres", "data/formats")
 """Folders of like things, a module each, however many there are."""
 
 TESTS = REPOSITORY / "tests"
-OF_THE_HOUSE = {"contributed", "garden", "golden", "long", "recovery"}
-"""Folders of tests that belong to no room: foreign files, wrong ships, published numbers, long runs, known truths."""
+OF_THE_HOUSE = {"contributed", "garden", "golden", "long", "recovery", "strangers"}
+"""Folders of tests that belong to no room: foreign files, wrong ships, published numbers, long runs,
+known truths, ships that no library has."""
 
 SCENERY = {"core", "data", "environment", "ships", "sensors", "manoeuvres", "simulate"}
 """Rooms whose functions set the scene of a test of any other."""
@@ -117,8 +118,10 @@ def test_tests_do_not_import_from_tests() -> None:
 
 
 def test_files_of_tests_have_names_of_their_own() -> None:
-    """Two of one name in two folders pass alone and cannot be collected together."""
-    names = Counter(path.name for path in TESTS.rglob("*.py"))
+    """Two of one name in two folders pass alone and cannot be collected together; packages tell their modules apart."""
+    packed = {path.parent for path in TESTS.rglob("__init__.py")}
+    names = Counter(path.name for path in TESTS.rglob("*.py")
+                    if path.name.startswith("test_") or path.parent not in packed)  # fmt: skip
     wrong = {name for name, count in names.items() if count > 1} - {"conftest.py", "__init__.py"}
     assert not wrong, f"rename all but one of each: {', '.join(sorted(wrong))}"
 

@@ -42,11 +42,11 @@ class Motion:
         """All channels over ground at times t [s]."""
         t = np.asarray(t, dtype=float)
         which = np.clip(np.searchsorted(self.starts, t, "right") - 1, 0, len(self.pieces) - 1)
-        out = np.empty((len(NAMES) + len(self.ship.controls), t.size))
+        out = np.empty((len(NAMES) + len(self.ship.inner) + len(self.ship.controls), t.size))
         for k in np.unique(which):
             rows = which == k
             out[:, rows] = self.pieces[k](t[rows])
-        values = dict(zip((*NAMES, *self.ship.controls), out, strict=True))
+        values = dict(zip((*NAMES, *self.ship.inner, *self.ship.controls), out, strict=True))
         w = self.weather
         east, north = w.current * math.sin(w.current_to), w.current * math.cos(w.current_to)
         c, s = np.cos(values["psi"]), np.sin(values["psi"])
@@ -102,20 +102,22 @@ def sail(
     """Integrate a manoeuvre from a straight run at `speed` [m/s] under the controls `begin`."""
     w = weather
     east, north = w.current * math.sin(w.current_to), w.current * math.cos(w.current_to)
+    hidden = len(ship.inner)
     from_north, from_east = w.wind * math.cos(w.wind_from), w.wind * math.sin(w.wind_from)
 
     def rhs(t: float, y: Array, rates: Controls) -> list[float]:
-        _, _, psi, u, v, r, *controls = y.tolist()
+        _, _, psi, u, v, r, *more = y.tolist()
+        inner, controls = more[:hidden], more[hidden:]
         c, s = math.cos(psi), math.sin(psi)
         wind = (
             (from_north + north) * c + (from_east + east) * s + u,
             (from_east + east) * c - (from_north + north) * s + v,
         )
-        du, dv, dr = ship.rates(u, v, r, tuple(controls), wind)
-        return [u * c - v * s, u * s + v * c, r, du, dv, dr, *rates]
+        return [u * c - v * s, u * s + v * c, r, *ship.rates(u, v, r, tuple(controls), wind, *inner), *rates]
 
     before = BEFORE * ship.length / ship.speed
-    y = np.array([-speed * before * math.cos(psi_0), -speed * before * math.sin(psi_0), psi_0, speed, 0, 0, *begin])
+    begun = (-speed * before * math.cos(psi_0), -speed * before * math.sin(psi_0), psi_0, speed, 0, 0)
+    y = np.array([*begun, *(0.0 for _ in ship.inner), *begin])
     starts: list[float] = []
     pieces: list[Any] = []
 
@@ -131,7 +133,7 @@ def sail(
         pieces.append(found.sol)
         return float(found.t[-1]), found.y[:, -1], found.status == 1
 
-    t, own = -before, slice(len(NAMES), None)
+    t, own = -before, slice(len(NAMES) + hidden, None)
     for order in orders:
         reached = False
         while t < duration and not reached:

@@ -40,6 +40,7 @@ class LowSpeed:
     rudder_rate: float = math.radians(20.0)
     shaft_rate: float = 5.0
     controls: tuple[str, ...] = ("n_P", "delta")
+    inner: tuple[str, ...] = ()
     areas: Mapping[str, float] | None = field(default_factory=lambda: {"A_T": 0.13544, "A_L": 0.52038})
     secret: Mapping[str, float] = field(default_factory=lambda: {
         "hull.X_0F": 1.12, "hull.Y_v": 0.86, "hull.N_v": 1.10, "hull.N_r": 1.12, "hull.C_D": 0.85, "hull.Y_r": 1.20,
@@ -59,7 +60,9 @@ class LowSpeed:
     def steered(self, turn: float, n: float) -> tuple[float, ...]:
         return n, turn
 
-    def rates(self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float]) -> Three:
+    def rates(
+        self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float], *_: float
+    ) -> Three:
         c, L, rho = self.numbers, self.length, self.rho
         mass, area = 0.5 * rho * L * L * self.d, 0.5 * rho * L * self.d
         m, x_G = 0.27078 * mass, 0.03119 * L
@@ -168,6 +171,7 @@ class Tug:
     speed: float = 0.9
     rho: float = 1000.0
     controls: tuple[str, ...] = ("n_1", "alpha_1", "n_2", "alpha_2")
+    inner: tuple[str, ...] = ()
     gear: tuple[float, ...] = (2.0, 0.1151, 2.0, 0.1161)
     areas: Mapping[str, float] | None = field(
         default_factory=lambda: {"A_T": 0.16, "A_L": 0.40, "L_OA": 2.3, "s_L": 0.1}
@@ -186,7 +190,9 @@ class Tug:
     def steered(self, turn: float, n: float) -> tuple[float, ...]:
         return n, -turn, n, -turn  # a stern that is pushed to port turns the bow to starboard
 
-    def rates(self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float]) -> Three:
+    def rates(
+        self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float], *_: float
+    ) -> Three:
         c = {path.rpartition(".")[2]: value for path, value in self.numbers.items()}
         X, Y, N = blown(*wind, self.length, self.areas) if self.areas else (0.0, 0.0, 0.0)
         for n, alpha, y in ((*controls[:2], 0.163), (*controls[2:], -0.163)):

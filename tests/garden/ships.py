@@ -41,6 +41,11 @@ class Ship(Protocol):
         ...
 
     @property
+    def inner(self) -> tuple[str, ...]:
+        """Further states that no log has, zero at the beginning; `rates` takes them last and gives theirs last."""
+        ...
+
+    @property
     def areas(self) -> Mapping[str, float] | None:
         """Above water; None for a ship that no wind moves."""
         ...
@@ -62,7 +67,7 @@ class Ship(Protocol):
         """Controls that steer, > 0 to starboard, by an angle [rad] at revolutions n [1/s]."""
         ...
 
-    def rates(self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float]) -> tuple[float, float, float]:  # noqa: E501
+    def rates(self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float], *inner: float) -> tuple[float, ...]:  # noqa: E501
         """Rates of surge, sway and yaw through the water; `wind` are the components it comes from, apparent [m/s]."""
         ...
 
@@ -108,10 +113,12 @@ class Mmg:
     areas: Mapping[str, float] | None = None
     still_air: bool = True
     controls: tuple[str, ...] = ("n_P", "delta")
+    inner: tuple[str, ...] = ()
+    added: tuple[float, float, float] = (0.022, 0.223, 0.011)
 
     def rates(
-        self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float]
-    ) -> tuple[float, float, float]:
+        self, u: float, v: float, r: float, controls: tuple[float, ...], wind: tuple[float, float], *inner: float
+    ) -> tuple[float, ...]:
         return self._moved(u, v, r, self._driven(u, v, r, controls), wind)
 
     def _moved(
@@ -121,7 +128,7 @@ class Mmg:
         L, rho, h = self.length, self.rho, self.hull
         m = rho * self.volume
         mass, inertia = 0.5 * rho * L**2 * self.d, 0.5 * rho * L**4 * self.d
-        m_x, m_y, J_z = 0.022 * mass, 0.223 * mass, 0.011 * inertia
+        m_x, m_y, J_z = (share * whole for share, whole in zip(self.added, (mass, mass, inertia), strict=True))
         I_zG = m * (0.25 * L) ** 2
         U = math.hypot(u, v)
         v_, r_ = v / U, r * L / U

@@ -18,7 +18,19 @@ from seatrial.data.guess.cells import _read, spoken
 from seatrial.data.guess.clock import Clock, _of_clock, _pattern, _seconds, clocks
 from seatrial.data.guess.guessing import _in_degrees, _once, _reaching, _repeats, _wind_pairs
 from seatrial.data.guess.layout import Layout, Table, decoded, is_value, number, read_text, split_line
-from seatrial.data.guess.logs import Log, Topic, _activity, _longest, _onto, _pieces, _shared_end, _weight, leap
+from seatrial.data.guess.logs import (
+    Log,
+    Topic,
+    _alike,
+    _longest,
+    _moved,
+    _onto,
+    _pieces,
+    _shared_end,
+    _weight,
+    leap,
+    read_table,
+)
 from seatrial.data.guess.naming import Meaning, meanings, parted, tokens, unit_in_name, unit_of
 from seatrial.data.guess.roles import sided, signals, trial_column
 from seatrial.data.guess.wind import (
@@ -371,12 +383,23 @@ def test_a_leap_divides_a_file_where_it_is_a_hundred_steps_and_half_a_minute() -
     assert _longest([], file(500.0)[:100]) == slice(0, 60)
 
 
+def test_noise_of_a_rudder_amidships_is_no_motion_beside_a_zigzag(tmp_path: Path) -> None:
+    """The first file by name goes straight on and is longest; its noise goes from end to end of its own small range."""
+    noise = 0.2 * np.sin(np.arange(120.0) * math.pi / 2.0)
+    zigzag = 20.0 * np.sign(np.sin(np.arange(100.0) * math.pi / 25.0 + 0.1))
+    for name, rudder in (("ahead", noise), ("zigzag", zigzag)):
+        rows = "\n".join(f"{k},{angle:.1f}" for k, angle in enumerate(rudder))
+        (tmp_path / f"{name}.csv").write_text(f"time [s],rudder [deg]\n{rows}\n", encoding="utf-8")
+    tables = [read_table(tmp_path / f"{name}.csv") for name in ("ahead", "zigzag")]
+    assert _alike(tmp_path, tables, []).main.name == "zigzag.csv"
+
+
 def test_the_rudder_that_moves_most_is_looked_at_and_the_topic_that_says_most() -> None:
     wave = np.sin(np.arange(80.0) * math.pi / 2.0)
     busy = topic(np.arange(80.0), delta=wave, heading=np.arange(80.0))
-    assert _activity(busy) == round(79 * 1.0 / 2.0)
-    assert _activity(topic(np.arange(80.0), heading=np.arange(80.0))) == 1
-    assert _activity(topic(np.arange(80.0), u=wave)) == 0
+    assert _moved(busy) == pytest.approx((79.0, 2.0))
+    assert _moved(topic(np.arange(80.0), heading=np.arange(80.0))) == (79.0, 79.0)
+    assert _moved(topic(np.arange(80.0), u=wave)) == (0.0, 0.0)
     assert [_weight({name: signal(name, [1.0, 2.0])}) for name in ("heading", "qw", "x", "latitude", "u")] == [
         2.0, 2.0, 1.0, 1.0, 0.0
     ]  # fmt: skip

@@ -114,7 +114,10 @@ def _topic(base: Path, table: Table, context: bool) -> Topic:
 def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
     """Files with the same columns: each a trial, or pieces of one; the one whose rudder moves most is looked at."""
     topics = [_topic(base, table, False) for table in tables]
-    main = max(topics, key=lambda one: (_activity(one), len(one.table.columns[0])))
+    moved = [_moved(one) for one in topics]
+    span = max(most for _, most in moved) or 1.0
+    longest = zip(topics, moved, strict=True)
+    main, _ = max(longest, key=lambda one: (round(one[1][0] / span), len(one[0].table.columns[0])))
     others = tuple(one for one in topics if one is not main)
     pattern, join = "", "time"
     if others and _pieces(topics):
@@ -131,14 +134,13 @@ def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
     return Log(main, (), t, _longest(main.columns, t), found, pattern, join, tuple(notes), others)
 
 
-def _activity(topic: Topic) -> int:
-    """How often the rudder, or else the heading, goes from end to end of its range."""
+def _moved(topic: Topic) -> tuple[float, float]:
+    """How far the rudder, or else the heading, goes to and fro, and its range; noise alone goes far in a small one."""
     found = signals(topic.columns, topic.clock.heads if topic.clock else ())
     values = next((found[role].values for role in ("delta", "heading", "yaw", "r") if role in found), np.zeros(2))
     some = values[np.isfinite(values)]
     some = some[:: max(some.size // 100, 1)]
-    span = float(np.ptp(some)) if some.size else 0.0
-    return round(float(np.abs(np.diff(some)).sum()) / span) if span > 0.0 else 0
+    return (float(np.abs(np.diff(some)).sum()), float(np.ptp(some))) if some.size else (0.0, 0.0)
 
 
 def leap(t: Array) -> float | None:
