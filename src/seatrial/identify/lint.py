@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from ..core.parameters import specs, unknown
-from ..data import DataError, Trial
+from ..data import Array, DataError, Trial
 from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import derivable
 from ..models import STATES, Sampled, unit
@@ -23,8 +23,11 @@ from ..ships import Ship
 from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
 from ..simulate.steering import filled_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
+from .posterior.acting import acting
+from .posterior.verdicts import manoeuvre_for
 from .record import compared_as, scales, step_of
 from .trajectory.objective import TrajectoryObjective
+from .vector import Vector
 
 # Kinds of findings of `check` that make a fit wrong rather than poor.
 _FATAL = ("sign", "axes", "unit", "scale", "step", "short")
@@ -43,6 +46,8 @@ _LENGTH = 0.02
 _ANGLES = ("bias", "offset", "direction")
 # Length and stride of the predictions by which sensitivity is checked [s].
 _WINDOW, _EVERY = 100.0, 1.0
+# A parameter hardly acts where its typical change moves the predictions by less than this, in squared sigmas in all.
+_FAINT = 0.01
 
 
 def lint(
@@ -266,7 +271,9 @@ def _felt(problem: Problem) -> Iterator[Issue]:
     if isinstance(problem.ship.model, Sampled):
         return
     dt = step_of(problem.trials)
-    bare = replace(problem, nuisance=Nuisance())
+    # Without priors, as these are no data, and a difference of the two would be rounding.
+    free = tuple(replace(one, sigma=math.inf) for one in problem.free)
+    bare = replace(problem, nuisance=Nuisance(), free=free)
     try:
         objective = TrajectoryObjective.build(
             bare, bare.trials, scales(bare), window=max(_WINDOW, dt), dt=dt,
@@ -275,18 +282,36 @@ def _felt(problem: Problem) -> Iterator[Issue]:
     except DataError as error:
         yield Issue("error", "trials", str(error))
         return
-    with np.errstate(over="ignore", invalid="ignore"):
-        normal = objective.normal(bare.vector.start, np.zeros(0))
-    if not np.isfinite(normal.H).all():
-        return  # the model blows up there, which the estimator reports by trial and state
-    for free, felt in zip(bare.free, np.diag(normal.H) - bare.vector.precision, strict=True):
+
+    def known(values: Array) -> Array:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return objective.normal(values, np.zeros(0)).H
+
+    found = known(bare.vector.start)
+    if np.isfinite(found).all():  # else the model blows up there, which the estimator reports by trial and state
+        yield from _told_apart(problem.vector, found, known)
+
+
+def _told_apart(vector: Vector, found: Array, known: Callable[[Array], Array]) -> Iterator[Issue]:
+    """Parameters that no data of these trials determine, one by one and by what acts of them; those hardly felt."""
+    for free, felt in zip(vector.free, np.diag(found), strict=True):
+        held = np.isfinite(free.sigma)
+        alone = "would be its prior" if held else "would be arbitrary"
         if not felt > 1e-12 * free.scale**-2.0:
-            alone = "would be its prior" if np.isfinite(free.sigma) else "would be arbitrary"
             yield Issue(
-                "warning" if np.isfinite(free.sigma) else "error", free.path,
+                "warning" if held else "error", free.path,
                 f"the data are insensitive to it at {free.start:g}; the result {alone}; leave it out of [free], "
                 "or add a manoeuvre",
             )  # fmt: skip
+        elif felt * free.scale**2 < _FAINT:
+            yield Issue(
+                "warning", free.path, f"hardly acts in these trials: they would leave it uncertain by "
+                f"{felt**-0.5 / free.scale:.2g} times what it may change; {manoeuvre_for(free.path)} would excite it "
+                "(seatrial design)",
+            )  # fmt: skip
+    for one in acting(vector.paths, found, vector.start, known):
+        if one.count:
+            yield Issue("warning", "free", one.words)
 
 
 # Measured revolutions may leave the tested range by this share of it: noise, and a governor that overshoots.

@@ -22,6 +22,7 @@ from .. import Fit, Problem
 from ..noise import noise
 from ..nuisance import EVERY
 from ..posterior import information
+from ..posterior.acting import Acting, acting
 from ..posterior.misfit import correlated
 from ..posterior.verdicts import blown_up, judged_by
 from ..record import Settings
@@ -94,8 +95,20 @@ def diagnosed(
         spread = factor[:, None] * fit.covariance * factor[None, :]
     if regresses:
         diagnosis, spread = _pulled(diagnosis, linear, p, objective, fit)
-    judged = judged_by(fit, problem, diagnosis, spread)
+    judged = judged_by(fit, problem, diagnosis, spread, _together(objective, linear, p, eta))
     return replace(judged, verdicts=(*judged.verdicts, *beside.verdicts(vector.paths)))
+
+
+def _together(objective: TrajectoryObjective, linear: Linear, p: Array, eta: Array) -> tuple[Acting, ...]:
+    """Parameters and errors of instruments of which only combinations act in the trials."""
+    names = (*objective.problem.vector.paths, *(one.name for one in objective.common))
+    own = np.zeros(len(p))
+    own[: objective.count] = objective.problem.vector.precision
+
+    def known(values: Array) -> Array:
+        return objective.normal(values, eta).reduced(0.0)[0] - np.diag(own)
+
+    return acting(names, linear.gram()[:, : len(p)], p, known)
 
 
 def _pulled(

@@ -21,6 +21,7 @@ from ..diagnosis.findings import Diagnosis
 from ..trajectory.gauss_newton import Normal
 from ..vector import Vector
 from . import information
+from .acting import Acting, acting
 
 # Share of the prior variance that the data must remove: below the first nothing is learned,
 # above the second the data clearly outweigh the prior.  Of the squared size of a parameter, its variance
@@ -89,21 +90,29 @@ def judged(
     vector = problem.vector
     spread, shrinkage = posterior(normal, problem.free, values, variance)
     at_bound = vector.at_bound(values)
+    # Beside priors what the data know would be a difference of the two, and a weak direction its rounding.
+    together = () if vector.precision.any() else acting(vector.paths, normal.reduced(0.0)[0], values)
     return Fit(
         ship=vector.ship(problem.ship, values), free=problem.free, values=values, sigma=np.sqrt(np.diag(spread)),
         covariance=spread, shrinkage=shrinkage, at_bound=at_bound,
-        verdicts=verdicts(problem.free, values, spread, shrinkage, at_bound),
+        verdicts=verdicts(problem.free, values, spread, shrinkage, at_bound, together=together),
         history=np.asarray(history, dtype=np.float64).reshape(-1, 4), objective=normal.cost, seconds=seconds,
         evaluations=evaluations, status=status, digest=digest, **more,
     )  # fmt: skip
 
 
-def judged_by(fit: Fit, problem: Problem, diagnosis: Diagnosis, covariance: Array) -> Fit:
-    """The fit with its diagnosis and this covariance; nothing is "identified" where the model lacks something."""
+def judged_by(
+    fit: Fit, problem: Problem, diagnosis: Diagnosis, covariance: Array, together: Sequence[Acting] = ()
+) -> Fit:  # fmt: skip
+    """The fit with its diagnosis and this covariance; nothing is "identified" where the model lacks something.
+
+    Args:
+        together: parameters of which only combinations act.
+    """
     shrinkage = removed(problem.vector, fit.values, covariance)
     # A bound that the data press on makes the model wrong, whose wider sigma would then hide that they do.
     pressed = [one.subject for one in fit.verdicts if one.status == "at bound"]
-    found = verdicts(fit.free, fit.values, covariance, shrinkage, fit.at_bound, pressed)
+    found = verdicts(fit.free, fit.values, covariance, shrinkage, fit.at_bound, pressed, together)
     return replace(
         fit, sigma=np.sqrt(np.diag(covariance)), covariance=covariance, shrinkage=shrinkage,
         verdicts=capped(found, diagnosis), diagnosis=diagnosis,
@@ -147,23 +156,35 @@ def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
 
 def verdicts(
     free: Sequence[Free], values: Array, covariance: Array, shrinkage: Array, at_bound: Sequence[str],
-    pressed: Sequence[str] = (),
+    pressed: Sequence[str] = (), together: Sequence[Acting] = (),
 ) -> tuple[Verdict, ...]:  # fmt: skip
-    """One verdict per parameter, then one per pair that only shows up as a combination.
+    """One verdict per parameter, then one per group that only shows up as a combination.
 
     Args:
         at_bound: paths of the parameters on a bound.
         pressed: those of them of which it is known that the data want them beyond.
+        together: parameters of which only combinations act, whatever the sigma.
     """
     sigma = np.sqrt(np.diag(covariance))
+    inside = {path: one for one in together for path in one.paths}
     single = tuple(
-        _single(f, float(v), float(s), float(share), f.path in at_bound, f.path in pressed)
+        _undetermined(f, float(v), float(s), inside[f.path]) if f.path in inside
+        else _single(f, float(v), float(s), float(share), f.path in at_bound, f.path in pressed)
         for f, v, s, share in zip(free, values, sigma, shrinkage, strict=True)
-    )
-    pairs = _pairs(free, covariance, sigma)
-    named = {path for pair in pairs for path in pair.subject.split(" and ")}
+    )  # fmt: skip
+    groups = tuple(Verdict(one.subject, "not identified", one.words) for one in together if len(one.paths) > 1)
+    rest = [k for k, f in enumerate(free) if f.path not in inside]
+    some = [free[k] for k in rest]
+    pairs = _pairs(some, covariance[np.ix_(rest, rest)], sigma[rest])
+    named = {path for pair in pairs for path in pair.subject.split(" and ")} | inside.keys()
     loose = [k for k, one in enumerate(single) if one.status != "identified" and one.subject not in named]
-    return single + pairs + _groups([free[k].path for k in loose], covariance[np.ix_(loose, loose)])
+    return single + groups + pairs + _groups([free[k].path for k in loose], covariance[np.ix_(loose, loose)])
+
+
+def _undetermined(f: Free, value: float, sigma: float, one: Acting) -> Verdict:
+    """Of a parameter that acts in a combination only, or not at all: what a prior says of it is no finding."""
+    words = one.words if one.count else f"it {one.words}"
+    return Verdict(f.path, "not identified", f"{value:.4g} +- {sigma:.2g}; {words}")
 
 
 def _single(f: Free, value: float, sigma: float, share: float, bound: bool, pressed: bool) -> Verdict:
