@@ -8,6 +8,7 @@ import pytest
 from seatrial.core.parameters import Free, near, read
 from seatrial.data import Trial
 from seatrial.identify import Fit, Problem, StudyError, Verdict
+from seatrial.ships.estimate import estimate
 from seatrial.ships.files import load
 from seatrial.study.store import claim, read_summary, save_fit
 
@@ -54,3 +55,25 @@ def test_a_caution_about_what_was_zero_goes_with_the_fit_that_moves_it(path: str
     again = load(save_fit(fit, tmp_path, problem, study="s"))
     assert before[0].startswith("As it stands")
     assert again.notes["cautions"] == (before if kept else before[1:])
+
+
+def test_a_fitted_estimate_says_what_is_fitted_and_repeats_no_caution_that_the_fit_answers(tmp_path: Path) -> None:
+    known = tmp_path / "known.toml"
+    known.write_text('schema = "seatrial-particulars/1"\n[particulars]\nL_pp = 150.0\nB = 25.0\nd = 9.0\nC_b = 0.7\n')
+    ship = estimate(known).ship
+    before = ship.notes["cautions"]
+    assert any(line.startswith("hull.R_0 leaves wave resistance out") for line in before)
+
+    def cautions(*paths: str) -> list[str]:
+        free = near(ship.model, *paths, ratio=0.3)
+        n = len(free)
+        fit = Fit(ship, free, np.array([f.start for f in free]), np.ones(n), np.eye(n), np.ones(n), (), (),
+                  np.array([[0, 2.0, np.nan, 0.1]]), 2.0, 0.1, 1, "done", "d")  # fmt: skip
+        problem = Problem(ship, (Trial("a", np.arange(2.0), {}),), free)
+        found = load(save_fit(fit, tmp_path, problem, study="s")).notes["cautions"]
+        return [str(line) for line in found]
+
+    told = cautions("hull.Y_v", "hull.N_v")
+    assert told[:-1] == before[:-1]
+    assert told[-1] == "2 numbers are fitted in study s, the others estimated from particulars"
+    assert not any(line.startswith("hull.R_0") for line in cautions("hull.R_0"))

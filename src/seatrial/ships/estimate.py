@@ -69,6 +69,8 @@ _TWO_SCREWS = (
     "two screws: no published regression covers the interaction of two rudders with the hull, so the numbers of a "
     "single one stand for it; brackets and bossings add to the resistance: give R_0"
 )
+FIRST_LOOK = "estimated numbers: good for a first look and as the prior of a fit, not as a model of this ship"
+"""Caution of every estimated ship, until a fit."""
 _INERTIA = "assumed: m (0.25 L_pp)^2"
 
 
@@ -253,14 +255,14 @@ class _Work:
         if self.known.assumed:
             yield f"not given, so assumed: {', '.join(self.known.assumed)}"
         if "hull.R_0" not in self.known.given:
-            yield "R_0 leaves wave resistance out and holds at the approach speed only"
+            yield "hull.R_0 leaves wave resistance out and holds at the approach speed only"
         if self.known.ship.D_P > self.known.ship.H_R:
             yield "the propeller is larger than the rudder is high; eta is held at 1"
         if self.known.ship.screws == 2.0:
             yield _TWO_SCREWS
         if self.known.ship.ratios["F_n"] > _PLANING:
             yield f"a Froude number of {self.known.ship.ratios['F_n']:.2g}: {_BEYOND}"
-        yield "estimated numbers: good for a first look and as the prior of a fit, not as a model of this ship"
+        yield FIRST_LOOK
 
     def ship(self, model: Model, cautions: tuple[str, ...]) -> Ship:
         values, entries = self.known.values, self.known.entries

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
@@ -17,7 +18,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..core.files import plain, read_toml, write_whole
-from ..core.parameters import Free, read
+from ..core.parameters import Free, read, values
 from ..core.records import Limits, from_json, json_of, read_json, to_archive, to_json
 from ..core.records import digest as digest_of
 from ..core.version import __version__
@@ -35,6 +36,8 @@ COLUMNS = ["iteration", "objective", "validation", "seconds"]
 """Of history.csv."""
 # How a caution begins that speaks of parameters which are zero until a fit has moved them.
 _UNFITTED = "As it stands"
+# Dotted paths of parameters in a sentence.
+_PATHS = re.compile(r"\b\w+\.\w+")
 # Magnitudes beyond are no measure of anything; see `core.files.REACH`.
 _MOST = 1e30
 # Of a correlation, what rounding may leave.
@@ -325,14 +328,31 @@ def _sourced(fit: Fit, study: str) -> Ship:
     for i, free in enumerate(fit.free):
         source = f"fitted in study {study}, from {free.start:.6g}"
         entries[free.path] = Entry(source, float(fit.values[i]), sigma=_finite(float(fit.sigma[i])))
-    return replace(fit.ship, entries=entries, notes=_outgrown(fit))
+    return replace(fit.ship, entries=entries, notes=_outgrown(fit, study))
 
 
-def _outgrown(fit: Fit) -> Mapping[str, Any]:
+def _outgrown(fit: Fit, study: str) -> Mapping[str, Any]:
+    """Notes of the fitted ship: of its cautions those that its fit does not answer."""
     notes = dict(fit.ship.notes)
-    if "cautions" in notes and any(f.start == 0.0 != v for f, v in zip(fit.free, fit.values, strict=True)):
-        notes["cautions"] = [line for line in notes["cautions"] if not str(line).startswith(_UNFITTED)]
+    if "cautions" in notes:
+        moved = any(f.start == 0.0 != v for f, v in zip(fit.free, fit.values, strict=True))
+        kept = [line for line in map(str, notes["cautions"]) if not (moved and line.startswith(_UNFITTED))]
+        notes["cautions"] = [_told(line, fit, study) for line in kept if not _answered(line, fit)]
     return notes
+
+
+def _answered(caution: str, fit: Fit) -> bool:
+    """Whether a caution is of parameters, and the fit has found all that it names."""
+    named = set(_PATHS.findall(caution)) & set(values(fit.ship.model))
+    return bool(named) and named <= set(fit.vector.paths)
+
+
+def _told(caution: str, fit: Fit, study: str) -> str:
+    from ..ships.estimate import FIRST_LOOK  # which reads its formulas when it is imported
+
+    if caution != FIRST_LOOK:
+        return caution
+    return f"{len(fit.free)} numbers are fitted in study {study}, the others estimated from particulars"
 
 
 def _finite(value: float) -> float | None:
