@@ -196,6 +196,10 @@ def _trials(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
             yield Issue("warning", trial.name, "no heel (phi); the ship rolls, and only sway and yaw tell of it")
         if any(trial is one for one in problem.trials):
             rows += int(np.isfinite(trial.stack(*needed)).all(axis=1).sum())
+    if len(problem.trials) == 1:
+        kind = str(problem.trials[0].meta.get("kind", "")) or "its kind"
+        yield Issue("warning", "trials", f"one trial only: what it does not excite stays at its prior, and all but "
+                    f"{kind} at its speeds and rudder angles is extrapolation")  # fmt: skip
     if problem.trials and rows < len(problem.free):
         yield Issue("warning", "trials", f"{rows} complete samples for {len(problem.free)} free parameters")
 

@@ -208,7 +208,7 @@ def test_studies_that_cannot_be(read_):
     problem = read_.problem
     with pytest.raises(StudyError, match="keep it in one"):
         SMALL.tune(problem, problem.trials[:1])
-    with pytest.raises(StudyError, match="two or more"):
+    with pytest.raises(StudyError, match=r'give two or more, or take type = "shooting:Trajectory" with priors'):
         SMALL.tune(replace(problem, trials=problem.trials[:1]))
     with pytest.raises(StudyError, match="declares no wider"):
         FineTuning(ratios=(0.7, 0.8)).tune(problem)

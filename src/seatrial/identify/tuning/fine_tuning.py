@@ -179,7 +179,10 @@ def _check(problem: Problem, tests: Sequence[Trial], ratios: Sequence[float]) ->
     if twice:
         raise StudyError(f"{twice[0]} is among the tuning and the test trials; keep it in one")
     if len(names) < 2:
-        raise StudyError("fine-tuning chooses the range by leaving one tuning trial out at a time; give two or more")
+        raise StudyError(
+            "fine-tuning chooses the range by leaving one tuning trial out at a time; give two or more, or take "
+            'type = "shooting:Trajectory" with priors, as "rudder.*" = { prior = 0.3 } in [free]: it needs one'
+        )
     widths = [[f.high - f.low for f in within(problem, ratio)] for ratio in ratios[-2:]]
     if len(widths) == 2 and widths[0] == widths[1]:
         raise StudyError(
