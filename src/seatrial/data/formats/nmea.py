@@ -53,6 +53,9 @@ _START = re.compile(rb"[\\$!]")
 _DAY = 86400.0
 _MILLISECONDS = 1e11
 
+_PLAIN = ("U_A", "gamma_A", "U_T", "gamma_T", "U_C", "gamma_C", "depth", "phi", "theta", "x", "y")
+"""Readings that are channels as they are."""
+
 Series = tuple[Array, Array]
 """Times [s] and values of one quantity, in the order of time."""
 
@@ -117,10 +120,13 @@ def write_aboard(
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
     """Read one log; without a mapping by the one beside it."""
-    aboard = mapping or aboard_of(source)
-    log = _read_log(source)
+    return trial_of(source, _read_log(source), mapping or aboard_of(source), "NMEA 0183 sentences")
+
+
+def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
+    """The trial of readings of instruments, whatever told them; `what` is a word for the processing steps."""
     t, raw, steps = _on_rows(source, log)
-    steps = [f"imported from NMEA 0183 sentences: {', '.join(sorted(raw))}", *log.steps, *steps]
+    steps = [f"imported from {what}: {', '.join(sorted(raw))}", *log.steps, *steps]
     channels: dict[str, Array] = {}
     psi = unwrapped(raw["psi"]) if "psi" in raw else np.full(len(t), math.nan)
     r = raw["r"] if "r" in raw else _rate(t, psi, steps)
@@ -219,9 +225,9 @@ def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[s
 
 
 def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array, r: Array, mast: Place) -> None:
-    for name in ("U_A", "gamma_A", "U_T", "depth"):
-        if name in raw:
-            channels[name] = raw[name]
+    for name in raw:
+        if name in _PLAIN or name.startswith("throttle_"):
+            channels[name] = unwrapped(raw[name]) if name == "gamma_C" else raw[name]
     if "U_A" in raw and "gamma_A" in raw and mast:
         channels["U_A"], channels["gamma_A"] = felt_at_midship(raw["U_A"], raw["gamma_A"], r, mast)
     if "gamma_T_bow" in raw:
@@ -235,7 +241,7 @@ def felt_at_midship(U_A: Array, gamma_A: Array, r: Array, mast: Place) -> tuple[
 
 
 @dataclass
-class _Log:
+class Log:
     """Readings of a log by quantity, before they are on rows.
 
     Attributes:
@@ -261,7 +267,7 @@ class _Reading:
     kind: str = ""
 
 
-def _read_log(path: Path) -> _Log:
+def _read_log(path: Path) -> Log:
     """Readings of a log by quantity.
 
     Raises:
@@ -282,7 +288,7 @@ def _read_log(path: Path) -> _Log:
         midnights: Counter[float] = Counter()
         series = _sorted(_by_clock(path, found, midnights), steps)
         # a receiver that has just started may send a factory date: the most frequent date counts
-        return _Log(series, steps, midnights.most_common(1)[0][0] if midnights else None, counts)
+        return Log(series, steps, midnights.most_common(1)[0][0] if midnights else None, counts)
     timed = _by_stamp(found)
     if stamped < len(found):
         counts["untimed"] = len(found) - len(timed)
@@ -291,7 +297,7 @@ def _read_log(path: Path) -> _Log:
             f"of the lines around them, {len(found) - len(timed)} are left out"
         )
     first = min(t for t, _ in timed)
-    return _Log(_sorted(timed, steps), steps, 0.0 if first > _DAY * 365 else None, counts)
+    return Log(_sorted(timed, steps), steps, 0.0 if first > _DAY * 365 else None, counts)
 
 
 def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, list[str]]:
@@ -419,13 +425,13 @@ def _sorted(timed: Iterable[tuple[float, Mapping[str, float]]], steps: list[str]
     return out
 
 
-def _on_rows(path: Path, log: _Log) -> tuple[Array, dict[str, Array], list[str]]:
+def _on_rows(path: Path, log: Log) -> tuple[Array, dict[str, Array], list[str]]:
     """Row times and the quantities on them; NaN where a row has no reading.
 
     Raises:
         DataError: fewer than two readings of heading, position and rate of turn.
     """
-    base = max(("psi", "latitude", "r"), key=lambda name: len(log.series.get(name, ((), ()))[0]))
+    base = max(("psi", "latitude", "r", "x"), key=lambda name: len(log.series.get(name, ((), ()))[0]))
     if len(log.series.get(base, ((), ()))[0]) < 2:
         raise DataError(f"{path}: no heading (HDT, THS), position (RMC, GGA) or rate of turn (ROT) to make rows of")
     t = log.series[base][0]
