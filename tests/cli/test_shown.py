@@ -25,6 +25,7 @@ from seatrial.simulate.run import approach
 from seatrial.simulate.run import simulate as sail
 from seatrial.workflow import Outcome, RequestError
 from seatrial.workflow.asked import Serving
+from seatrial.workflow.data import Imported
 
 Said = pytest.CaptureFixture[str]
 
@@ -543,10 +544,16 @@ def test_foreseen_bands_are_shown_before_and_after(monkeypatch: pytest.MonkeyPat
 
 def test_trials_are_counted(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
     for files, count in ((["a"], "1 trial in"), (["a", "b"], "2 trials in"), ([], "0 trials in")):
-        made = SimpleNamespace(written=files)
+        made = Imported(tuple(map(Path, files)), {}, {}, {one: {"heading": "psi: HEHDT"} for one in files}, {},
+                        {one: {"GSA": 2} for one in files})  # fmt: skip
         monkeypatch.setattr("seatrial.workflow.data.import_logs", lambda *_, made=made: made)
         assert main(["import", "csv", "logs", "-o", "out"]) == 0
-        assert capsys.readouterr().out.startswith(count)
+        *shown, last = capsys.readouterr().out.splitlines()
+        assert last.startswith(count)
+        rows = [row.split() for row in shown if row.strip()]
+        assert (["heading", "all", "psi:", "HEHDT"] in rows) == bool(files)
+        assert (["depth", "all", "not", "found"] in rows) == bool(files)
+        assert (["ignored:", str(2 * len(files)), "GSA"] in rows) == bool(files)
 
 
 def guessed(**given: Any) -> Any:

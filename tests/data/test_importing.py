@@ -9,6 +9,7 @@ import pytest
 from seatrial.data import DataError
 from seatrial.data.formats import csv as mapping
 from seatrial.data.formats import formats, frt_esso, reader, simman
+from seatrial.data.found import told
 from seatrial.data.importing import import_log, read_log
 from seatrial.data.trialfile import read_trial
 from seatrial.ships.files import load
@@ -167,7 +168,8 @@ def test_esso(data_file, tmp_path):
     first = frt_esso.read(sorted((folder / "turning").glob("*.csv"))[0])
     assert len(written) == 14
     assert all(np.array_equal(again[n], first[n]) for n in first.channels)
-    assert again.meta == first.meta
+    assert again.meta == told(first).meta
+    assert again.meta["missing"] == ["speed through water", "depth"]
 
 
 @pytest.mark.parametrize("folder", [

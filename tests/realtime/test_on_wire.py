@@ -19,6 +19,7 @@ from seatrial.cli.app import main
 from seatrial.data.geodesy import Datum
 from seatrial.data.importing import import_log
 from seatrial.data.nmea.framing import TOKEN, read_line, split
+from seatrial.data.nmea.heard import hear
 from seatrial.data.nmea.readings import readings
 from seatrial.data.nmea.sentences import decode, encode
 from seatrial.data.nmea.ship import Fittings
@@ -94,7 +95,7 @@ def test_an_order_turns_the_ship_and_its_sentences_hold_its_motion(ship):
     said = {}
     for data in wire.out:
         for line in split(data):
-            said |= readings(decode(line))
+            said |= readings(hear(line))
     assert plant["delta"] == pytest.approx(10.0 * DEG)
     assert said["delta"] == pytest.approx(10.0 * DEG)
     assert 0.0 < plant["psi"] < 1.0
@@ -226,7 +227,7 @@ def test_the_antenna_stands_where_it_is_told_with_and_without_faults(ship):
         for _ in range(1200):
             loop.step()
             for data in wire.out:
-                fix = readings(decode(split(data)[0]))
+                fix = readings(hear(split(data)[0]))
                 x, y = datum.north_east(fix["latitude"], fix["longitude"])
                 away.append((x - plant["x"], y - plant["y"]))
             wire.out.clear()
@@ -399,7 +400,7 @@ def test_the_command_line_with_sensors_heeds_the_antenna(tmp_path):
     aboard = ["--sensors", "--antenna", "500,0", "--place", "35,139", "--only", "GGA,DPT"]
     assert main(["steer", "kvlcc2", *options, *aboard, "--log", str(log)]) == 0
     lines = [read_line(line).sentence for line in log.read_bytes().splitlines(keepends=True)]
-    fix = next(readings(decode(line)) for line in lines if line[3:6] == b"GGA")
+    fix = next(readings(hear(line)) for line in lines if line[3:6] == b"GGA")
     assert Datum(35.0, 139.0).north_east(fix["latitude"], fix["longitude"])[0] == pytest.approx(500.0, abs=5.0)
     assert any(line[3:6] == b"DPT" for line in lines)
 
@@ -445,7 +446,7 @@ def test_talkers_are_those_of_the_standard_and_depth_is_told(tmp_path):
     assert main(["steer", "kvlcc2_shallow", *options, "--log", str(log)]) == 0
     said = [read_line(line).sentence for line in log.read_bytes().splitlines(keepends=True)]
     assert {line[1:3] for line in said if line[3:6] == b"ZDA"} == {b"GP"}
-    depths = [readings(decode(line))["depth"] for line in said if line[3:6] == b"DPT"]
+    depths = [readings(hear(line))["depth"] for line in said if line[3:6] == b"DPT"]
     assert depths
     assert depths == pytest.approx([30.0] * len(depths), abs=0.1)
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from ..identify.components.servo import ServoFit
     from ..identify.components.thrust_map import ThrustMap
+    from ..workflow.data import Imported
 
 _DEGREE = math.pi / 180.0
 
@@ -33,7 +34,28 @@ def import_(
     format, source, out = importing(format, source, out)
     made = import_logs(format, source, out, mapping, note)
     told = f"{len(made.written)} trial{'s' * (len(made.written) != 1)} in {out}; next: seatrial check {out}"
-    answer(fields({"format": format, **vars(made)}, line(told)), json)
+    answer(fields({"format": format, **vars(made)}, _found(made) + line(told)), json)
+
+
+def _found(made: Imported) -> Body:
+    """What the trials hold of what a fit wants, those that hold the same in one row; what is missing, what ignored."""
+    from ..data.found import QUANTITIES
+
+    rows: dict[tuple[str, str], list[str]] = {}
+    for trial, sources in made.sources.items():
+        for quantity in QUANTITIES:
+            said = sources.get(quantity, "not found")
+            rows.setdefault((quantity, said), []).append(trial)
+    count = len(made.written)
+    order = list(QUANTITIES)
+    cells = [[quantity, "all" if len(names) == count else ", ".join(names[:3]) + ", ..." * (len(names) > 3), said]
+             for (quantity, said), names in sorted(rows.items(), key=lambda row: order.index(row[0][0]))]  # fmt: skip
+    ignored: dict[str, int] = {}
+    for one in made.ignored.values():
+        for kind, number in one.items():
+            ignored[kind] = ignored.get(kind, 0) + number
+    left = ", ".join(f"{number} {kind}" for kind, number in sorted(ignored.items(), key=lambda one: -one[1]))
+    return rows_under(["quantity", "trials", "from"], cells, words=(1, 2)) + (line(f"ignored: {left}") if left else ())
 
 
 def _guess(folder: Path, out: Path | None, more: object, json: bool) -> None:

@@ -12,11 +12,12 @@ import numpy as np
 
 from . import DataError, Trial
 from .formats import logs, reader
+from .found import told
 from .sidecar import plain_meta, said_by, sidecar_path
 from .table import existing, lines_of
 from .trialfile import FOREIGN, read_alone, read_trial, write_trials
 
-_OF_THE_IMPORT = frozenset({"processing", "lines", "epoch_utc"})
+_OF_THE_IMPORT = frozenset({"processing", "lines", "sources", "missing", "ignored", "epoch_utc"})
 _OF_THE_LOG = frozenset({"start", "datum", "frames"})
 """Keys of a sidecar that each import rewrites, and those that another recording rewrites."""
 
@@ -51,7 +52,7 @@ def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Pat
             if target.resolve() == file.resolve() or (file.is_dir() and _foreign(target, file)):
                 raise DataError(f"{target}: a log would be written over; choose another folder with -o")
             taken[trial.name] = file
-            trials.append(_keeping(target, trial))
+            trials.append(_keeping(target, told(trial)))
     if not trials:
         raise DataError(f"{src}: no trial; the mapping cuts all of them out of other logs")
     try:

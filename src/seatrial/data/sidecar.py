@@ -53,7 +53,9 @@ _RANGES: Mapping[str, tuple[float, float, str]] = MappingProxyType({
 _TYPES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
     *((key, _is(str), "text") for key in ("ship", "kind", "source", "licence", "start", "epoch_utc")),
     ("processing", _texts, "a list of texts, one a step"), ("held", _texts, "a list of texts, one a channel"),
+    ("missing", _texts, "a list of texts, one a quantity"),
     *((key, _is(Mapping), "keys with values") for key in ("datum", "frames", "lines", "set_points", "setpoints")),
+    *((key, _is(Mapping), "names with what is said of each") for key in ("sources", "ignored")),
     ("restart", _number, "a number"),
 )  # fmt: skip
 KEYS = ("schema", *CONVENTIONS, *_RANGES, *(key for key, _, _ in _TYPES), "notes")

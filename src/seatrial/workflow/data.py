@@ -32,11 +32,17 @@ class Imported:
         written: the files.
         lines: counts of lines by trial, of logs that consist of lines.
         processing: what was done to each trial, from its sidecar.
+        sources: what each trial holds, from where and how often, by quantity.
+        missing: quantities that a fit may want and a trial does not hold.
+        ignored: number of sentences or messages of each kind that nothing was read from.
     """
 
     written: tuple[Path, ...]
     lines: Mapping[str, Mapping[str, int]]
     processing: Mapping[str, Sequence[Any]]
+    sources: Mapping[str, Mapping[str, str]]
+    missing: Mapping[str, Sequence[str]]
+    ignored: Mapping[str, Mapping[str, int]]
 
 
 def import_logs(format: str, source: Path, out: Path, mapping: Path | None = None, note: Note = silent) -> Imported:
@@ -53,6 +59,9 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
     return Imported(
         written, {name: meta["lines"] for name, meta in found.items() if "lines" in meta},
         {name: meta.get("processing", []) for name, meta in found.items()},
+        {name: meta.get("sources", {}) for name, meta in found.items()},
+        {name: meta.get("missing", []) for name, meta in found.items()},
+        {name: meta["ignored"] for name, meta in found.items() if meta.get("ignored")},
     )  # fmt: skip
 
 

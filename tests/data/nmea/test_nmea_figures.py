@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from datetime import date
 from pathlib import Path as FilePath
 from typing import Any
@@ -15,28 +14,25 @@ from seatrial.data import DataError
 from seatrial.data.formats.nmea import (
     Aboard,
     Place,
-    _by_clock,
-    _by_stamp,
     _from,
     _ground,
     _Log,
     _on_rows,
     _positions,
-    _Reading,
-    _sorted,
-    _stamp,
     _velocities,
     controls,
     felt_at_midship,
-    framed_kind,
 )
 from seatrial.data.geodesy import Datum
 from seatrial.data.nmea import ais
+from seatrial.data.nmea.clocks import Reading, timed
 from seatrial.data.nmea.framing import LARGEST, TOKEN, Line, NmeaError, Tag, datagram, read_line, split, tag_block
+from seatrial.data.nmea.heard import hear
 from seatrial.data.nmea.readings import readings
-from seatrial.data.nmea.sentences import SENTENCES, Clock, Day, Number, Whole, Word, checksum, decode
+from seatrial.data.nmea.sentences import SENTENCES, Clock, Day, Number, Whole, Word, checksum
 from seatrial.data.nmea.sentences import Place as Angle
 from seatrial.data.nmea.ship import Fittings, clock, compass, lines
+from seatrial.data.nmea.stamping import form_of
 
 KNOT, DEGREE = 1852.0 / 3600.0, math.pi / 180.0
 
@@ -46,7 +42,7 @@ def line(text: str) -> bytes:
 
 
 def read(text: str) -> dict[str, float]:
-    return readings(decode(line(text)))
+    return readings(hear(line(text)))
 
 
 @pytest.mark.parametrize(("text", "said"), [
@@ -61,11 +57,11 @@ def read(text: str) -> dict[str, float]:
     ("GPRMC,120001.50,A,3530.0000,N,13915.0000,W,10.0,90.0,010180,,,A",
      {"time_of_day": 43201.5, "day": 3652 * 86400.0, "latitude": 35.5, "longitude": -139.25, "U_G": 10 * KNOT,
       "gamma_G": 0.5 * math.pi}),
-    ("GPRMC,120001.50,V,3530.0000,N,13915.0000,W,10.0,90.0,010170,,,A", {"time_of_day": 43201.5}),
-    ("GPRMC,120001.50,A,3530.0000,N,13915.0000,W,10.0,90.0,010170,,,N", {"time_of_day": 43201.5}),
+    ("GPRMC,120001.50,V,3530.0000,N,13915.0000,W,10.0,90.0,010170,,,A", {"time_of_none": 43201.5}),
+    ("GPRMC,120001.50,A,3530.0000,N,13915.0000,W,10.0,90.0,010170,,,N", {"time_of_none": 43201.5}),
     ("GPGGA,000000.00,3530.0000,S,13915.0000,E,1,08,1.0,0.0,M,0.0,M,,",
      {"time_of_day": 0.0, "latitude": -35.5, "longitude": 139.25}),
-    ("GPGGA,000000.00,3530.0000,S,13915.0000,E,0,08,1.0,0.0,M,0.0,M,,", {"time_of_day": 0.0}),
+    ("GPGGA,000000.00,3530.0000,S,13915.0000,E,0,08,1.0,0.0,M,0.0,M,,", {"time_of_none": 0.0}),
     ("GPZDA,000001.00,02,01,1981,00,00", {"time_of_day": 1.0, "day": (11 * 365 + 3 + 1) * 86400.0}),
     ("GPZDA,000001.00,31,02,2001,00,00", {"time_of_day": 1.0}),
     ("RCRSA,-10.0,A,20.0,A", {"delta": -10 * DEGREE, "delta_port": 20 * DEGREE}),
@@ -276,37 +272,40 @@ def test_rudders_and_shafts_are_numbered_from_port() -> None:
 
 
 def test_stamps_are_seconds_milliseconds_or_dates() -> None:
-    assert [_stamp(one) for one in (b"12.5 ", b"1800000000000,", b"99999999999", b"nothing")] == [
-        12.5, 1_800_000_000.0, 99_999_999_999.0, None
-    ]  # fmt: skip
+    def read(*texts: bytes) -> list[float | None]:
+        form = form_of([(text, b"") for text in texts])
+        return [] if form is None else [form.seconds(text, b"") for text in texts]
+
+    assert read(b"12.5 ", b"13. ") == [12.5, 13.0]
+    assert read(b"1800000000000,", b"1800000000500,") == [1_800_000_000.0, 1_800_000_000.5]
     noon = 1_767_268_800.0
     for text in (b"2026-01-01T12:00:00Z", b"2026-01-01 12:00:00", b"2026-01-01T14:00:00+02:00"):
-        assert _stamp(text) == noon
-    assert _stamp(b"2026-13-01T12:00:00Z") is None
-    assert [framed_kind(one) for one in (b"!AIVDM,1", b"$PABC,", b"?")] == ["VDM", "PABC", "other"]
+        assert read(text) == [noon]
+    assert read(b"2026-13-01T12:00:00Z", *[b"2026-01-01T12:00:00Z"] * 19)[:2] == [None, noon]
+    assert read(b"nothing") == []
 
 
 def test_a_line_without_a_stamp_has_that_of_both_its_neighbours() -> None:
-    found = [_Reading({"a": float(k)}, stamp) for k, stamp in enumerate((1.0, None, 1.0, None, 2.0, None))]
-    assert [(t, values["a"]) for t, values in _by_stamp(found)] == [(1.0, 0.0), (1.0, 1.0), (1.0, 2.0), (2.0, 4.0)]
-    series = _sorted([(2.0, {"a": 1.0}), (1.0, {"a": 3.0}), (2.0, {"a": 5.0, "day": 0.0})], steps := [])
-    assert [one.tolist() for one in series["a"]] == [[1.0, 2.0], [3.0, 5.0]]
-    assert steps == ["1 readings at the time of another one of their kind: the later one counts"]
-    assert "day" not in series
+    found = [Reading(k, "HEHDT", {"a": float(k)}, stamp) for k, stamp in enumerate((1.0, None, 1.0, None, 2.0, 3.0))]
+    when = timed("log", found, False)
+    assert [one.tolist() for one in when.told["HEHDT"]["a"]] == [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0]]
+    assert when.untimed == 1
+    assert when.steps == ("2 of 6 sentences have no stamp: 1 of them get that of the lines around them, 1 are left out",
+                          "2 readings at the time of another one of their kind: the later one counts")  # fmt: skip
 
 
 def test_sentences_are_spread_between_the_clocks_also_over_midnight() -> None:
-    def at(clock: float, **more: float) -> list[_Reading]:
-        own = _Reading({"time_of_day": clock, **more}, None, "ZDA")
-        return [own, *(_Reading({"psi": k}, None) for k in (0.0, 1.0))]
+    def at(clock: float, **more: float) -> list[Reading]:
+        own = Reading(1, "GPZDA", {"time_of_day": clock, **more})
+        return [own, *(Reading(1, "HEHDT", {"psi": k}) for k in (0.0, 1.0))]
 
-    days: Counter[float] = Counter()
     found = [*at(86399.0, day=0.0), *at(0.0, day=86400.0), *at(3.0, day=86400.0)]
-    timed = [(t, values["psi"]) for t, values in _by_clock(FilePath("a"), found, days) if "psi" in values]
-    assert timed == [(86399.0, 0.0), (86399.5, 1.0), (86400.0, 0.0), (86401.5, 1.0), (86403.0, 0.0), (86404.5, 1.0)]
-    assert days == {0.0: 3}
-    with pytest.raises(DataError, match="1 times in RMC, GGA, ZDA"):
-        list(_by_clock(FilePath("a"), at(5.0), Counter()))
+    when = timed("log", found, False)
+    assert when.told["HEHDT"]["psi"][0].tolist() == [86399.0, 86399.5, 86400.0, 86401.5, 86403.0, 86404.5]
+    assert when.told["HEHDT"]["psi"][1].tolist() == [0.0, 1.0] * 3
+    assert when.epoch == 0.0
+    with pytest.raises(DataError, match="no time: the clock of GPZDA stands still"):
+        timed("log", at(5.0), False)
 
 
 def test_rows_are_those_of_the_quickest_and_others_go_to_the_nearest() -> None:

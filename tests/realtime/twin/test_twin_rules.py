@@ -540,8 +540,7 @@ class Said:
         self.values: dict[bytes, tuple[str, dict[str, float]]] = {}
         monkeypatch.setattr(sources, "split", lambda data: [data])
         monkeypatch.setattr(sources, "read_line", lambda line: SimpleNamespace(sentence=line))
-        monkeypatch.setattr(sources, "decode", lambda line, longest: SimpleNamespace(kind=self.values[line][0],
-                                                                                     line=line))  # fmt: skip
+        monkeypatch.setattr(sources, "hear", lambda line: SimpleNamespace(source=self.values[line][0], line=line))
         monkeypatch.setattr(sources, "readings", lambda sentence: self.values[sentence.line][1])
 
     def __call__(self, ear: Ear, kind: str, t: float, **values: float) -> None:

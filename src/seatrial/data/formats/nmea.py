@@ -1,11 +1,11 @@
 """Logs of NMEA 0183 sentences.
 
-A line may begin with a TAG block, whose time ``c:`` counts, or with the logger's own stamp: seconds, or a
-date and time such as 2026-11-21T10:00:00.250Z.  A line that has lost its stamp gets that of the lines before and
-after where these have the same one, and is left out elsewhere.  Where most lines have none, RMC, GGA or ZDA
-give the time, and the sentences of one kind between two of them are spread evenly.  Rows are those of the instrument
-with the most readings (heading, position or rate of turn); other readings go to the nearest row, and a row without
-one is a gap.
+Sentences are read as devices write them (`nmea.heard`).  The time of a fix is the one that its sentence carries, and a
+fix that several sentences tell is one; other sentences have the time of the TAG block before them or of the logger's
+own stamp (`nmea.stamping`), or lie between the fixes around them (`nmea.clocks`).  A clock that goes back is refused.
+Each quantity is taken from one source, talker and kind, in the order of `nmea.sources`, and what the others say is
+told.  Rows are those of the instrument with the most readings (heading, position or rate of turn); other readings go to
+the nearest row, and a row without one is a gap.
 
 A mapping file states where the instruments are.  ``LOG.toml`` beside the log ``LOG``, which the wire writes with its
 logs, is one; every key may be left out:
@@ -15,6 +15,8 @@ logs, is one; every key may be left out:
     log = { forward = 60.0 }
     mast = { forward = -50.0 }                       # of the anemometer
     datum = { latitude = 35.0, longitude = 139.5 }   # else the first fix
+    variation = 3.5                                  # deg, east positive, of a magnetic compass
+    prefer = { heading = "HEHDT", position = "GPGGA" }
     L_pp = 150.0
 """
 
@@ -23,7 +25,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -31,11 +33,16 @@ from pathlib import Path
 import numpy as np
 
 from ...core.files import write_whole
-from .. import Array, DataError, Trial, unwrapped
+from ...core.parameters import unknown
+from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
+from ..nmea.clocks import Reading, timed
 from ..nmea.framing import TOKEN, read_line
-from ..nmea.readings import readings
-from ..nmea.sentences import NmeaError, decode
+from ..nmea.heard import hear, pieces
+from ..nmea.readings import KINDS, readings
+from ..nmea.sentences import NmeaError
+from ..nmea.sources import GROUPS, Choice, Series, chosen
+from ..nmea.stamping import form_of
 from ..prepare import nearest_rows
 from ..sidecar import CONVENTIONS, UNPLACED, Described, read_described
 from ..table import existing
@@ -43,21 +50,10 @@ from ..table import existing
 name = "nmea"
 suffixes = (".nmea",)
 _SCHEMA = "seatrial-nmea/1"
-_LONGEST = 128
-"""Bytes of a sentence in a log: receivers with many digits exceed the 82 of the standard."""
-
-_STAMP = re.compile(
-    r"^\s*(?:(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.\d+)?)(Z|[+-]\d\d:?\d\d)?|(\d{1,13}(?:\.\d*)?))[\s,;]*$"
-)
-_START = re.compile(rb"[\\$!]")
-_DAY = 86400.0
-_MILLISECONDS = 1e11
+_TAG = re.compile(rb"\\[^\\]{3,200}\\\s*$")
 
 _PLAIN = ("U_A", "gamma_A", "U_T", "gamma_T", "U_C", "gamma_C", "depth", "phi", "theta", "x", "y")
 """Readings that are channels as they are."""
-
-Series = tuple[Array, Array]
-"""Times [s] and values of one quantity, in the order of time."""
 
 
 @dataclass(frozen=True)
@@ -79,12 +75,16 @@ class Aboard(Described):
         antenna, log, mast: places of the GNSS receiver's antenna, of the speed log and of the anemometer; None for an
             antenna of which the file says nothing.
         datum: where x and y are zero; None for the first fix.
+        variation: of a magnetic compass, east positive [deg]; it counts before what sentences say.
+        prefer: source (talker and kind) of a quantity, by the names of `nmea.sources.GROUPS`.
     """
 
     antenna: Place | None = None
     log: Place = Place()
     mast: Place = Place()
     datum: Datum | None = None
+    variation: float | None = None
+    prefer: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @property
     def place(self) -> tuple[float, float] | None:
@@ -120,7 +120,8 @@ def write_aboard(
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
     """Read one log; without a mapping by the one beside it."""
-    return trial_of(source, _read_log(source), mapping or aboard_of(source), "NMEA 0183 sentences")
+    aboard = mapping or aboard_of(source)
+    return trial_of(source, _read_log(source, aboard), aboard, "NMEA 0183 sentences")
 
 
 def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
@@ -140,10 +141,22 @@ def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
     where = {} if datum is None else {"datum": asdict(datum)}
     begun = {} if log.epoch is None else {
         "start": datetime.fromtimestamp(log.epoch + float(t[0]), UTC).isoformat(timespec="microseconds")}  # fmt: skip
-    meta = {**CONVENTIONS, **begun, **where, **aboard.meta, "lines": dict(log.lines), "processing": steps}
+    sources = {one.group: str(one) for one in log.choices}
+    if "r" not in raw and np.isfinite(r).any():
+        sources["rate of turn"] = "central differences of psi, no measurement of its own"
+    meta = {
+        **CONVENTIONS, **begun, **where, **aboard.meta, "lines": dict(log.lines), "processing": steps,
+        "sources": sources, "ignored": dict(log.ignored),
+    }  # fmt: skip
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
     # floats hold seconds since 1970 to a quarter of a microsecond
-    return Trial(source.stem, np.round(t - t[0], 6), known, {}, meta)
+    units = {name: unit for name in known if name not in UNITS and (unit := _unit(name))}
+    return Trial(source.stem, np.round(t - t[0], 6), known, units, meta)
+
+
+def _unit(name: str) -> str:
+    """Unit of a numbered control; empty where the name has a standard one."""
+    return next((unit for stem, unit in (("delta_", "rad"), ("n_P_", "1/s")) if name.startswith(stem)), "")
 
 
 def _rate(t: Array, psi: Array, steps: list[str]) -> Array:
@@ -181,7 +194,7 @@ def _velocities(
     """Velocities over ground at midship: by VBW, else by course and speed of the antenna."""
     if "u_log" in raw and "v_log" in raw:
         channels["u"], channels["v_m"] = _from(aboard.log, raw["u_log"], raw["v_log"], r)
-    elif "U_G" in raw and "gamma_G" in raw:
+    elif "U_G" in raw and "gamma_G" in raw and np.isfinite(psi).any():
         channels["u"], channels["v_m"] = _ground(raw, psi, r, aboard)
         steps.append("u, v_m from course and speed over ground, turned by psi")
     if "u_log_water" in raw:
@@ -211,8 +224,8 @@ def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[s
         suffix = name.removeprefix("delta")
         if port is not None and starboard is not None:
             channels[f"delta_1{suffix}"], channels[f"delta_2{suffix}"] = port, starboard
-        elif starboard is not None:
-            channels[name] = starboard
+        elif starboard is not None or port is not None:
+            channels[name] = starboard if port is None else port  # type: ignore[assignment]
     shafts = [name for name in raw if name.startswith("rpm_")]
     of = "rpm_S_" if any(name.startswith("rpm_S_") for name in shafts) else "rpm_E_"
     numbers = [int(name.removeprefix(of)) for name in shafts if name.startswith(of)]
@@ -232,6 +245,8 @@ def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array, r:
         channels["U_A"], channels["gamma_A"] = felt_at_midship(raw["U_A"], raw["gamma_A"], r, mast)
     if "gamma_T_bow" in raw:
         channels["gamma_T"] = np.mod(raw["gamma_T_bow"] + psi, 2.0 * math.pi)
+    elif "gamma_T_ground" in raw:
+        channels["U_T"], channels["gamma_T"] = raw["U_T_ground"], raw["gamma_T_ground"]
 
 
 def felt_at_midship(U_A: Array, gamma_A: Array, r: Array, mast: Place) -> tuple[Array, Array]:
@@ -250,179 +265,162 @@ class Log:
         epoch: seconds since 1970 at time 0 of the series, where the log has the date.
         lines: how many lines the log has (``all``), how many of them are no valid sentence (``invalid``), and how
             many sentences are left out because they have no time (``untimed``).
+        choices: which source each quantity is from.
+        ignored: number of sentences of each kind that nothing is read from.
     """
 
     series: dict[str, Series]
     steps: list[str] = field(default_factory=list[str])
     epoch: float | None = None
     lines: Mapping[str, int] = field(default_factory=dict[str, int])
+    choices: Sequence[Choice] = ()
+    ignored: Mapping[str, int] = field(default_factory=dict[str, int])
 
 
 @dataclass
-class _Reading:
-    """The readings of one line, its own time stamp, and the kind of its sentence."""
+class _Lines:
+    """What the lines of a log hold: readings, sentences of other kinds, and lines that are none."""
 
-    values: Mapping[str, float]
-    stamp: float | None
-    kind: str = ""
+    found: list[Reading] = field(default_factory=list[Reading])
+    dated: bool = False
+    about: str = ""
+    others: Counter[str] = field(default_factory=Counter[str])
+    bare: int = 0
+    wrong: int = 0
+    first: str = ""
+
+    def refuse(self, number: int, why: object) -> None:
+        """Count a line that is no sentence."""
+        self.wrong += 1
+        self.first = self.first or f"line {number}: {why}"
 
 
-def _read_log(path: Path) -> Log:
+def _read_log(path: Path, aboard: Aboard) -> Log:
     """Readings of a log by quantity.
 
     Raises:
-        DataError: not readable, more invalid lines than sentences, or no time.
+        DataError: not readable, more invalid lines than sentences, no time, or a clock that goes back.
     """
     try:
         data = existing(path).read_bytes()
     except OSError as error:
         raise DataError(f"{path}: not readable: {error.strerror}") from None
     lines = data.replace(TOKEN, b"").splitlines()
-    found, wrong, steps = _read_lines(path, lines)
-    counts = {"all": len(lines), "invalid": wrong, "untimed": 0}
-    stamped = sum(one.stamp is not None for one in found)
-    if 2 * stamped < len(found):
-        if stamped:
-            steps.append(f"stamps of lines left aside: {len(found) - stamped} of {len(found)} lines have none")
-        steps.append("time by the clock in RMC, GGA or ZDA")
-        midnights: Counter[float] = Counter()
-        series = _sorted(_by_clock(path, found, midnights), steps)
-        # a receiver that has just started may send a factory date: the most frequent date counts
-        return Log(series, steps, midnights.most_common(1)[0][0] if midnights else None, counts)
-    timed = _by_stamp(found)
-    if stamped < len(found):
-        counts["untimed"] = len(found) - len(timed)
-        steps.append(
-            f"{len(found) - stamped} of {len(found)} sentences have no stamp: {len(timed) - stamped} of them get that "
-            f"of the lines around them, {len(found) - len(timed)} are left out"
-        )
-    first = min(t for t, _ in timed)
-    return Log(_sorted(timed, steps), steps, 0.0 if first > _DAY * 365 else None, counts)
+    read = _read_lines(lines)
+    if len(read.found) <= read.wrong:
+        said = f"; {read.first}" if read.first else ""
+        kinds = f" of a kind that is read ({', '.join(KINDS[:6])} ...)" if read.others else ""
+        raise DataError(f"{path}: {len(read.found)} sentences{kinds}, {read.wrong} lines that are none; "
+                        f"is it a log of NMEA 0183?{said}")  # fmt: skip
+    steps = [f"{read.wrong} of {len(lines)} lines are no valid sentence, the first: {read.first}"] if read.wrong else []
+    if read.bare:
+        steps.append(f"{read.bare} sentences have no checksum, and are taken as they are")
+    if read.others:
+        steps.append("left out: " + ", ".join(f"{count} {kind}" for kind, count in sorted(read.others.items())))
+    if read.about:
+        steps.append(f"stamps of lines: {read.about}")
+    when = timed(path, read.found, read.dated)
+    steps += when.steps
+    told = _true_headings(path, when.told, aboard, steps)
+    ends = [float(t[k]) for one in told.values() for t, _ in one.values() for k in (0, -1)]
+    series, choices = chosen(told, _preferred(path, aboard, told), max(ends) - min(ends))
+    steps += [f"{one.group}: {one}" for one in choices if one.others]
+    counts = {"all": len(lines), "invalid": read.wrong, "untimed": when.untimed}
+    return Log(series, steps, when.epoch, counts, choices, dict(sorted(read.others.items())))
 
 
-def _read_lines(path: Path, lines: list[bytes]) -> tuple[list[_Reading], int, list[str]]:
-    found: list[_Reading] = []
-    others: Counter[str] = Counter()
-    wrong, first = 0, ""
-    for number, line in enumerate(lines, 1):
-        start = _START.search(line)
-        if start is None:
-            if line.strip() and not line.lstrip().startswith(b"#"):
-                wrong, first = wrong + 1, first or f"line {number}: no sentence"
+def _preferred(path: Path, aboard: Aboard, told: Mapping[str, object]) -> Mapping[str, str]:
+    """The sources that the user prefers, which the log must have.
+
+    Raises:
+        DataError: an unknown quantity or source.
+    """
+    for group, source in aboard.prefer.items():
+        if group not in GROUPS:
+            raise DataError(f"{path}: prefer: {unknown(group, GROUPS, 'quantity')}")
+        if source not in told:
+            raise DataError(f"{path}: prefer.{group}: {unknown(source, told, 'source')}")
+    return aboard.prefer
+
+
+def _read_lines(lines: Sequence[bytes]) -> _Lines:
+    """The sentences of the lines, with their stamps."""
+    out = _Lines()
+    parted = [list(pieces(line)) for line in lines]
+    form = form_of([(_untagged(parts[0].before), parts[0].behind) for parts in parted if parts])
+    out.dated, out.about = form is not None and form.dated, form.about if form else ""
+    for number, (line, parts) in enumerate(zip(lines, parted, strict=True), 1):
+        if not parts:
+            # a remark, or the names of the columns of a table above its first sentence
+            if line.strip() and not line.lstrip().startswith((b"#", b";", b"%", b"//")) and (out.found or out.wrong):
+                out.refuse(number, "no sentence")
             continue
+        before, stamp = parts[0].before, None
         try:
-            framed = read_line(line[start.start() :].strip())
-            sentence = decode(framed.sentence, _LONGEST)
-            said = readings(sentence)
+            tag = read_line(_TAG.search(before)[0].strip() + b"$").tag if _TAG.search(before) else None  # type: ignore[index]
         except NmeaError as error:
-            if error.reason == "kind":
-                others[framed_kind(line)] += 1
-            else:
-                wrong, first = wrong + 1, first or f"line {number}: {error}"
+            out.refuse(number, error)
             continue
-        tagged = framed.tag.time if framed.tag else None
-        stamp = tagged if tagged is not None else _stamp(line[: start.start()])
-        found.append(_Reading(said, stamp, f"{sentence.talker}{sentence.kind}"))
-    if len(found) <= wrong:
-        said = f"; {first}" if first else ""
-        raise DataError(f"{path}: {len(found)} sentences, {wrong} lines that are none; is it a log of NMEA 0183?{said}")
-    steps = [f"{wrong} of {len(lines)} lines are no valid sentence, the first: {first}"] if wrong else []
-    if others:
-        steps.append("left out: " + ", ".join(f"{count} {kind}" for kind, count in sorted(others.items())))
-    return found, wrong, steps
-
-
-def framed_kind(line: bytes) -> str:
-    """The letters of a sentence that is not supported, such as VDM, for a message."""
-    found = re.search(rb"[$!](P[A-Z]{3}|[A-Z]{2}([A-Z]{3}))", line)
-    return (found[2] or found[1]).decode() if found else "other"
-
-
-def _stamp(prefix: bytes) -> float | None:
-    found = _STAMP.match(prefix.decode("latin-1"))
-    if found is None:
-        return None
-    if found[3]:
-        value = float(found[3])
-        return value / 1000.0 if value > _MILLISECONDS else value
-    try:
-        said = datetime.fromisoformat(found[1] + (found[2] or "").replace("Z", "+00:00"))
-    except ValueError:
-        return None
-    return (said if said.tzinfo else said.replace(tzinfo=UTC)).timestamp()
-
-
-def _by_stamp(found: list[_Reading]) -> list[tuple[float, Mapping[str, float]]]:
-    """Times by the stamps; a line without one has that of its neighbours where both are the same, or is left out."""
-    after: list[float | None] = []
-    following: float | None = None
-    for one in reversed(found):
-        after.append(following)
-        following = one.stamp if one.stamp is not None else following
-    timed: list[tuple[float, Mapping[str, float]]] = []
-    before: float | None = None
-    for one, later in zip(found, reversed(after), strict=True):
-        if one.stamp is not None:
-            before = one.stamp
-            timed.append((one.stamp, one.values))
-        elif before is not None and before == later:
-            timed.append((before, one.values))
-    return timed
-
-
-def _by_clock(
-    path: Path, found: list[_Reading], midnights: Counter[float]
-) -> Iterable[tuple[float, Mapping[str, float]]]:
-    """Times by the clock sentences, since 0 o'clock of the first day; their dates are counted in `midnights`."""
-    groups: list[tuple[float, list[_Reading]]] = []
-    early: list[_Reading] = []
-    for one in found:
-        clock = one.values.get("time_of_day")
-        if clock is not None:
-            last = groups[-1][0] if groups else clock
-            # the clock restarts at midnight
-            days = round((last - clock) / _DAY)
-            clock += _DAY * days
-            if "day" in one.values:
-                midnights[one.values["day"] - _DAY * days] += 1
-            if not groups or clock > last:
-                groups.append((clock, early if not groups else []))
-        (groups[-1][1] if groups else early).append(one)
-    if len(groups) < 2:
-        stamped = sum(one.stamp is not None for one in found)
-        raise DataError(
-            f"{path}: no time: a TAG block with c: or a stamp on {stamped} of {len(found)} lines, and "
-            f"{len(groups)} times in RMC, GGA, ZDA"
-        )
-    ends = [*(t for t, _ in groups[1:]), 2.0 * groups[-1][0] - groups[-2][0]]
-    for (start, group), end in zip(groups, ends, strict=True):
-        # a quantity that two kinds of sentence tell, such as RMC and GGA, is told twice, not twice as often
-        many = Counter((one.kind, name) for one in group for name in one.values)
-        seen: Counter[tuple[str, str]] = Counter()
-        for one in group:
-            for name, value in one.values.items():
-                this = one.kind, name
-                yield start + (end - start) * seen[this] / many[this], {name: value}
-                seen[this] += 1
-
-
-def _sorted(timed: Iterable[tuple[float, Mapping[str, float]]], steps: list[str]) -> dict[str, Series]:
-    """Series in the order of time; of two readings at one time the later line counts."""
-    raw: dict[str, dict[float, float]] = {}
-    again = 0
-    for t, values in timed:
-        for name, value in values.items():
-            if name not in ("time_of_day", "day"):
-                kept = raw.setdefault(name, {})
-                again += t in kept and kept[t] != value
-                kept[t] = value
-    if again:
-        steps.append(f"{again} readings at the time of another one of their kind: the later one counts")
-    out: dict[str, Series] = {}
-    for name, kept in raw.items():
-        times = np.array(sorted(kept), dtype=np.float64)
-        out[name] = times, np.array([kept[t] for t in times.tolist()], dtype=np.float64)
+        if tag is not None and tag.time is not None:
+            stamp, out.dated = tag.time, True
+        elif form is not None:
+            stamp = form.seconds(_untagged(before), parts[-1].behind if form.behind else parts[0].behind)
+        for part in parts:
+            _take(out, number, part.sentence, stamp)
     return out
+
+
+def _untagged(before: bytes) -> bytes:
+    return _TAG.sub(b"", before)
+
+
+def _take(out: _Lines, number: int, sentence: bytes, stamp: float | None) -> None:
+    try:
+        heard = hear(sentence)
+    except NmeaError as error:
+        out.refuse(number, error)
+        return
+    said = readings(heard)
+    if said:
+        out.found.append(Reading(number, heard.source, said, stamp))
+        out.bare += not heard.checked
+    elif heard.kind not in KINDS:
+        out.others[heard.kind] += 1
+
+
+def _true_headings(
+    path: Path, told: Mapping[str, Mapping[str, Series]], aboard: Aboard, steps: list[str]
+) -> dict[str, dict[str, Series]]:
+    """Readings in which a magnetic compass tells true heading too, by the variation of the mapping or of the log.
+
+    Raises:
+        DataError: magnetic headings alone, and no variation.
+    """
+    out = {source: dict(one) for source, one in told.items()}
+    magnetic = [source for source, one in out.items() if "psi_magnetic" in one]
+    known = {source: one["variation"] for source, one in out.items() if "variation" in one}
+    # a compass that has not been set tells 0: another one that is not 0 counts
+    real = {source: one for source, one in known.items() if np.any(one[1] != 0.0)} or known
+    if magnetic and aboard.variation is None and not real:
+        if not any("psi" in one for one in out.values()):
+            raise DataError(f"{path}: heading only from {', '.join(magnetic)}, which is magnetic, and no variation in "
+                            "HDG or RMC; give it in a mapping: variation = 3.5 (deg, east positive)")  # fmt: skip
+        magnetic = []
+    for source in magnetic:
+        t, values = out[source]["psi_magnetic"]
+        if aboard.variation is not None:
+            variation, by = np.full(len(t), math.radians(aboard.variation)), "of the mapping"
+        else:
+            giver = source if source in real else max(real, key=lambda one: len(real[one][0]))
+            variation, by = np.interp(t, *real[giver]), f"by {giver}"
+        if "psi" not in out[source]:
+            out[source]["psi"] = t, np.mod(values + variation, 2.0 * math.pi)
+            degrees = math.degrees(float(np.median(variation)))
+            steps.append(f"{source}: magnetic heading and variation {by}, {degrees:+.3g} deg")
+    for one in out.values():
+        one.pop("psi_magnetic", None)
+        one.pop("variation", None)
+    return {source: one for source, one in out.items() if one}
 
 
 def _on_rows(path: Path, log: Log) -> tuple[Array, dict[str, Array], list[str]]:
@@ -433,7 +431,8 @@ def _on_rows(path: Path, log: Log) -> tuple[Array, dict[str, Array], list[str]]:
     """
     base = max(("psi", "latitude", "r", "x"), key=lambda name: len(log.series.get(name, ((), ()))[0]))
     if len(log.series.get(base, ((), ()))[0]) < 2:
-        raise DataError(f"{path}: no heading (HDT, THS), position (RMC, GGA) or rate of turn (ROT) to make rows of")
+        raise DataError(f"{path}: no heading (HDT, THS, HDG, PASHR), position (RMC, GGA, GLL) or rate of turn (ROT) to "
+                        "make rows of")  # fmt: skip
     t = log.series[base][0]
     reach = 0.5 * float(np.median(np.diff(t))) * (1.0 + 1e-9)
     out: dict[str, Array] = {}

@@ -13,8 +13,10 @@ from ...data import Array, DataError, Trial
 from ...data.formats.nmea import Aboard, controls, felt_at_midship
 from ...data.geodesy import Datum
 from ...data.nmea.framing import read_line, split
+from ...data.nmea.heard import hear
 from ...data.nmea.readings import readings
-from ...data.nmea.sentences import NmeaError, decode
+from ...data.nmea.sentences import NmeaError
+from ...data.nmea.sources import GROUP_OF, rank
 from ...identify.noise import resolution, sensor_noise
 
 Row = tuple[float, Mapping[str, float]]
@@ -22,8 +24,7 @@ Row = tuple[float, Mapping[str, float]]
 
 # Noise is no less than this share of the change from reading to reading: a log without any is a simulation.
 _LEAST = 1e-2
-_LONGEST = 128
-# A kind of sentence that has been silent for so long leaves its readings to another one [s].
+# A source that has been silent for so long leaves its readings to another one [s].
 _SILENT = 5.0
 
 
@@ -63,8 +64,9 @@ def noise_of(trial: Trial) -> dict[str, float]:
 class Ear:
     """Sentences gathered to rows.
 
-    A quantity that several kinds of sentence tell (position in RMC and GGA, heading in HDT and THS) is taken from the
-    kind that told it first, until that kind is silent: a reading that comes twice would count twice.
+    A quantity that several sources tell (position in RMC and GGA, heading of two gyros) is taken from one, talker and
+    kind, the first of those that speak in the order of `data.nmea.sources`: a reading that comes twice would count
+    twice.  A magnetic compass tells heading once the variation is known, by the mapping or by a sentence.
 
     Attributes:
         wrong: lines that were no valid sentence.
@@ -77,6 +79,7 @@ class Ear:
         self._now: dict[str, float] = {}
         self._held: dict[str, Array] = {}
         self._told: dict[str, tuple[str, float]] = {}
+        self._variation = None if self.aboard.variation is None else math.radians(self.aboard.variation)
         self._psi, self._r = math.nan, 0.0
 
     def hear(self, data: bytes, t: float = 0.0) -> None:
@@ -88,13 +91,25 @@ class Ear:
             return
         for line in lines:
             try:
-                sentence = decode(read_line(line).sentence, _LONGEST)
-                for name, value in readings(sentence).items():
-                    kind, last = self._told.get(name, (sentence.kind, t))
-                    if kind == sentence.kind or t - last > _SILENT:
-                        self._told[name], self._now[name] = (sentence.kind, t), value
-            except NmeaError as error:
-                self.wrong += error.reason != "kind"
+                heard = hear(read_line(line).sentence)
+            except NmeaError:
+                self.wrong += 1
+                continue
+            self._take(heard.source, readings(heard), t)
+
+    def _take(self, source: str, said: dict[str, float], t: float) -> None:
+        """Readings of one sentence, where it is the one that its quantities are taken from."""
+        if said.get("variation") and self.aboard.variation is None:  # 0 is that of a compass that has not been set
+            self._variation = said["variation"]
+        if "psi_magnetic" in said and "psi" not in said and self._variation is not None:
+            said["psi"] = (said["psi_magnetic"] + self._variation) % (2.0 * math.pi)
+        for name, value in said.items():
+            group = GROUP_OF.get(name, name)
+            leads, last = self._told.get(group, (source, t))
+            place = (self.aboard.prefer.get(group) != source, rank(group, source))
+            before = (self.aboard.prefer.get(group) != leads, rank(group, leads))
+            if source == leads or place < before or t - last > _SILENT:
+                self._told[group], self._now[name] = (source, t), value
 
     def row(self) -> dict[str, float]:
         """What has come in since the last row, as channels of a trial."""

@@ -1,0 +1,375 @@
+"""Logs as devices write them, against the motion that they were made from: a circle at 5 m/s, 0.5 deg/s."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as some
+
+from seatrial.data import DataError, Trial
+from seatrial.data.formats.nmea import read, read_mapping
+from seatrial.data.geodesy import Datum
+from seatrial.data.nmea.heard import hear, pieces
+from seatrial.data.nmea.readings import readings
+from seatrial.data.nmea.sentences import NmeaError
+from seatrial.realtime.twin.sources import Ear
+
+RATE, SPEED = math.radians(0.5), 5.0
+START = Datum(59.0, 10.0)
+KNOT = 1852.0 / 3600.0
+Say = Callable[[float], str]
+
+
+def place(t: float) -> tuple[float, float]:
+    """North and east of the origin of the circle [m]."""
+    return SPEED / RATE * math.sin(RATE * t), SPEED / RATE * (1.0 - math.cos(RATE * t))
+
+
+def signed(content: str) -> str:
+    """A sentence with its checksum, the exclusive or of its bytes."""
+    total = 0
+    for byte in content.encode():
+        total ^= byte
+    return f"${content}*{total:02X}"
+
+
+def degrees(value: float, width: int, sides: str) -> str:
+    minutes = abs(value) * 60.0
+    return f"{int(minutes // 60):0{width}d}{minutes % 60:08.5f},{sides[int(value < 0)]}"
+
+
+def clock(t: float, begun: float = 36000.0) -> str:
+    now = round((begun + t) % 86400.0, 2)
+    return f"{int(now // 3600):02d}{int(now // 60) % 60:02d}{now % 60:05.2f}"
+
+
+def fix(t: float, north: float = 0.0) -> str:
+    x, y = place(t)
+    per = 111_120.0 * np.array([1.0, math.cos(math.radians(START.latitude))])
+    # the datum's own plane is inverted by two steps of Newton on its track
+    at = np.array([START.latitude, START.longitude]) + np.array([x + north, y]) / per
+    for _ in range(3):
+        off = np.array([x + north, y]) - np.ravel(START.track(at[:1], at[1:]))
+        at = at + off / per
+    return f"{degrees(at[0], 2, 'NS')},{degrees(at[1], 3, 'EW')}"
+
+
+def course(t: float) -> float:
+    return math.degrees(RATE * t) % 360.0
+
+
+def rmc(t: float, talker: str = "GP", variation: str = ",", begun: float = 36000.0) -> str:
+    return signed(f"{talker}RMC,{clock(t, begun)},A,{fix(t)},{SPEED / KNOT:.4f},{course(t):.3f},010526,{variation},A")
+
+
+def gga(t: float, talker: str = "GP", north: float = 0.0) -> str:
+    return signed(f"{talker}GGA,{clock(t)},{fix(t, north)},9,09,0.9,5.0,M,40.0,M,,")
+
+
+def gll(t: float) -> str:
+    return signed(f"GPGLL,{fix(t)},{clock(t)},A,A")
+
+
+def hdt(t: float, talker: str = "HE", off: float = 0.0) -> str:
+    return signed(f"{talker}HDT,{(course(t) + off) % 360:.3f},T")
+
+
+def log(tmp_path: Path, says: Sequence[Say], times: Sequence[float], mapping: str = "", stamp: Say | None = None,
+        end: str = "\r\n") -> Trial:  # fmt: skip
+    path = tmp_path / "log.nmea"
+    text = end.join(f"{stamp(t) if stamp else ''}{say(t)}" for t in times for say in says) + end
+    path.write_bytes(text.encode("latin-1"))
+    if not mapping:
+        return read(path)
+    (tmp_path / "log.toml").write_text(f'schema = "seatrial-nmea/1"\n{mapping}\n')
+    return read(path, read_mapping(tmp_path / "log.toml"))
+
+
+def true(trial: Trial, late: float = 0.0, headed: bool = True) -> None:
+    """Fail where a trial is not the circle; the minutes hold 1e-5, 2 cm."""
+    t = trial.t + late
+    good = np.isfinite(trial["x"])
+    assert good.sum() > 5
+    origin = place(float(t[0]))
+    for k, name in enumerate("xy"):
+        truth = np.array([place(one)[k] - origin[k] for one in t.tolist()])
+        assert trial[name][good] == pytest.approx(truth[good], abs=0.05)
+    if headed:
+        assert np.rad2deg(trial["psi"]) == pytest.approx(np.rad2deg(RATE * t), abs=0.01)
+
+
+SECONDS = [float(k) for k in range(60)]
+
+
+@pytest.mark.parametrize("says", [(rmc, gga, hdt), (gga, gll, rmc, hdt), (gll, hdt), (gga, hdt), (hdt, rmc, gga)],
+                         ids=["rmc gga", "gga gll rmc", "gll", "gga", "heading first"])  # fmt: skip
+def test_a_fix_that_several_sentences_tell_is_one(tmp_path: Path, says: Sequence[Say]) -> None:
+    trial = log(tmp_path, says, SECONDS)
+    assert len(trial) == 60
+    true(trial)
+
+
+def test_two_rates_of_one_receiver(tmp_path: Path) -> None:
+    """Five RMC a second, one GGA: every fix where it was, none twice."""
+    times = [0.2 * k for k in range(200)]
+    both = lambda t: rmc(t) + ("\r\n" + gga(t) if abs(t - round(t)) < 1e-6 else "")  # noqa: E731
+    trial = log(tmp_path, (both, hdt), times)
+    assert len(trial) == 200
+    true(trial)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "said"),
+    [
+        ("HCHDG,{m:.3f},3.0,W,10.0,E", "HCHDG"), ("HCHDM,{n:.3f},M", "HCHDM"), ("IIVHW,{t:.3f},T,,M,9.7,N,,K", "IIVHW"),
+        ("PASHR,{c},{t:.3f},T,1.0,-0.4,0.1,.02,.02,.05,2,1", "PASHR"), ("PSXN,23,1.0,-0.4,{t:.3f},0.1", "PSXN"),
+        ("PRDID,-0.4,1.0,{t:.3f}", "PRDID"), ("PSSN,HRP,{c},010526,{t:.3f},1.0,-0.4,.1,.1,.1,12,2,3.0,E", "PSSN"),
+        ("INTHS,{t:.3f},A", "INTHS"), ("PTNL,AVR,{c},{t:.3f},Yaw,0.4,Tilt,,,1.0,3,1.0,12", "PTNL"),
+        ("PSAT,HPR,{c},{t:.3f},-0.4,1.0,N", "PSAT"),
+    ],
+    ids=lambda one: one[:9],
+)  # fmt: skip
+def test_headings_of_every_kind_are_true_ones(tmp_path: Path, sentence: str, said: str) -> None:
+    """A compass 3 deg W of its deviation, 10 E of variation: true = sensor - 3 + 10."""
+
+    def say(t: float) -> str:
+        true = course(t)
+        return signed(sentence.format(t=true, m=(true - 7.0) % 360, n=(true - 10.0) % 360, c=clock(t)))
+
+    trial = log(tmp_path, (lambda t: rmc(t, variation="10.0,E"), say), SECONDS)
+    true(trial)
+    assert trial.meta["sources"]["heading"].startswith(said)
+    assert trial["v_m"] == pytest.approx(0.0, abs=1e-3)  # course and heading are the same
+    for name, angle in (("phi", 1.0), ("theta", -0.4)):
+        if name in trial:
+            assert np.rad2deg(trial[name]) == pytest.approx(angle)
+
+
+def test_a_magnetic_heading_alone_asks_for_the_variation(tmp_path: Path) -> None:
+    magnetic = lambda t: signed(f"HCHDM,{(course(t) - 6.0) % 360:.3f},M")  # noqa: E731
+    with pytest.raises(DataError, match="HCHDM, which is magnetic, and no variation in HDG or RMC; give it in a mapp"):
+        log(tmp_path, (rmc, magnetic), SECONDS)
+    true(log(tmp_path, (rmc, magnetic), SECONDS, "variation = 6.0"))
+
+
+def test_a_compass_that_is_not_set_says_no_variation(tmp_path: Path) -> None:
+    """HDG with 0.0,E beside RMC with 4.0,W: the one that is not zero counts."""
+    compass = lambda t: signed(f"HCHDG,{(course(t) + 4.0) % 360:.3f},0.0,E,0.0,E")  # noqa: E731
+    true(log(tmp_path, (lambda t: rmc(t, variation="4.0,W"), compass), SECONDS))
+
+
+def test_two_gyros_are_not_interleaved_and_their_difference_is_told(tmp_path: Path) -> None:
+    says = (rmc, lambda t: hdt(t, "GP", 2.0), hdt)
+    trial = log(tmp_path, says, SECONDS)
+    true(trial)
+    assert trial.meta["sources"]["heading"] == (
+        "HEHDT, 1 Hz, 100 % of the time; GPHDT left aside, differs by +2 deg in the median"
+    )
+    other = log(tmp_path, says, SECONDS, 'prefer = { heading = "GPHDT" }')
+    assert np.rad2deg(other["psi"] - trial["psi"]) == pytest.approx(2.0, abs=1e-2)
+    with pytest.raises(DataError, match=r"prefer\.heading: .*GPHDX"):
+        log(tmp_path, says, SECONDS, 'prefer = { heading = "GPHDX" }')
+
+
+def test_two_receivers_are_not_interleaved(tmp_path: Path) -> None:
+    trial = log(tmp_path, (lambda t: gga(t, "GN", 20.0), gga, hdt), SECONDS, 'prefer = { position = "GPGGA" }')
+    assert len(trial) == 60
+    true(trial)
+    assert "GNGGA left aside, 20 m away in the median" in trial.meta["sources"]["position"]
+
+
+def test_a_silent_gyro_is_followed_by_the_other_without_its_offset(tmp_path: Path) -> None:
+    gone = lambda t: hdt(t) if t < 40 else signed(f"GPVTG,{course(t):.2f},T,,M,9.7,N,18,K,A")  # noqa: E731
+    trial = log(tmp_path, (rmc, gone, lambda t: hdt(t, "GP", 2.0)), SECONDS)
+    true(trial)
+    assert "fills 20 readings where the first is silent" in trial.meta["sources"]["heading"]
+
+
+def test_lost_fixes_are_taken_from_the_other_sentence_of_their_receiver(tmp_path: Path) -> None:
+    trial = log(tmp_path, (lambda t: rmc(t) if t % 3 else "", gga, hdt), SECONDS)
+    assert np.isfinite(trial["x"]).all()
+    true(trial)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda s: s.replace(",A*", ",A*")[: s.rindex("*")],  # no checksum
+        lambda s: s.replace("$GPRMC,", "$GPRMC, "),
+        lambda s: s.replace(f"{SPEED / KNOT:.4f}", f"+{SPEED / KNOT:.4f}"),
+        lambda s: s.replace("010526", "310226"),
+        lambda s: s.replace("010526", "01052026"),
+        lambda s: s.replace("010526,,,A", "010526,999.9,E,A"),
+        lambda s: s.replace("010526,,,A", "010526,,,A,V"),
+        lambda s: s + "   ",
+        lambda s: "\x00" + s,
+        lambda s: f'"{s}"',
+    ],
+    ids=["checksum", "blank", "plus", "no such day", "long year", "variation", "status", "tail", "nul", "quoted"],
+)  # fmt: skip
+def test_careless_sentences_lose_what_is_bad_and_nothing_else(tmp_path: Path, wrong: Callable[[str], str]) -> None:
+    def say(t: float) -> str:
+        changed = wrong(rmc(t))
+        body = changed.strip().strip('"\x00')
+        return changed if "*" not in body else changed.replace(body, signed(body[1:].partition("*")[0]))
+
+    true(log(tmp_path, (say, hdt), SECONDS))
+
+
+STAMPS: dict[str, Callable[[float], str]] = {
+    "iso": lambda t: f"2026-05-01T10:00:{t:09.6f}Z ",
+    "comma": lambda t: f"2026-05-01T10:00:{t:06.3f} ".replace(".", ","),
+    "zone": lambda t: f"2026-05-01 12:00:{t:06.3f}+02:00\t", "brackets": lambda t: f"[2026-05-01 10:00:{t:06.3f}] ",
+    "slashes": lambda t: f"2026/05/01 10:00:{t:06.3f} ", "dots": lambda t: f"01.05.2026 10:00:{t:06.3f};",
+    "months first": lambda t: f"05/01/2026,10:00:{t:06.3f},", "clock": lambda t: f"10:00:{t:06.3f} ",
+    "day of year": lambda t: f"cnav\t2026:121:10:00:{t:07.4f}\t", "epoch": lambda t: f"{1777629600 + t:.3f}: ",
+    "milliseconds": lambda t: f"{1777629600000 + round(1000 * t)};I;", "uptime": lambda t: f"{100 + t:.2f} ",
+    "r2r": lambda t: f"NAV 2026/05/01 10:00:{t:06.3f} GPS ",
+    "datalog": lambda t: f"INNAV\t2026-05-01T10:00:{t:06.3f}Z\tS3\t",
+    "tag": lambda t: f"\\s:GP0001,c:{1777629600000 + round(1000 * t)}*",
+    "syslog": lambda t: f"May  1 10:00:{int(t):02d} ",
+}  # fmt: skip
+
+
+def stamped(name: str) -> Say:
+    def stamp(t: float) -> str:
+        said = STAMPS[name](t)
+        if name != "tag":
+            return said
+        total = 0
+        for byte in said[1:-1].encode():
+            total ^= byte
+        return f"{said}{total:02X}\\"
+
+    return stamp
+
+
+@pytest.mark.parametrize("name", STAMPS)
+def test_stamps_of_loggers(tmp_path: Path, name: str) -> None:
+    """Heading and rudder alone, every two seconds: nothing but the stamp tells the time."""
+    rudder = lambda _: signed("IIRSA,12.0,A,,V")  # noqa: E731
+    trial = log(tmp_path, (hdt, rudder), SECONDS[::2], stamp=stamped(name))
+    assert trial.t == pytest.approx(SECONDS[::2], abs=1e-3)
+    assert np.rad2deg(trial["psi"]) == pytest.approx([course(t) for t in SECONDS[::2]], abs=0.01)
+    assert np.rad2deg(trial["delta"]) == pytest.approx(12.0)
+    if name not in ("clock", "uptime", "syslog"):
+        assert trial.meta["start"] == "2026-05-01T10:00:00.000000+00:00"
+
+
+def test_stamps_behind_the_sentence_and_in_a_table(tmp_path: Path) -> None:
+    behind = lambda t: f"{hdt(t)},{1777629600 + t:.3f}"  # noqa: E731
+    assert log(tmp_path, (behind,), SECONDS).t == pytest.approx(SECONDS)
+    path = tmp_path / "vdr.csv"
+    rows = "\n".join(f'{1777629600000 + round(1000 * t)},NMEA0183,COM3,HEHDT,"{hdt(t)}"' for t in SECONDS)
+    path.write_text(f"received_at,protocol,source,msg_type,raw_data\n{rows}\n")
+    assert read(path).t == pytest.approx(SECONDS)
+
+
+def test_the_clock_of_the_fix_is_its_time_whatever_the_stamp_says(tmp_path: Path) -> None:
+    """Stamps an hour ahead and .4 s late by turns: fixes lie where their clock says, and the offset is told."""
+    late = lambda t: f"2026-05-01T11:00:{t + (0.4 if int(t) % 2 else 0.0):06.3f}Z "  # noqa: E731
+    trial = log(tmp_path, (rmc,), SECONDS[:50], stamp=late)
+    assert trial.t == pytest.approx(SECONDS[:50])
+    true(trial, headed=False)
+    assert any("s off the clock of the receiver, which counts" in one for one in trial.meta["processing"])
+
+
+def test_several_sentences_on_a_line_and_sentences_taken_apart() -> None:
+    parts = [*pieces(f"GPS\t39440.5\t{rmc(0.0)},{hdt(1.0)} \r".encode())]
+    assert [hear(one.sentence).source for one in parts] == ["GPRMC", "HEHDT"]
+    assert parts[0].before == b"GPS\t39440.5\t"
+    assert hear(b"$02MWV,327.6,R,1.89,N").source == "02MWV"
+    with pytest.raises(NmeaError, match="checksum is 00"):
+        hear(b"$HEHDT,98.25,T*00")
+
+
+def test_a_clock_that_goes_back_is_refused_with_its_line(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match=r"line 81: the clock of GPRMC goes back by 10 s, from 10:00:39.00 to 10:00:29"):
+        log(tmp_path, (rmc, hdt), [*SECONDS[:40], *SECONDS[29:]])
+
+
+def test_midnight_is_no_step_back(tmp_path: Path) -> None:
+    trial = log(tmp_path, (lambda t: rmc(t, begun=86390.0), hdt), SECONDS)
+    assert trial.t == pytest.approx(SECONDS)
+    true(trial)
+
+
+def test_rudders_and_shafts_of_a_twin_screw(tmp_path: Path) -> None:
+    says = (rmc, hdt, lambda _: signed("AGRSA,5.0,A,-5.0,A"), lambda _: signed("IIRPM,S,2,90.0,,A"),
+            lambda _: signed("IIRPM,S,1,-60.0,,A"))  # fmt: skip
+    trial = log(tmp_path, says, SECONDS)
+    assert np.rad2deg(trial["delta_1"]) == pytest.approx(-5.0)  # port
+    assert np.rad2deg(trial["delta_2"]) == pytest.approx(5.0)
+    assert (trial["n_P_1"] == 1.5).all()
+    assert (trial["n_P_2"] == -1.0).all()
+    assert (trial.unit("delta_1"), trial.unit("n_P_2")) == ("rad", "1/s")
+
+
+def test_a_rudder_that_only_the_port_field_tells_or_a_transducer(tmp_path: Path) -> None:
+    port = log(tmp_path, (rmc, hdt, lambda _: signed("AGRSA,,V,-7.0,A")), SECONDS)
+    assert np.rad2deg(port["delta"]) == pytest.approx(-7.0)
+    turned = log(tmp_path, (rmc, lambda _: signed("IIXDR,C,,C,AIRTEMP,A,-1.0,D,HEEL,A,9.5,D,RUDDER")), SECONDS)
+    assert np.rad2deg(turned["delta"]) == pytest.approx(9.5)
+    assert np.rad2deg(turned["phi"]) == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize(
+    ("sentence", "said"),
+    [
+        ("WIMWV,330.0,R,10.0,N", {"U_A": 10 * KNOT, "gamma_A": math.radians(330.0)}),
+        ("WIMWV,330.0,R,10.0,S,A", {"U_A": 10 * 1609.344 / 3600.0, "gamma_A": math.radians(330.0)}),
+        ("WIMWV,330.0,R,10.0,N,V", {}), ("IIVWR,030.0,L,,N,5.0,M,,K", {"U_A": 5.0, "gamma_A": math.radians(330.0)}),
+        ("IIVWT,030.0,R,10.0,N,,M,,K", {"U_T": 10 * KNOT, "gamma_T_bow": math.radians(30.0)}),
+        ("IIMWD,270.0,T,,M,10.0,N,,M", {"U_T_ground": 10 * KNOT, "gamma_T_ground": math.radians(270.0)}),
+        ("SDDBT,32.8,f,10.0,M,5.5,F", {"depth": 10.0}), ("SDDBT,100.0,f,,M,,F", {"depth": 30.48}),
+        ("IIVHW,,T,,M,06.1,N,,K", {"u_log_water": 6.1 * KNOT}), ("IIVHW,,T,,M,,N,36.0,K", {"u_log_water": 10.0}),
+        ("GPVTG,90.0,85.0,10.0,18.52", {"gamma_G": math.radians(90.0), "U_G": 10 * KNOT}),
+        ("GPVTG,90.0,T,85.0,M,10.0,N,18.52,K,N", {}),
+        ("GNGNS,100000.00,5900.00,N,01000.00,E,NNA,9,,,,,",
+         {"time_of_day": 36000.0, "latitude": 59.0, "longitude": 10.0}),
+        ("GNGNS,100000.00,5900.00,N,01000.00,E,NN,9,,,,,", {"time_of_none": 36000.0}),
+        ("GPGLL,5900.00,S,01000.00,W", {"latitude": -59.0, "longitude": -10.0}), ("GPGLL,5960.00,S,01000.00,W", {}),
+        ("PASHR,ATT,326000.0,101.3,-0.4,1.2", {}), ("PSXN,20,1,1,1,1", {}), ("TIROT,-60.0", {"r": -math.radians(1.0)}),
+        ("TIROT,-60.0,V", {}), ("RCRPM,E,2,1500,,A", {"rpm_E_2": 1500.0}), ("RCRPM,S,,1500,,A", {}),
+    ],
+    ids=lambda one: str(one)[:30],
+)  # fmt: skip
+def test_fields_mean_what_manuals_say(sentence: str, said: dict[str, float]) -> None:
+    assert readings(hear(signed(sentence).encode())) == pytest.approx(said)
+
+
+@given(seed=some.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+def test_any_mix_of_devices_is_the_circle(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:
+    """Random kinds, order, rates and losses: positions to the last digit of the minutes, whatever is told twice."""
+    draw = np.random.default_rng(seed)
+    fixes = [one for one in (rmc, gga, gll) if draw.random() < 0.7] or [rmc]
+    says: list[Say] = [*fixes, hdt, *([lambda t: hdt(t, "GP", 1.5)] if draw.random() < 0.5 else [])]
+    draw.shuffle(says)  # type: ignore[arg-type]
+    step = float(draw.choice([0.2, 0.5, 1.0]))
+    times = [round(step * k, 2) for k in range(60) if k < 2 or draw.random() > 0.1]
+    trial = log(tmp_path_factory.mktemp("mix"), says, times)
+    good = np.isfinite(trial["x"])
+    origin = place(float(trial.t[np.argmax(good)]))
+    truth = np.array([place(one)[0] - origin[0] for one in trial.t.tolist()])
+    assert trial["x"][good] == pytest.approx(truth[good], abs=0.05)
+    assert np.rad2deg(trial["psi"]) == pytest.approx([course(t) for t in trial.t.tolist()], abs=0.01)
+
+
+def test_a_live_ear_takes_one_gyro_and_a_compass_by_its_variation() -> None:
+    ear = Ear()
+    for t in range(3):
+        for say in (lambda t: hdt(t, "GP", 2.0), hdt, rmc, gga):
+            ear.hear(say(float(t)).encode(), float(t))
+        row = ear.row()
+        assert math.degrees(row["psi"]) == pytest.approx(course(t), abs=0.01)
+    ear.hear(hdt(9.0, "GP", 2.0).encode(), 9.0)  # the gyro is silent since 7 s
+    assert math.degrees(ear.row()["psi"]) == pytest.approx(course(9.0) + 2.0, abs=0.01)
+    compass = Ear()
+    compass.hear(signed("HCHDG,98.2,1.0,W,4.1,E").encode(), 0.0)
+    assert math.degrees(compass.row()["psi"]) == pytest.approx(101.3)
