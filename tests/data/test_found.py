@@ -13,7 +13,8 @@ def test_each_quantity_is_found_by_its_channels_or_missing() -> None:
     said = told(trial).meta
     assert said["sources"] == {
         "heading": "psi: 2 Hz, 100 % of the rows", "speed over ground": "U_G: 1 Hz, 50 % of the rows",
-        "rudder or azimuth": "alpha_1: 2 Hz, 100 % of the rows", "revolutions or thrust": "n_bow: 2 Hz, 100 % of the rows",
+        "rudder or azimuth": "alpha_1: 2 Hz, 100 % of the rows",
+        "revolutions or thrust": "n_bow: 2 Hz, 100 % of the rows",
     }  # fmt: skip
     assert said["missing"] == ["position", "rate of turn", "speed through water", "wind", "depth"]
     assert set(said["missing"]) | set(said["sources"]) == set(QUANTITIES)
