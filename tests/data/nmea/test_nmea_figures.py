@@ -13,10 +13,10 @@ import pytest
 from seatrial.data import DataError
 from seatrial.data.formats.nmea import (
     Aboard,
+    Log,
     Place,
     _from,
     _ground,
-    _Log,
     _on_rows,
     _positions,
     _velocities,
@@ -310,15 +310,15 @@ def test_sentences_are_spread_between_the_clocks_also_over_midnight() -> None:
 
 def test_rows_are_those_of_the_quickest_and_others_go_to_the_nearest() -> None:
     t = np.arange(10.0)
-    log = _Log({"psi": (t, t), "r": (t[::2] + 0.3, t[::2]), "u_log": (np.array([2.49, 7.5, 20.0]), np.ones(3))})
+    log = Log({"psi": (t, t), "r": (t[::2] + 0.3, t[::2]), "u_log": (np.array([2.49, 7.5, 20.0]), np.ones(3))})
     rows, out, steps = _on_rows(FilePath("a"), log)
     assert rows.tolist() == t.tolist()
     assert np.flatnonzero(np.isfinite(out["r"])).tolist() == [0, 2, 4, 6, 8]
     assert np.flatnonzero(np.isfinite(out["u_log"])).tolist() in ([2, 7], [2, 8])
     assert steps == ["readings moved to the nearest row, by 0.5 s at most"]
-    assert _on_rows(FilePath("a"), _Log({"psi": (t, t), "r": (t, t)}))[2] == []
+    assert _on_rows(FilePath("a"), Log({"psi": (t, t), "r": (t, t)}))[2] == []
     with pytest.raises(DataError, match="to make rows of"):
-        _on_rows(FilePath("a"), _Log({"psi": (t[:1], t[:1]), "u_log": (t, t)}))
+        _on_rows(FilePath("a"), Log({"psi": (t[:1], t[:1]), "u_log": (t, t)}))
 
 
 def test_directions_of_a_magnetic_compass_are_less_by_its_variation_and_speeds_in_both_units() -> None:
