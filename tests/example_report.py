@@ -42,7 +42,7 @@ def weaving(name="zigzag <1>", seed=0):
 def fit():
     free = (Free("hull.Y_v", -0.3, -0.5, 0.0), Free("rudder.t_R", 0.39, prior=0.39, sigma=0.1))
     return Fit(
-        ship=SimpleNamespace(name="test <ship>"), free=free, values=np.array([-0.31, 0.4]),
+        ship=SimpleNamespace(name="test <ship>", L_pp=7.0), free=free, values=np.array([-0.31, 0.4]),
         sigma=np.array([0.01, 0.09]), covariance=np.eye(2), shrinkage=np.array([0.99, 0.1]),
         at_bound=("hull.Y_v",),
         verdicts=(

@@ -174,7 +174,7 @@ def test_the_innovation_test_rings(raw, table):
 
 
 def test_the_command_line(study, table, tmp_path, capsys):
-    assert main(["identify", str(STUDY), "-o", str(tmp_path / "run")]) == 0
+    assert main(["identify", str(STUDY), "-o", str(tmp_path / "run"), "--details"]) == 0
     page = (tmp_path / "run" / "report.html").read_text()
     told = capsys.readouterr()
     assert "damping.N_r" in told.out

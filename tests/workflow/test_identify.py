@@ -17,7 +17,8 @@ from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.identify import Fit, Problem, Progress, StudyError
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.report.blocks import Body, Fields, Line, Table, plain_text
+from seatrial.report.answer import answered
+from seatrial.report.blocks import Body, Fields, Table, Verdict, plain_text
 from seatrial.report.page import Page
 from seatrial.report.report import Report
 from seatrial.sensors import Sensors
@@ -91,19 +92,23 @@ def test_identify_returns_fit_document_and_summary_and_prints_nothing(
     truth = 1.2 * float(load("kvlcc2_l7").model.hull.N_r)
     assert abs(fit.values[0] - truth) < 0.1 * abs(truth)  # it starts at a sixth off
     assert outcome.document["standardised"] == json.loads((out / "report.json").read_text())["standardised"]
-    shown = blocks(outcome)
-    assert [*plain_text(shown[: len(outcome.leads)])] == [*outcome.leads]
-    (table, *lines) = shown[len(outcome.leads) :]
-    assert isinstance(table, Table)
-    assert table.rows[0][0] == "hull.N_r"
-    assert [*plain_text(lines)][-1].endswith(f"wrote {out}/model.toml, {out}/report.html")
+    (first, ended) = blocks(outcome)
+    assert isinstance(first, Verdict)
+    assert first == answered(outcome.document["answer"]).body[0]
+    (wrote,) = plain_text((ended,))
+    assert wrote.endswith(f"wrote {out}/model.toml, {out}/report.html; --details lists parameters")
     assert sink.rows["study"][-1] == fit.objective
     assert sink.ended == [fit.status]
     assert {p.name for p in out.iterdir()} == {
         "fit.json", "fit.npz", "history.csv", "model.toml", "report.html", "report.json", "run.json"}  # fmt: skip
 
-    again = identify(study, out, sink=sink)
+    again = identify(study, out, sink=sink, details=True)
     assert not again.result
+    (same, table, *lines) = blocks(again)
+    assert same == first
+    assert isinstance(table, Table)
+    assert table.rows[0][0] == "hull.N_r"
+    assert [*plain_text(lines)][-1].endswith(f"wrote {out}/model.toml, {out}/report.html")
     assert again.document == outcome.document
     assert any("done already" in line for line in sink.lines)
 
@@ -201,7 +206,7 @@ def test_what_speaks_against_a_fit_is_one_short_line_each() -> None:
 
 @pytest.mark.long
 def test_a_fit_that_does_not_explain_the_data_says_so_first(study: Path, tmp_path: Path, capsys) -> None:
-    """The rudder indicator is 2 deg off: one short line, the table, the details; the option estimates the offset."""
+    """The rudder indicator is 2 deg off: the first screen has it, then the table and the details; it can be freed."""
     at = tmp_path / "study"
     (at / "logs").mkdir(parents=True)
     rng = np.random.default_rng(0)
@@ -210,13 +215,16 @@ def test_a_fit_that_does_not_explain_the_data_says_so_first(study: Path, tmp_pat
         read = Sensors({"x": 0.01, "y": 0.01, "psi": 0.002, "u": 0.005, "v_m": 0.005, "r": 0.0005}).read(run, rng)
         write_trial(read.having(delta=run["delta"] + math.radians(2.0)), at / "logs" / f"{name}.csv")
     (at / "study.toml").write_text(STUDY.partition("[loss]")[0] + "[estimator]" + STUDY.partition("[estimator]")[2])
-    plain, freed = (identify(at / "study.toml", tmp_path / name, free_suspects=name == "freed")
+    plain, freed = (identify(at / "study.toml", tmp_path / name, free_suspects=name == "freed", details=True)
                     for name in ("plain", "freed"))  # fmt: skip
     assert plain.leads[0].startswith("not explained: an offset of delta of 2")
     assert plain.leads[0].endswith(f"see {tmp_path}/plain/report.html")
     assert len(plain.leads[0].partition("; see")[0]) < 120
     shown = blocks(plain)
-    assert shown[0] == Line(plain.leads[0])
+    assert isinstance(shown[0], Verdict)
+    said = dict(shown[0].grounds)
+    assert said["Cause of what is left"].startswith("an offset of delta of 2")
+    assert {"Error after 10 s", "Next", "Use", "Parameters"} <= said.keys()
     table = next(k for k, block in enumerate(shown) if isinstance(block, Table))
     details = [*plain_text(shown[table + 1 :])]
     assert any(line.startswith("suspect: an offset of delta") for line in details)
@@ -230,7 +238,9 @@ def test_a_fit_that_does_not_explain_the_data_says_so_first(study: Path, tmp_pat
     assert main(["identify", str(at / "study.toml"), "-o", str(tmp_path / "freed")]) == 2, "settings differ"
     capsys.readouterr()
     assert main(["identify", str(at / "study.toml"), "-o", str(tmp_path / "plain")]) == 0
-    assert capsys.readouterr().out.startswith("not explained: an offset of delta")
+    brief = capsys.readouterr().out.splitlines()
+    assert len(brief) <= 12
+    assert any(line.startswith("Cause of what is left: an offset of delta of 2") for line in brief)
 
 
 @pytest.mark.long
@@ -246,7 +256,10 @@ def test_a_fit_that_predicts_worse_than_its_start_says_so(study: Path, tmp_path:
     (at / "study.toml").write_text(STUDY)
     outcome = identify(at / "study.toml", tmp_path / "run")
     line = next(one for one in outcome.leads if one.startswith("worse than untuned"))
-    assert Line(line) in blocks(outcome)
+    (first, *_) = blocks(outcome)
+    assert isinstance(first, Verdict)
+    assert first.answer == "No"
+    assert "predicts these trials better" in first.why
     assert line.endswith("before the fit, on trials kept back")
     assert outcome.document["worse_than_untuned"]["fitted"] > outcome.document["worse_than_untuned"]["untuned"]
     written = json.loads((tmp_path / "run" / "report.json").read_text())

@@ -47,7 +47,7 @@ def check(
 def identify(
     study: o.StudyFile, out: o.RunFolder, quick: o.Quick = False, only: o.OnlyFits = (),
     free_suspects: o.FreeSuspects = False, dask: o.Dask = None, sample: o.Sample = None,
-    *, serving: Serving, json: bool = False,
+    details: o.Details = False, *, serving: Serving, json: bool = False,
 ) -> None:  # fmt: skip
     """Fit a ship to trials; write the model and a report."""
     from ..identify import FitError
@@ -58,7 +58,7 @@ def identify(
     with watching(port_of(serving, PORT)) as sink:
         try:
             outcome = run(study, out, quick=quick, only=only, free_suspects=free_suspects, dask=dask,
-                          sample=sample, sink=sink)  # fmt: skip
+                          sample=sample, details=details, sink=sink)  # fmt: skip
         except KeyboardInterrupt:
             again = f" to go on in {out}" if resumes(out) else ""
             raise Stopped(f"interrupted; run the same command again{again}") from None

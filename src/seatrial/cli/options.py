@@ -116,6 +116,7 @@ Remedies = Annotated[
 Steps = Annotated[Path, Option("--by", help="Read this file of steps, as check --remedy writes.")]
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
 Sample = Annotated[int | None, Option("--sample", metavar="N", help="Add N samples of the posterior of the fit.")]
+Details = Annotated[bool, Option("--details", help="Show parameters, residuals and standardised errors too.")]
 FitFor = Annotated[
     str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.")
 ]  # fmt: skip

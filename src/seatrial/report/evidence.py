@@ -65,6 +65,7 @@ class Evidence:
         fit_first: seconds of each trial on which its start was estimated, and which are not judged; None for none.
         changes: what was done to the trials before they were compared, one line each.
         fitness: verdicts on the errors for a purpose; None where none was asked for.
+        uses: verdict on the errors by purpose, of all that are judged.
         drawn: draws of the posterior of the fit; None where it was not sampled.
         bands: bands of the predictions, and how often they held; None where none were asked for.
     """
@@ -80,6 +81,7 @@ class Evidence:
     fit_first: float | None = None
     changes: tuple[str, ...] = ()
     fitness: Fitness | None = None
+    uses: Mapping[str, str] = field(default_factory=dict[str, str])
     drawn: Sampled | None = None
     bands: BandsHeld | None = None
 

@@ -20,6 +20,7 @@ from ..models import STATES
 from ..validate import Comparison
 from ..validate.metrics import scale_words
 from . import diagnosis, figures
+from .answer import answer
 from .blocks import (
     Body,
     bullets,
@@ -61,11 +62,13 @@ _OPEN = 1e9
 def sections(report: Evidence) -> tuple[Section, ...]:
     """All sections, in the order to show."""
     styles = figures.line_styles(report.labels, CONSTANT_VELOCITY)
+    first = answer(report)
     return (
-        Section("", (diagnosis.verdict(report.fit) if report.fit else ()) + _head(report)),
-        fitness.section(report.fitness) if report.fitness else Section("", ()),
-        Section("Standardised error by trial", _trial_table(report)),
+        Section("", first.body if first else _head(report)),
         Section("Growth of the error", _horizons(report, styles)),
+        fitness.section(report.fitness) if report.fitness else Section("", ()),
+        Section("Errors", _head(report) if first else ()),
+        Section("Standardised error by trial", _trial_table(report)),
         fans.section(report.bands) if report.bands else Section("", ()),
         Section("Forecasts", _forecasts(report)),
         Section("Trials", _trials(report, styles)),
@@ -73,7 +76,8 @@ def sections(report: Evidence) -> tuple[Section, ...]:
         Section("Manoeuvre indices", _indices(report)),
         Section(f"Fit of {report.fit.ship.name}", _fit(report.fit)) if report.fit else Section("", ()),
         posterior(report.drawn) if report.drawn else Section("", ()),
-        Section("Residuals of the fit", diagnosis.section(report.fit)) if report.fit else Section("", ()),
+        Section("Residuals of the fit", (diagnosis.verdict(report.fit) + diagnosis.section(report.fit))
+                if report.fit else ()),
         Section("Assumptions", _assumptions(report)),
         Section("Findings in the data", bullets(report.findings) if report.findings else ()),
         Section("Provenance", entries(report.provenance)),
@@ -381,8 +385,10 @@ class Report(Evidence):
 
     def numbers(self) -> dict[str, Any]:
         """The numbers of the page, SI units and radians."""
+        first = answer(self)
         return plain({
-            "schema": "seatrial-report/1", "title": self.title, "summary": sentence(self), "standardised": self.pooled,
+            "schema": "seatrial-report/1", "title": self.title, **({"answer": vars(first)} if first else {}),
+            "summary": sentence(self), "standardised": self.pooled,
             "worse_than_untuned": worse_than_start(self), "fit_first": self.fit_first, "changes": self.changes,
             "worse": {other: worse(self, other) for other in self.labels[1:]}, "forecasts": self.forecasts,
             "assumptions": self.assumptions,

@@ -163,6 +163,19 @@ def horizons(measured: Trial, predicted: Trial, restart: float | None = None) ->
     return out
 
 
+def reached(measured: Trial, predicted: Trial, restart: float | None, seconds: float) -> dict[str, Array]:
+    """Errors by channel so many seconds after each restart (at most one and a half steps less), shape (restarts,)."""
+    both = pairs(measured, predicted, restart)
+    segment = segments(measured.t, restart)
+    if not segment.size:
+        return {}
+    _, first, of = np.unique(segment, return_index=True, return_inverse=True)
+    since = measured.t - measured.t[first[of]]
+    near = np.flatnonzero((since <= seconds + 1e-6) & (since > seconds - 1.5 * measured.dt))
+    last = near[np.append(np.diff(of[near]) > 0, True)] if near.size else near
+    return {name: (b - a)[last] for name, (a, b) in both.items()}
+
+
 def _error(measured: Array, predicted: Array) -> Array:
     difference = predicted - measured
     return difference[np.isfinite(difference)]

@@ -331,6 +331,22 @@ def refuse(purpose: Purpose, ship: Ship, trials: Sequence[Trial], trained_on: Se
             raise RequestError(f"--for {purpose.key}: no trial shows {limit.about} ({what}); give trials that do")
 
 
+def uses(ship: Ship, trials: Sequence[Trial], trained_on: Sequence[str]) -> dict[str, str]:
+    """The verdict of a model for each purpose by which errors are judged, on trials that the fit has not used."""
+    from ..choosing.purposes import PURPOSES
+    from ..validate.fitness import OPEN
+
+    found: dict[str, str] = {}
+    for purpose in (one for one in PURPOSES if one.accuracy):
+        try:
+            refuse(purpose, ship, trials, trained_on)
+        except RequestError:  # no trial shows it
+            found[purpose.key] = OPEN
+            continue
+        found[purpose.key] = fitness(purpose, ship, trials, trained_on, None).verdict
+    return found
+
+
 def fitness(
     purpose: Purpose, ship: Ship, trials: Sequence[Trial], trained_on: Sequence[str], smooth_start: float | None
 ) -> Fitness:

@@ -17,7 +17,7 @@ from ..identify import Fit, FitError, Progress, Spread, StudyError
 from ..identify.posterior.verdicts import overruled
 from ..identify.resume import forget
 from ..identify.watch import start
-from ..report.blocks import fields, joined, line
+from ..report.blocks import fields
 from ..report.page import write
 from ..study.cells import NUMBERS, PAGE, Cell, check, swept
 from ..study.series import FULL, QUICK, Series, is_series, read_series
@@ -25,7 +25,7 @@ from ..study.store import SUMMARY, claim, kept, save_fit
 from ..study.study import Study, read_study
 from ..validate.metrics import scales
 from . import SILENT, Outcome, RequestError, Sink
-from .reports import Made, leads, reporting
+from .reports import Made, leads, reporting, summary
 from .request import Note
 from .sampling.drawing import check_sample, drawn_for
 
@@ -37,8 +37,7 @@ _Ended = Fit | FitError | StudyError
 
 def identify(
     path: Path, out: Path, *, quick: bool = False, only: Sequence[str] = (), free_suspects: bool = False,
-    dask: str | None = None, sample: int | None = None,
-    sink: Sink = SILENT,
+    dask: str | None = None, sample: int | None = None, details: bool = False, sink: Sink = SILENT,
 ) -> Outcome[Mapping[str, Fit]]:  # fmt: skip
     """Fit what a study or a table of fits asks for, save it, and write the report; a killed run resumes.
 
@@ -48,6 +47,7 @@ def identify(
         quick, only: of a table of fits: its rehearsal, and the models to fit.
         sample: draws of the posterior of a study's fit that are wanted; None draws none.
         free_suspects: as `suspects = "auto"` in [nuisance] of the study, or of the fits of a table that are asked for.
+        details: whether what is shown of a fit has its parameters, residuals and standardised errors too.
         dask: address of a Dask scheduler, or ``local:N``: the fits of a table, or the independent searches of a study
             (starts, ranges, trials left out, repetitions, profiles), are computed there, with the same numbers.
 
@@ -87,7 +87,7 @@ def identify(
         document = report.document(numbers)
         errors = (f"{len(todo) - len(fits)} of {len(todo)} fits failed, first {failed[0]}",) if failed else ()
         said = leads(document, out, study.kept_back)
-        blocks = joined(map(line, said)) + report.shown(document)
+        blocks = summary(report, document, said, out, details)
         return Outcome(fits, fields({**document, "run": str(out)}, blocks), errors, said)
 
 

@@ -19,6 +19,7 @@ from ..core.version import __version__
 from ..data import Trial
 from ..identify import Estimator, Fit
 from ..identify.lint import doubts
+from ..report.answer import answered
 from ..report.blocks import Body, joined, line, table
 from ..report.evidence import assumptions
 from ..report.page import Page, Section
@@ -31,7 +32,7 @@ from ..study.store import MODEL, SCHEMA, SUMMARY, read_summary
 from ..study.study import Study
 from ..validate.metrics import scales
 from . import Document, Sink, figure
-from .comparing import compared
+from .comparing import compared, uses
 from .request import DEGREE
 
 if TYPE_CHECKING:
@@ -133,7 +134,8 @@ class _Fitted(_One):
         """`fit.json`, its draws and its errors."""
         from ..belief.drawn import read_draws
 
-        judged = {key: numbers[key] for key in ("standardised", "forecasts", "worse_than_untuned") if key in numbers}
+        kept = ("answer", "standardised", "forecasts", "worse_than_untuned")
+        judged = {key: numbers[key] for key in kept if key in numbers}
         drawn = read_draws(self.out)
         posterior = {} if drawn is None else {"posterior": drawn.said}
         return {"schema": SCHEMA, **plain(read_summary(self.out)), **posterior, **judged}
@@ -246,7 +248,8 @@ def _compared(study: Study, fit: Fit, fitted: Ship, provenance: Mapping[str, str
         assumptions(fit.ship, [f.path for f in fit.free]), ahead,
         {**provenance, "trials": _counted({"for training": problem.trials, "for validation": problem.validation,
                                            "kept back": study.test})},
-        changes=changes, drawn=fit.details if isinstance(fit.details, Sampled) else None,
+        changes=changes, uses=uses(fitted, right, [t.name for t in problem.trials]),
+        drawn=fit.details if isinstance(fit.details, Sampled) else None,
     )  # fmt: skip
 
 
@@ -295,6 +298,19 @@ def leads(found: Mapping[str, Any], out: Path, kept_back: bool) -> tuple[str, ..
     return tuple(said)
 
 
+def summary(report: Reporting, found: Mapping[str, Any], said: Sequence[str], out: Path, details: bool) -> Body:
+    """What a terminal shows of a run: of a fit its first screen, and on request the numbers below it.
+
+    Args:
+        said: what speaks against the result (`leads`), which a first screen has in its own lines.
+    """
+    if "answer" not in found:
+        return joined(map(line, said)) + report.shown(found)
+    apart = leads({"posterior": found.get("posterior")}, out, kept_back=False)
+    first = answered(found["answer"]).body + joined(map(line, apart))
+    return first + (report.shown(found) if details else line(f"{_ended(found, out)}; --details lists parameters"))
+
+
 def comparisons(report: Report) -> Body:
     """Standardised errors by trial and label, the pooled ones last."""
     labels = report.labels
@@ -326,8 +342,12 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> Body:
           for label, value in found.get("standardised", {}).items()),
         *(f"forecast of {f['trial']} over {f['horizon']:g} s, {f['label']}: {figure(f['position'])} m, "
           f"{figure(f['heading'] / DEGREE)} deg" for f in found.get("forecasts", ())),
-        f"{found['status']}; {found['seconds']:.1f} s; {_wrote(out)}",
+        _ended(found, out),
     )))  # fmt: skip
+
+
+def _ended(found: Mapping[str, Any], out: Path) -> str:
+    return f"{found['status']}; {found['seconds']:.1f} s; {_wrote(out)}"
 
 
 def _tested(found: Mapping[str, Any]) -> Sequence[str]:
