@@ -373,3 +373,51 @@ def test_a_live_ear_takes_one_gyro_and_a_compass_by_its_variation() -> None:
     compass = Ear()
     compass.hear(signed("HCHDG,98.2,1.0,W,4.1,E").encode(), 0.0)
     assert math.degrees(compass.row()["psi"]) == pytest.approx(101.3)
+
+
+def test_stamps_of_other_sentences_are_moved_onto_the_clock_of_the_fix(tmp_path: Path) -> None:
+    """A logger in another zone: the heading, which has no clock, lies where the fix of its second lies."""
+    trial = log(tmp_path, (rmc, hdt), SECONDS, stamp=lambda t: f"2026-05-01T12:00:{t:06.3f}Z ")
+    assert trial.t == pytest.approx(SECONDS)
+    true(trial)
+    assert trial.meta["start"] == "2026-05-01T10:00:00.000000+00:00"
+    assert "stamps of lines are +7200 s off the clock of the receiver, which counts" in trial.meta["processing"]
+
+
+def test_a_receiver_that_counts_its_weeks_anew_has_the_date_of_the_stamps(tmp_path: Path) -> None:
+    """16 September 2006 is 1024 weeks before 2 May 2026 (a Saturday each)."""
+    old = lambda t: signed(rmc(t)[1:].partition("*")[0].replace("010526", "160906"))  # noqa: E731
+    trial = log(tmp_path, (old, hdt), SECONDS, stamp=lambda t: f"2026-05-02T10:00:{t:06.3f}Z ")
+    assert trial.meta["start"] == "2026-05-02T10:00:00.000000+00:00"
+    assert any("1 x 1024 weeks old" in one for one in trial.meta["processing"])
+
+
+def test_a_position_without_a_date_has_that_of_the_stamps(tmp_path: Path) -> None:
+    trial = log(tmp_path, (gga, hdt), SECONDS, stamp=lambda t: f"2026-05-01T10:00:{t:06.3f}Z ")
+    assert trial.meta["start"] == "2026-05-01T10:00:00.000000+00:00"
+
+
+@pytest.mark.parametrize(("until", "lead"), [(26.0, "GPHDT"), (36.0, "HEHDT")])
+def test_a_gyro_that_speaks_for_less_than_half_of_the_log_is_not_taken(tmp_path: Path, until: float, lead: str) -> None:
+    gyro = lambda t: hdt(t) if t < until else ""  # noqa: E731
+    trial = log(tmp_path, (rmc, gyro, lambda t: hdt(t, "GP", 0.5)), SECONDS)
+    assert trial.meta["sources"]["heading"].partition(": ")[2].startswith(lead) or (
+        trial.meta["sources"]["heading"].startswith(lead)
+    )
+
+
+@pytest.mark.parametrize(
+    ("sentence", "said"),
+    [
+        ("GPGLL,9000.00,S,18000.00,W", {"latitude": -90.0, "longitude": -180.0}), ("GPGLL,9000.01,S,18000.00,W", {}),
+        ("GPGLL,5900.00,S,18000.01,W", {}), ("IIXDR,A,50.0,P,RUDDER", {}), ("IIXDR,U,5.0,D,RUDDER", {}),
+        ("GPVTG,361.0,T,,M,,N,,K", {}), ("GPVTG,360.0,T,,M,,N,,K", {"gamma_G": math.tau}),
+        ("IIVHW,,T,,M,,N,180.0,K", {"u_log_water": 50.0}), ("IIVHW,,T,,M,,N,201.0,K", {}),
+        ("IIVHW,,T,,M,99.5,N,,K", {}), ("SDDPT,40.0,-2.0", {"depth": 40.0}), ("SDDPT,40.0,2.0", {"depth": 42.0}),
+        ("GPRMC,100000,A,,,,,1.0,2.0,010526,181.0,E,A", {"time_of_day": 36000.0, "day": 20574 * 86400.0,
+                                                        "U_G": KNOT, "gamma_G": math.radians(2.0)}),
+    ],
+    ids=lambda one: str(one)[:30],
+)  # fmt: skip
+def test_fields_beyond_their_range_are_no_readings(sentence: str, said: dict[str, float]) -> None:
+    assert readings(hear(signed(sentence).encode())) == pytest.approx(said)
