@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, Entry, listed, quoted
-from .helm import read_revolutions, read_rudder
+from .helm import from_neutral, neutral_of, read_revolutions, read_rudder
 from .motion import SPEEDS, Motion, Option, Verdict, speed_unit_said, speeds_of
+from .naming import magnetic
 from .roles import Signal
 
 _SPEED = "unit of speed"
@@ -81,6 +82,11 @@ def _despite(signal: Signal, unit: str) -> dict[str, str]:
     return {"despite": quoted(signal.column.unit)} if wrong else {}
 
 
+def entry_of(channel: str, signal: Signal, keys: Mapping[str, str], answer: Answer) -> Entry:
+    """The entry of a channel that is one column."""
+    return Entry(f"channels.{channel}", _of(signal, **keys), answer)
+
+
 def _told(verdict: Verdict, signal: Signal, *keys: str) -> str:
     told = verdict.told(*keys)
     return f"{signal.column.said}; {told}" if told else signal.column.said
@@ -113,7 +119,7 @@ def _heading(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
         *_said(signal, unit),
         *_doubts(verdict, unit_of_psi="write that", sense_of_psi="turn sign (and offset) then"),
     ]
-    if "mag" in signal.column.name.lower():
+    if magnetic(signal.column.name):
         doubts.append("magnetic by its name; its deviation and variation go under offset")
     evidence = f"{_told(verdict, signal, 'unit of psi', 'sense of psi')}; {sense}{_in_unit(signal, unit)}"
     yield Entry("channels.psi", _of(signal, **keys), Answer(evidence, tuple(doubts)))
@@ -132,6 +138,8 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
         first, second = (found[name] for name in (("longitude", "latitude") if swapped else ("latitude", "longitude")))
         if swapped:
             doubts.append("the names of the two columns are exchanged in the log")
+        if not first.column.score("latitude") and not first.column.score("longitude"):
+            doubts.append("its values are degrees by their size and digits, though its name says metres")
         keys = {
             "latitude": quoted(first.column.head),
             "longitude": quoted(second.column.head),
@@ -272,7 +280,12 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
     for role, signal in found.items():
         stem = role.split("_cmd")[0].rstrip("_123456789")
         if stem == "delta":
+            measured = None if role == "delta" else found.get(role.removesuffix("_cmd"))
+            neutral = neutral_of(signal, measured)
+            signal = replace(signal, values=signal.values - neutral)
             keys, answer = read_rudder(signal, known.t, known.r, angles)
+            if neutral:
+                keys, answer = from_neutral(signal, neutral, keys, answer)
             doubts = ("turn its sign too if that of psi and r is turned",) if turned and known.r is not None else ()
             if known.u is not None and np.nanmedian(known.u) < 0.0:
                 doubts += ("the ship goes astern most of the time, where a rudder turns it to the other side",)
@@ -290,7 +303,7 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
         else:
             continue
         keys = {name: value for name, value in keys.items() if name != "despite"}
-        yield Entry(f"channels.{role}", _of(signal, **keys), answer)
+        yield entry_of(role, signal, keys, answer)
 
 
 def other_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:

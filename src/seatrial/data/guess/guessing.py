@@ -17,6 +17,7 @@ from .entries import Known, angle_form, control_entries, known_motion, motion_en
 from .logs import Log, Topic, find_log, leap
 from .motion import Motion, Verdict
 from .roles import Signal, sided, signals, trial_column
+from .thrust import neglected, thrust_entries
 from .wind import read_two_winds, read_wind, wind_entries
 
 _OTHERS = 8
@@ -64,6 +65,8 @@ def guess(src: str | Path) -> Guess:
         return Guess(known.format, notes=(known.said,))
     log = find_log(here)
     entries = [_reaching(log, _once_named(log, one)) for one in _entries(log)]
+    text = " ".join(value for one in entries for value in one.keys.values())
+    entries += [one for topic in (log.main, *log.topics) for one in neglected(topic.columns, text)]
     notes = [*log.notes, *([known.said] if known else [])]
     head = ["A mapping for `seatrial import csv`, guessed; correct what is wrong.",
             f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
@@ -136,6 +139,7 @@ def _entries(log: Log) -> Iterator[Entry]:
         verdict.sure("sense of psi") and verdict.sure("sense of r") and verdict.sure("frame of the quaternion")
     )
     yield from control_entries(found, known, angles, turned)
+    yield from thrust_entries(found, known)
     for entry in _wind_entries(found, known):
         doubts = ("it is turned to the other side if the sense of psi is",) if turned and entry.answer.evidence else ()
         yield replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, *doubts)))

@@ -68,6 +68,43 @@ def _mean(values: Array, count: int) -> Array:
     return out
 
 
+_SERVO = 90.0
+"""Degrees of a servo in the middle of its travel."""
+
+
+def neutral_of(order: Signal, rudder: Signal | None) -> float:
+    """What an order or a rudder reads where the rudder is midships, in its unit; 0 where it is signed.
+
+    A servo counts from one end of its travel, so that midships is 90, or what its linkage makes of it.  Beside a
+    measured rudder it is the middle of what the two differ by; alone, a value of 90 that the others lie on both sides
+    of, never as far as through zero.
+    """
+    values = order.values
+    good = values[np.isfinite(values)]
+    if not good.size or order.column.letters or good.min() < 0.0 or good.max() < 4.0:
+        return 0.0
+    if rudder is not None and rudder is not order:
+        apart = (values - rudder.values)[np.isfinite(values + rudder.values)]
+        opposed = (values + rudder.values)[np.isfinite(values + rudder.values)]
+        if not apart.size or np.nanmin(rudder.values) >= 0.0:
+            return 0.0
+        closer = min((apart, opposed), key=lambda one: float(np.subtract(*np.percentile(one, [75, 25]))))
+        middle = float(np.round(np.median(closer)))
+        return middle if middle > float(np.nanmax(np.abs(rudder.values))) * 0.5 else 0.0
+    usual = float(np.median(good))
+    both = good.min() < _SERVO - 1.0 and good.max() > _SERVO + 1.0
+    return _SERVO if both and abs(usual - _SERVO) < 20.0 and good.max() < 2.0 * _SERVO else 0.0
+
+
+def from_neutral(signal: Signal, neutral: float, keys: dict[str, str], answer: Answer) -> tuple[dict[str, str], Answer]:
+    """Keys and answer of a rudder that is read from its neutral."""
+    turned = keys.get("sign") == "-1"
+    other = f'; with sign = {1 if turned else -1} offset is {-neutral if turned else neutral:g}'
+    doubt = f"its values lie about {neutral:g}, which is taken as midships{other}"
+    keys = {**keys, "offset": f"{neutral if turned else -neutral:g}"}
+    return keys, Answer(f"{answer.evidence}; midships at {neutral:g} {signal.unit or 'deg'}", (*answer.doubts, doubt))
+
+
 def read_rudder(signal: Signal, t: Array, r: Array | None, logged: set[str]) -> tuple[dict[str, str], Answer]:
     """Keys of a rudder's channel beside its column, with the evidence.
 

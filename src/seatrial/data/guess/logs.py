@@ -306,7 +306,8 @@ def _workbook(path: Path) -> Table:
 
     with workbook(path):
         sheets: dict[str, Any] = polars.read_excel(
-            path, sheet_id=0, engine="calamine", has_header=False, infer_schema_length=0, raise_if_empty=False
+            path, sheet_id=0, engine="calamine", has_header=False, infer_schema_length=0, raise_if_empty=False,
+            drop_empty_rows=False, drop_empty_cols=False,
         )
     for k, (name, frame) in enumerate(sheets.items()):
         rows = [[_cell(value) for value in row] for row in frame.head(ROWS + 50).iter_rows()]
@@ -322,11 +323,15 @@ def _of_sheet(path: Path, sheet: str, rows: list[list[str]]) -> Table | None:
     if first == 0 or len(rows) - first < 2:
         return None
     units: list[str] = []
-    head = first - 1
-    if head and sum(bool(unit_of(cell)) for cell in rows[head]) >= 0.6 * sum(bool(cell) for cell in rows[head]):
-        units, head = rows[head], head - 1
+    above = [k for k in range(first - 1, -1, -1) if any(rows[k])]
+    if not above:
+        return None
+    head = above[0]
+    said = sum(bool(unit_of(cell)) for cell in rows[head])
+    if len(above) > 1 and said >= 0.6 * sum(bool(cell) for cell in rows[head]):
+        units, head = rows[head], above[1]
     named = [k for k, cell in enumerate(rows[head]) if cell]
-    body = rows[first:]
+    body = [row for row in rows[first:] if any(row)]
     columns = tuple(tuple(row[k] for row in body) for k in named)
     layout = Layout(skip=head, units_row=1 if units else 0, sheet=sheet)
     said = tuple(units[k] for k in named) if units else ("",) * len(named)

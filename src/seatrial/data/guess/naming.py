@@ -88,6 +88,22 @@ def tokens(name: str) -> list[str]:
     return re.findall(r"[a-z]+\d*|\d+", plain.lower())
 
 
+_MAGNETIC = frozenset((
+    "mag", "magn", "magnetic", "magnetisk", "magnetisch", "magnetico", "magnetique", "missvisende", "missweisend",
+    "compass", "kompass", "kompasskurs", "kompas", "kompassi", "compas", "bussola", "jikirashin", "hdm", "hdgm",
+    "magheading", "maghdg", "hdgmag", "mhdg",
+))  # fmt: skip
+
+
+def magnetic(name: str) -> bool:
+    """Whether the name of a heading says that it is that of a magnetic compass, unless it says a gyro too."""
+    words = tokens(name)
+    if {"gyro", "true", "gyrokompass", "hdt"} & set(words):
+        return False
+    said = bool(_MAGNETIC & set(words)) or any(word.startswith("magnet") for word in words)
+    return said or (len(words) > 1 and words[-1] == "m" and words[0] in ("hdg", "heading", "head"))
+
+
 def _plain(text: str) -> str:
     for accented, letters in (("ø", "o"), ("Ø", "O"), ("æ", "ae"), ("Æ", "Ae"), ("ß", "ss"), ("å", "a"), ("Å", "A")):
         text = text.replace(accented, letters)

@@ -14,8 +14,10 @@ from .cells import Column
 _LEAST = 0.45
 """Score of a name below which it says nothing."""
 
-_NUMBERED = ("delta", "n_P", "alpha", "throttle")
+_NUMBERED = ("delta", "n_P", "alpha", "throttle", "force")
 _COMMANDED = ("delta", "n_P", "alpha")
+_ORDERS = ("throttle", "force")
+"""What is told as an order only, so that a name which says so says nothing more."""
 _PAIRS = (("north", "east"), ("x", "y"), ("latitude", "longitude"), ("v_north", "v_east"), ("vx", "vy"))
 """Quantities of which one alone is none: "n" without "e" is no northing."""
 
@@ -26,6 +28,7 @@ _UNITS = {
     "phi": ("deg", "rad"), "gamma_A": ("deg", "rad"), "gamma_T": ("deg", "rad"), "wind_direction": ("deg", "rad"),
     "gamma_C": ("deg", "rad"), "alpha": ("deg", "rad"), "latitude": ("deg", "rad"), "longitude": ("deg", "rad"),
     "r": ("deg/s", "rad/s", "deg/min"), "n_P": ("1/s", "rpm"), "depth": ("m",), "throttle": ("-", "%", "us"),
+    "force": ("N", "kN"),
     **dict.fromkeys(("north", "east", "x", "y"), ("m", "km", "ft", "NM")),
     **dict.fromkeys(("u", "v", "v_north", "v_east", "vx", "vy", "sog", "stw", "speed", "U_A", "U_T", "U_C",
                      "wind_speed"), ("m/s", "kn", "km/h")),
@@ -95,9 +98,9 @@ def _role(column: Column, role: str, words: frozenset[str], number: int) -> str:
     if role in _TIMES:
         return ""
     if "command" in words:
-        if role not in _COMMANDED:
+        if role not in (*_COMMANDED, *_ORDERS):
             return ""
-        role += "_cmd"
+        role += "" if role in _ORDERS else "_cmd"
     stem = role.removesuffix("_cmd")
     if stem in _NUMBERED:
         side = 1 if "port" in words else 2 if "starboard" in words else number
@@ -111,9 +114,36 @@ def _fits(column: Column, role: str) -> bool:
     return not column.unit or column.unit in _UNITS.get(role, (column.unit,))
 
 
+_FINE, _FAR = 4, 20.0
+"""Digits after the dot of a position in degrees at least, and how far from 0 it is, in its own range."""
+
+
+def placed(found: Mapping[str, Signal]) -> dict[str, Signal]:
+    """The quantities of a log, x and y as latitude and longitude where they are degrees by size, range and digits."""
+    pair = next((two for two in _PAIRS[:2] if set(two) <= set(found)), None)
+    if pair is None or {"latitude", "longitude"} & set(found) or any(found[one].unit for one in pair):
+        return dict(found)
+    if not all(_degrees(found[one]) for one in pair):
+        return dict(found)
+    out = {role: one for role, one in found.items() if role not in pair}
+    # a map has its x to the east, a frame of a ship its x to the north: what cannot be a latitude is none
+    east_first = bool(np.nanmax(np.abs(found[pair[0]].values)) > 90.0)
+    names = ("longitude", "latitude") if east_first else ("latitude", "longitude")
+    return out | {name: replace(found[one], role=name) for name, one in zip(names, pair, strict=True)}
+
+
+def _degrees(signal: Signal) -> bool:
+    """Whether values are a track in degrees: within the globe, far from 0 against their range, with many digits."""
+    good = signal.values[np.isfinite(signal.values)]
+    if good.size < 2 or np.max(np.abs(good)) > 180.0 or not 0.0 < np.ptp(good) < 2.0:
+        return False
+    digits = [len(cell.strip().partition(".")[2]) for cell in signal.column.cells[:50] if cell.strip()]
+    return float(np.min(np.abs(good))) > _FAR * float(np.ptp(good)) and sorted(digits)[len(digits) // 2] > _FINE
+
+
 def sided(found: Mapping[str, Signal]) -> dict[str, Signal]:
     """The quantities of a log, numbers taken off where there is only one of a kind."""
-    out = dict(found)
+    out = placed(found)
     for stem in _NUMBERED[:2]:
         for tail in ("", "_cmd"):
             numbered = [role for role in found if role.startswith(f"{stem}_") and role.endswith(tail)

@@ -165,11 +165,13 @@ def _strand(
 ) -> _Strand:  # fmt: skip
     """What the instruments of one file measure, one row a time, in the order of time."""
     channels: dict[str, Array] = {}
+    unfixed: list[str] = []
     for place, sensor in parts:
         channels |= measured(table, place, sensor)
         if isinstance(sensor, Position):
-            _to_plane(channels, sensor, datum)
+            unfixed += _to_plane(channels, sensor, datum)
     t, steps = _continued(found.seconds(zero), channels)
+    steps += unfixed
     series = Series(t, channels, np.arange(len(t)))
     if clock.sort:
         series, said = in_order(series)
@@ -212,18 +214,26 @@ def _continued(t: Array, channels: dict[str, Array]) -> tuple[Array, list[str]]:
     return out, [f"time continued over {count} empty rows at the end"]
 
 
-def _to_plane(channels: dict[str, Array], position: Position, datum: list[Datum]) -> None:
-    """Latitude and longitude as metres north and east of the datum, which is the first fix where none is given."""
+def _to_plane(channels: dict[str, Array], position: Position, datum: list[Datum]) -> list[str]:
+    """Latitude and longitude as metres north and east of the datum, which is the first fix where none is given.
+
+    Returns:
+        what was done, in words: rows of 0, 0 among others are those of a receiver without a fix, and gaps.
+    """
     latitude, longitude = channels.pop("latitude"), channels.pop("longitude")
     good = np.flatnonzero(np.isfinite(latitude + longitude))
-    fixed = good[(latitude[good] != 0.0) | (longitude[good] != 0.0)]  # 0, 0 is what a receiver without a fix tells
-    good = fixed if fixed.size else good
+    unfixed = (latitude == 0.0) & (longitude == 0.0)
+    none = int(unfixed.sum()) if (fixed := good[~unfixed[good]]).size else 0
+    if none:
+        latitude, longitude = (np.where(unfixed, np.nan, one) for one in (latitude, longitude))
+        good = fixed
     if position.datum:
         datum.append(Datum(*position.datum))
     elif good.size:
         datum.append(Datum(float(latitude[good[0]]), float(longitude[good[0]])))
     empty = np.full(latitude.shape, np.nan)
     channels["x"], channels["y"] = datum[0].track(latitude, longitude) if datum else (empty, empty.copy())
+    return [f"{none} positions of 0, 0 are gaps: the receiver had no fix"] if none else []
 
 
 def _times(mapping: Mapping, t: Array) -> Array:

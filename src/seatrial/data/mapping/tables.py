@@ -177,7 +177,10 @@ def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.Dat
             raise DataError(f"{path}: {frame.width} columns, and columns of the mapping has {len(heads)}")
         index = _places(path, *_header(mapping, "row"), heads, wanted)
         units = int(mapping.units_row)
-        first = skip + (not mapping.columns) + units
+        first = skip + (not mapping.columns)
+        while units and first < frame.height - 1 and not any(frame.row(first)):
+            first += 1  # empty rows between the names and the units
+        first += units
     rows = [["" if cell is None else str(cell).strip() for cell in frame.row(k)] for k in range(first - units, first)]
     body = frame[first:].select([frame.columns[k] for k in index.values()])
     body.columns = list(index)

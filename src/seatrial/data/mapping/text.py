@@ -102,14 +102,18 @@ def laid_out(
     start, found = 0, 0
     heading: list[bytes] = []
     above = units + (not named)
-    for found in range(skip + above):
+    while found < skip or len(heading) < above:
         if start >= len(raw):
             raise DataError(f"{path}: {found} lines, and the mapping skips {skip}")
         stop = raw.find(b"\n", start)
         stop = len(raw) if stop < 0 else stop
-        if found >= skip:
-            heading.append(raw[start:stop])
-        start = stop + 1
+        line = raw[start:stop]
+        # an empty line between the names and the units is none of them
+        if found >= skip and (line.strip(b" ") or not heading):
+            heading.append(line)
+        start, found = stop + 1, found + 1
+    while (stop := raw.find(b"\n", start)) >= 0 and not raw[start:stop].strip(b" "):
+        start, found = stop + 1, found + 1
     body = raw[start:]
     if separator is None or len(separator.encode()) != 1:
         heading, body = (
@@ -119,7 +123,7 @@ def laid_out(
         separator = _UNIT
     rows = [tuple(_cells(line.decode(), separator)) for line in heading]
     heads, *rest = [tuple(named), *rows] if named else rows
-    first = skip + above + 1
+    first = found + 1
     source = "columns of the mapping" if named else "the header"
     blank, count, quoted = _counted(path, body, separator, len(heads), first, source)
     lines = np.delete(np.arange(count, dtype=np.int64), blank) + first

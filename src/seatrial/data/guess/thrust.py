@@ -1,0 +1,120 @@
+"""Thrust of the motors to port and starboard, and controls that no entry takes.
+
+Names of sides and the sense of a motor's signal are often exchanged: thrust that acts on the ship ahead raises its
+speed, and more of it to port than to starboard turns the bow to starboard.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+
+import numpy as np
+
+from .. import Array
+from .answers import Answer, Entry, quoted
+from .cells import Column
+from .entries import Known, entry_of
+from .helm import rudder_sense
+from .naming import tokens
+from .roles import Signal
+
+_SURE = 6.0
+_PULSES = (800.0, 2200.0)
+"""Widths of the pulses that servos and motor controllers take [us]; 1500 is their neutral, 400 either way the most."""
+
+_NEUTRAL, _MOST = 1500.0, 400.0
+_NEAR, _RESTING = 60.0, 0.1
+"""How far from 1500 [us] a motor's own zero may be, and the least part of the rows that it stands there."""
+
+_WORDS = frozenset((
+    "rudder", "rud", "delta", "helm", "tiller", "steer", "steering", "servo", "motor", "motors", "thrust", "thruster",
+    "thrusters", "thr", "throttle", "pwm", "esc", "force", "prop", "propeller", "rpm", "rps", "revs", "azimuth", "pod",
+    "nozzle", "waterjet", "bucket", "engine", "actuator", "control", "controls", "cmd", "command", "ruder", "ror",
+    "pedal", "lever", "bowthruster", "telegraph", "output", "outputs",
+))  # fmt: skip
+_PARTS = re.compile(r"(?:servo|motor|thruster|thrust|rudder|pwm|esc|ch|chan|rc)\d*(?:raw|out|cmd|in)?|c\d{1,2}")
+_SIDES = ("port", "starboard")
+
+
+def thrust_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
+    """Entries of throttles and forces of a motor to port and one to starboard."""
+    for stem, channel in (("throttle", "throttle"), ("force", "f")):
+        pair = [found[role] for role in (f"{stem}_1", f"{stem}_2") if role in found]
+        if len(pair) == 2 and all(_sided(one, side) for one, side in zip(pair, _SIDES, strict=True)):
+            yield from _pair(pair, channel, known)
+
+
+def _sided(signal: Signal, side: str) -> bool:
+    return any(side in one.words for one in signal.column.means)
+
+
+def _pair(pair: Sequence[Signal], channel: str, known: Known) -> Iterator[Entry]:
+    """The entries of both motors, each on the side and with the sense that the motion shows."""
+    made = [_scaled(one, channel) for one in pair]
+    signs, exchanged, told = _sense([values for _, values, _ in made], known)
+    names = _SIDES[::-1] if exchanged else _SIDES
+    for signal, (keys, _, doubts), sign, side, own in zip(pair, made, signs, names, _SIDES, strict=True):
+        more = list(doubts)
+        if not told:
+            more.append("the motion does not show its side and sense: taken to be on the side of its name, and "
+                        "positive ahead")  # fmt: skip
+        if exchanged:
+            more.append(f"its name says {own}, and the ship turns as if it were to {side}: sides exchanged here")
+        if sign < 0.0:
+            more.append("the ship loses speed by it: its sign is turned here")
+            keys = {**keys, "sign": "-1"} | ({"offset": f"{-float(keys['offset']):g}"} if "offset" in keys else {})
+        evidence = f"{signal.column.said}; {told}" if told else signal.column.said
+        yield entry_of(f"{channel}_{side}", signal, keys, Answer(evidence, tuple(more)))
+
+
+def _scaled(signal: Signal, channel: str) -> tuple[dict[str, str], Array, list[str]]:
+    """Keys of a motor, its values as a share of the most or in N, and doubts."""
+    values = signal.values
+    if channel == "f":
+        unit = signal.unit or "N"
+        doubts = [] if signal.unit else ["no unit is said; taken as N"]
+        return {"unit": quoted(unit)}, values, [*doubts, "a force by its name; whether it was measured is not said"]
+    good = values[np.isfinite(values)]
+    if good.size and _PULSES[0] < good.min() <= good.max() < _PULSES[1]:
+        usual, often = Counter(good.tolist()).most_common(1)[0]
+        zero = usual if abs(usual - _NEUTRAL) < _NEAR and often > _RESTING * good.size else _NEUTRAL
+        doubt = f"taken as pulses of {zero:g} us for no thrust and {_MOST:g} us either way for all of it"
+        keys = {"unit": quoted("-"), "scale": f"{1.0 / _MOST:g}", "offset": f"{-zero / _MOST:.10g}"}
+        return keys, (values - zero) / _MOST, [doubt]
+    largest = float(np.max(np.abs(good), initial=0.0))
+    size = 100.0 if signal.unit == "%" or 1.5 < largest <= 100.5 else 1.0
+    unit = "%" if size == 100.0 else "-"
+    doubts = [] if signal.unit or largest <= 1.0 else [f"values up to {largest:.4g}; taken in {unit} of full thrust"]
+    return {"unit": quoted(unit)}, values / size, doubts
+
+
+def _sense(pair: Sequence[Array], known: Known) -> tuple[tuple[float, float], bool, str]:
+    """Signs of both signals, whether their sides are exchanged, and the evidence; empty where the motion has none."""
+    if known.u is None or known.r is None:
+        return (1.0, 1.0), False, ""
+    a, b = pair
+    ways = [(*rudder_sense(known.t, known.u, p * a + q * b), (p, q)) for p, q in product((1.0, -1.0), repeat=2)]
+    raised = [(sure, signs) for sense, sure, signs in ways if sense > 0.0]
+    if not raised or max(raised)[0] < _SURE:
+        return (1.0, 1.0), False, ""
+    ahead, (p, q) = max(raised)
+    sense, sure = rudder_sense(known.t, known.r, p * a - q * b)
+    if sure < _SURE:
+        return (1.0, 1.0), False, ""
+    told = f"both raise the speed ({ahead:.0f} standard errors), the sides turn the ship ({sure:.0f})"
+    return (p, q), sense < 0.0, told
+
+
+def neglected(columns: Sequence[Column], text: str) -> Iterator[Entry]:
+    """A doubt for each column that looks like a control and that no entry of the mapping takes."""
+    for column in columns:
+        words = set(tokens(column.name))
+        if quoted(column.head) in text or column.kind not in ("number", "letters") or not column.varies:
+            continue
+        if words & _WORDS or any(_PARTS.fullmatch(word) for word in words):
+            doubt = (f"{column.said} looks like a control of the ship and is left out; give it a channel such as "
+                     f"[channels.n_P], [channels.throttle_port] or [channels.delta_cmd]")  # fmt: skip
+            yield Entry("", {}, Answer("", (doubt,)))

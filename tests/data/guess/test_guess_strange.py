@@ -1,0 +1,159 @@
+"""Columns that are not what their names say: thrust of two motors, servos, magnetic headings, degrees as x and y."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from columns import signal
+from turning_log import fixes, table, trials, truth
+
+from seatrial.data import Array, Trial
+from seatrial.data.guess import guess
+from seatrial.data.guess.entries import Known
+from seatrial.data.guess.helm import neutral_of
+from seatrial.data.guess.naming import magnetic, meanings
+from seatrial.data.guess.thrust import thrust_entries
+
+SCHEMA = 'schema = "seatrial-mapping/1"\n'
+
+
+def imported(log: Path) -> Trial:
+    """The trial of a log by its guess, which asks nothing."""
+    found = guess(log)
+    assert not found.asks
+    return trials(log, found.text.replace(SCHEMA, ""))[0]
+
+
+def driven(port: Array, starboard: Array, dt: float) -> tuple[Array, Array]:
+    """Speed and rate of turn of a boat whose motors push at both sides: linear damping, exact from row to row."""
+    u, r, keep = np.zeros(port.size), np.zeros(port.size), np.exp(-dt / np.array([3.0, 1.5]))
+    for k in range(port.size - 1):
+        u[k + 1] = keep[0] * u[k] + (1.0 - keep[0]) * 1.2 * (port[k] + starboard[k])
+        r[k + 1] = keep[1] * r[k] + (1.0 - keep[1]) * 0.5 * (port[k] - starboard[k])
+    return u, r
+
+
+@pytest.mark.parametrize(("p", "q", "exchanged"), list(itertools.product((1, -1), (1, -1), (False, True))))
+def test_motors_get_the_side_and_the_sense_that_the_boat_shows(p: int, q: int, exchanged: bool) -> None:
+    dt, rng = 0.2, np.random.default_rng(3)
+    t = dt * np.arange(1500)
+    port, starboard = (np.repeat(rng.uniform(-0.9, 0.9, 75), 20) for _ in range(2))
+    u, r = driven(port, starboard, dt)
+    left, right = (starboard, port) if exchanged else (port, starboard)
+    pulses = [np.round(1500.0 + 400.0 * sign * one) for sign, one in ((p, left), (q, right))]
+    found = {f"throttle_{k}": signal(f"throttle_{k}", values, f"thr_{side}", means=tuple(meanings(f"thr_{side}")))
+             for k, (side, values) in enumerate(zip(("left", "right"), pulses, strict=True), start=1)}  # fmt: skip
+    entries = {one.table: one for one in thrust_entries(found, Known(t, np.cumsum(r) * dt, u, 0.0 * u, r, u))}
+    columns = ("thr_right", "thr_left") if exchanged else ("thr_left", "thr_right")
+    signs = (q, p) if exchanged else (p, q)
+    for side, column, sign, true in zip(("port", "starboard"), columns, signs, (port, starboard), strict=True):
+        keys = entries[f"channels.throttle_{side}"].keys
+        assert keys["column"] == f'"{column}"'
+        raw = pulses[0] if column == "thr_left" else pulses[1]
+        read = raw * float(keys["scale"]) * float(keys.get("sign", "1")) + float(keys["offset"])
+        assert read == pytest.approx(true, abs=0.5 / 400.0 + 1e-9)
+        said = " ".join(entries[f"channels.throttle_{side}"].answer.doubts)
+        assert ("exchanged" in said) == exchanged
+        assert ("sign is turned" in said) == (sign < 0)
+
+
+def test_motors_of_a_boat_at_rest_keep_their_names_and_say_that_nothing_shows_them() -> None:
+    rest = np.zeros(400)
+    found = {f"force_{k}": signal(f"force_{k}", rest + 5.0, f"{side}_force", means=tuple(meanings(f"{side}_force")))
+             for k, side in enumerate(("left", "right"), start=1)}  # fmt: skip
+    entries = list(thrust_entries(found, Known(np.arange(400.0), rest, rest, rest, rest, rest)))
+    assert [one.table for one in entries] == ["channels.f_port", "channels.f_starboard"]
+    assert all(any("does not show its side" in doubt for doubt in one.answer.doubts) for one in entries)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["winch_motor", "servo3_raw", "bow thruster", "ch4out", "pedal position", "C2"])
+def test_a_column_like_a_control_is_not_left_out_in_silence(name: str, tmp_path: Path) -> None:
+    true = truth()
+    log = table(tmp_path / "log.csv", {
+        "time": true.t.tolist(), "heading": np.degrees(true["psi"]).tolist(), "u [m/s]": true["u"].tolist(),
+        "v [m/s]": true["v_m"].tolist(), "air pressure": (1000.0 + true.t).tolist(), name: np.sin(true.t).tolist(),
+    })  # fmt: skip
+    doubts = guess(log).doubts
+    assert any(f"'{name}' looks like a control" in one for one in doubts)
+    assert not any("pressure" in one for one in doubts)
+
+
+@pytest.mark.parametrize(("neutral", "sign"), [(90.0, 1.0), (90.0, -1.0), (40.0, 1.0), (0.0, 1.0)])
+def test_the_neutral_of_a_servo_is_what_its_order_differs_by_from_the_rudder(neutral: float, sign: float) -> None:
+    rudder = 20.0 * np.sign(np.sin(np.arange(300) / 20.0))
+    late = np.concatenate([np.zeros(5), rudder[:-5]])
+    order = signal("rudder_cmd", (neutral + sign * rudder).tolist())
+    assert neutral_of(order, signal("rudder", late.tolist())) == neutral
+
+
+def test_a_servo_alone_has_its_neutral_at_90_and_a_rudder_that_is_held_has_none() -> None:
+    both = 90.0 + 25.0 * np.sin(np.arange(300) / 20.0)
+    assert neutral_of(signal("servo", both.tolist()), None) == 90.0
+    assert neutral_of(signal("rudder", [20.0] * 300), None) == 0.0
+    assert neutral_of(signal("rudder", np.linspace(0.0, 35.0, 300).tolist()), None) == 0.0
+
+
+@pytest.mark.parametrize(("name", "said"), [
+    ("HDG_M", True), ("hdgM", True), ("HDM", True), ("Compass Heading", True), ("Heading (mag)", True),
+    ("Kompass", True),
+    ("Kurs missweisend", True), ("navigation.headingMagnetic", True), ("Mag Heading", True), ("heading", False),
+    ("HDT", False), ("gyro compass", False), ("heading_m_true", False), ("image heading", False),
+])  # fmt: skip
+def test_headings_that_are_magnetic_by_their_name(name: str, said: bool) -> None:
+    assert magnetic(name) == said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("names", "map_like"), [(("pos_x", "pos_y"), False), (("X", "Y"), True)])
+def test_degrees_in_columns_of_metres_are_a_position(names: tuple[str, str], map_like: bool, tmp_path: Path) -> None:
+    true = truth()
+    latitude, longitude = fixes(true)
+    pair = (longitude, latitude) if map_like else (latitude, longitude)
+    cells = [[f"{one:.8f}" for one in values] for values in pair]
+    log = table(tmp_path / "log.csv", {
+        "t": true.t.tolist(), names[0]: cells[0], names[1]: cells[1], "heading": np.degrees(true["psi"]).tolist(),
+        "u [m/s]": true["u"].tolist(), "v [m/s]": true["v_m"].tolist(),
+    })  # fmt: skip
+    assert any("degrees by their size" in one for one in guess(log).doubts)
+    found = imported(log)
+    assert np.hypot(found["x"] - true["x"], found["y"] - true["y"]).max() < 0.01
+
+
+@pytest.mark.slow
+def test_metres_stay_metres(tmp_path: Path) -> None:
+    true = truth()
+    log = table(tmp_path / "log.csv", {
+        "t": true.t.tolist(), "x": [f"{60.0 + one:.6f}" for one in true["x"]], "y": [f"{one:.6f}" for one in true["y"]],
+        "heading": np.degrees(true["psi"]).tolist(), "u [m/s]": true["u"].tolist(), "v [m/s]": true["v_m"].tolist(),
+    })  # fmt: skip
+    assert "[position]" not in guess(log).text
+
+
+def test_a_row_without_a_fix_is_a_gap_and_told(tmp_path: Path) -> None:
+    true = truth()
+    latitude, longitude = ([0.0, 0.0, *one[2:]] for one in fixes(true))
+    log = table(tmp_path / "log.csv", {"t": true.t.tolist(), "lat": latitude, "lon": longitude,
+                                       "psi": true["psi"].tolist()})  # fmt: skip
+    found = trials(log, 'time = { column = "t", unit = "s" }\n[position]\nlatitude = "lat"\nlongitude = "lon"\n'
+                        '[channels.psi]\ncolumn = "psi"\nunit = "rad"\n')[0]  # fmt: skip
+    assert np.isnan(found["x"][:2]).all()
+    assert found["x"][2:] - found["x"][2] == pytest.approx(true["x"][2:] - true["x"][2], abs=0.01)
+    assert any("2 positions of 0, 0 are gaps" in str(one) for one in found.meta["processing"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("empty", "separator"), [((1,), ","), ((2,), ";"), ((1, 2, 4, 6), "\t")])
+def test_empty_lines_anywhere_change_nothing(empty: tuple[int, ...], separator: str, tmp_path: Path) -> None:
+    true = truth()
+    log = table(tmp_path / "log.csv", {
+        "Time": ["s", *true.t.tolist()], "Heading": ["deg", *np.degrees(true["psi"]).tolist()],
+        "u": ["m/s", *true["u"].tolist()], "v": ["m/s", *true["v_m"].tolist()],
+    }, separator)  # fmt: skip
+    plain = imported(log)
+    lines = log.read_text().splitlines()
+    log.write_text("Sea trial\n\n" + "\n".join(f"\n{line}" if k in empty else line for k, line in enumerate(lines)))
+    assert imported(log)["psi"] == pytest.approx(plain["psi"])
