@@ -321,15 +321,15 @@ def _read_log(path: Path, aboard: Aboard) -> Log:
         steps.append(f"stamps of lines: {read.about}")
     when = timed(path, read.found, read.dated)
     steps += when.steps
-    told = _true_headings(path, when.told, aboard, steps)
+    told = true_headings(path, when.told, aboard, steps)
     ends = [float(t[k]) for one in told.values() for t, _ in one.values() for k in (0, -1)]
-    series, choices = chosen(told, _preferred(path, aboard, told), max(ends) - min(ends))
+    series, choices = chosen(told, preferred(path, aboard, told), max(ends) - min(ends))
     steps += [f"{one.group}: {one}" for one in choices if one.others]
     counts = {"all": len(lines), "invalid": read.wrong, "untimed": when.untimed}
     return Log(series, steps, when.epoch, counts, choices, dict(sorted(read.others.items())))
 
 
-def _preferred(path: Path, aboard: Aboard, told: Mapping[str, object]) -> Mapping[str, str]:
+def preferred(path: Path, aboard: Aboard, told: Mapping[str, object]) -> Mapping[str, str]:
     """The sources that the user prefers, which the log must have.
 
     Raises:
@@ -388,7 +388,7 @@ def _take(out: _Lines, number: int, sentence: bytes, stamp: float | None) -> Non
         out.others[heard.kind] += 1
 
 
-def _true_headings(
+def true_headings(
     path: Path, told: Mapping[str, Mapping[str, Series]], aboard: Aboard, steps: list[str]
 ) -> dict[str, dict[str, Series]]:
     """Readings in which a magnetic compass tells true heading too, by the variation of the mapping or of the log.

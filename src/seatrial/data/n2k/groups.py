@@ -1,0 +1,130 @@
+"""What parameter groups of NMEA 2000 say, in SI and the signs of docs/conventions.md.
+
+Fields by the public table of canboat; the largest three values of a field are no reading: reserved, out of range, not
+available.  Bytes beyond those that are named are not looked at, as later editions add fields.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+FAST = frozenset((127237, 129029, 130578))
+"""Groups of those below that have more than 8 bytes, and come as fast packets."""
+
+Said = Mapping[str, float | None]
+
+
+def said(pgn: int, data: bytes) -> dict[str, float] | None:
+    """Readings of a group, by the names of `nmea.readings.readings`; None for a group that is not read.
+
+    Names beyond those: variation; delta_<instance>, delta_<instance>_cmd, rpm_E_<instance>; gear_<instance>, 1 ahead,
+    0 neutral, -1 astern; utc, since 1970 [s].
+    """
+    reader = _READ.get(pgn)
+    if reader is None:
+        return None
+    return {name: value for name, value in reader(data).items() if value is not None}
+
+
+def _u(data: bytes, at: int, size: int, unit: float) -> float | None:
+    raw = int.from_bytes(data[at : at + size], "little")
+    return None if len(data) < at + size or raw > (1 << 8 * size) - 4 else raw * unit
+
+
+def _s(data: bytes, at: int, size: int, unit: float) -> float | None:
+    raw = int.from_bytes(data[at : at + size], "little", signed=True)
+    return None if len(data) < at + size or raw > (1 << 8 * size - 1) - 4 else raw * unit
+
+
+def _code(data: bytes, at: int, bits: int) -> int:
+    """The lowest bits of a byte; all set where there is none."""
+    most = (1 << bits) - 1
+    return data[at] & most if at < len(data) else most
+
+
+def _rudder(d: bytes) -> Said:
+    return {f"delta_{d[0]}": _s(d, 4, 2, 1e-4), f"delta_{d[0]}_cmd": _s(d, 2, 2, 1e-4)} if d else {}
+
+
+def _heading(d: bytes) -> Said:
+    psi, variation, reference = _u(d, 1, 2, 1e-4), _s(d, 5, 2, 1e-4), _code(d, 7, 2)
+    if reference == 1 and psi is not None and variation is not None:
+        return {"psi": (psi + variation) % math.tau, "variation": variation}
+    return {("psi", "psi_magnetic")[reference]: psi} if reference < 2 else {}
+
+
+def _course(d: bytes) -> Said:
+    reference, speed = _code(d, 1, 2), _u(d, 4, 2, 0.01)
+    # a course from magnetic north is of no use without the variation of its receiver
+    return {"gamma_G": _u(d, 2, 2, 1e-4), "U_G": speed} if reference == 0 else {}
+
+
+def _gear(d: bytes) -> Said:
+    way = {0: 1.0, 1: 0.0, 2: -1.0}.get(_code(d, 1, 2))
+    return {f"gear_{d[0]}": way} if d else {}
+
+
+def _speed(d: bytes) -> Said:
+    speed, way = _u(d, 1, 2, 0.01), _code(d, 6, 4)
+    return {"u_log_water": -speed if speed is not None and way == 1 else speed}
+
+
+def _speeds(d: bytes) -> Said:
+    names = ("u_log_water", "v_log_water", "u_log", "v_log", "v_stern_water", "v_stern")
+    return {name: _s(d, 2 * k, 2, 1e-3) for k, name in enumerate(names)}
+
+
+def _fix(d: bytes) -> Said:
+    if len(d) < 32 or d[31] >> 4 in (0, 15):
+        return {}
+    return {"latitude": _s(d, 7, 8, 1e-16), "longitude": _s(d, 15, 8, 1e-16), **_utc(d, 1)}
+
+
+def _utc(d: bytes, at: int) -> Said:
+    days, clock = _u(d, at, 2, 1.0), _u(d, at + 2, 4, 1e-4)
+    return {} if days is None or clock is None else {"utc": 86400.0 * days + clock}
+
+
+def _wind(d: bytes) -> Said:
+    speed, angle, reference = _u(d, 1, 2, 0.01), _u(d, 3, 2, 1e-4), _code(d, 5, 3)
+    bow = "U_T", "gamma_T_bow"
+    names = {0: ("U_T_ground", "gamma_T_ground"), 2: ("U_A", "gamma_A"), 3: bow, 4: bow}
+    return dict(zip(names[reference], (speed, angle), strict=True)) if reference in names and speed is not None else {}
+
+
+def _depth(d: bytes) -> Said:
+    depth, offset = _u(d, 1, 4, 0.01), _s(d, 5, 2, 1e-3)
+    # an offset below zero is the distance to the keel and does not locate the surface
+    return {"depth": None if depth is None else depth + max(offset or 0.0, 0.0)}
+
+
+def _steering(d: bytes) -> Said:
+    return {"delta_0_cmd": _s(d, 3, 2, 1e-4)}
+
+
+def _current(d: bytes) -> Said:
+    return {"gamma_C": _u(d, 2, 2, 1e-4), "U_C": _u(d, 4, 2, 0.01)} if _code(d, 1, 2) == 0 else {}
+
+
+_READ: Mapping[int, Callable[[bytes], Said]] = MappingProxyType({
+    126992: lambda d: _utc(d, 2) if _code(d, 1, 4) != 5 else {},  # 5: the clock of a crystal
+    127237: _steering,
+    127245: _rudder,
+    127250: _heading,
+    127251: lambda d: {"r": _s(d, 1, 4, 3.125e-8)},
+    127257: lambda d: {"theta": _s(d, 3, 2, 1e-4), "phi": _s(d, 5, 2, 1e-4)},
+    127258: lambda d: {"variation": _s(d, 4, 2, 1e-4)},
+    127488: lambda d: {f"rpm_E_{d[0]}": _u(d, 1, 2, 0.25)} if d else {},
+    127493: _gear,
+    128259: _speed,
+    128267: _depth,
+    129025: lambda d: {"latitude": _s(d, 0, 4, 1e-7), "longitude": _s(d, 4, 4, 1e-7)},
+    129026: _course,
+    129029: _fix,
+    129033: lambda d: _utc(d, 0),
+    129291: _current,
+    130306: _wind,
+    130578: _speeds,
+})  # fmt: skip

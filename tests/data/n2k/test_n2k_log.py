@@ -1,0 +1,206 @@
+"""Logs of NMEA 2000 in every layout against what an own writer put in, and those of our own bus read back."""
+
+from __future__ import annotations
+
+import base64
+import math
+import struct
+from collections.abc import Callable
+from datetime import UTC, datetime
+from functools import reduce
+from operator import xor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatrial.data import DataError
+from seatrial.data.formats import n2k
+from seatrial.data.n2k.groups import said
+from seatrial.data.n2k.layouts import Packets, frame_of
+from seatrial.data.nmea.ship import Fittings
+from seatrial.realtime.links.n2k import GROUPS, SOURCE, identifier
+
+EPOCH = 1795694400.25
+HEADING = bytes.fromhex("07f342ff7fcc02fc")
+"""1.7139 rad true, and a variation of 0.0716 rad, which is not to be added."""
+
+
+def _iso(t: float, mark: str = "T") -> str:
+    return datetime.fromtimestamp(t, UTC).strftime(f"%Y-%m-%d{mark}%H:%M:%S.%f")
+
+
+def _spaced(data: bytes, mark: str = " ") -> str:
+    return mark.join(f"{one:02x}" for one in data)
+
+
+def _clock(t: float) -> str:
+    return _iso(t)[11:]
+
+
+def _pcdin(t: float, pgn: int, data: bytes) -> str:
+    body = f"PCDIN,{pgn:06X},{round((t - EPOCH) * 1000):08X},23,{data.hex().upper()}"
+    return f"${body}*{reduce(xor, body.encode()):02X}"
+
+
+LAYOUTS: dict[str, Callable[[float, int, bytes], str]] = {
+    "plain": lambda t, pgn, d: f"{_iso(t)}Z,2,{pgn},35,255,{len(d)},{_spaced(d, ',')}",
+    "plain, old": lambda t, pgn, d: f"{_iso(t, '-')},2,{pgn},35,255,{len(d)},{_spaced(d, ',')}",
+    "candump -l": lambda t, pgn, d: f"({t:.6f}) can0 {identifier(pgn):08X}#{d.hex().upper()}",
+    "candump -ta": lambda t, pgn, d: f" ({t:.6f})  can0  {identifier(pgn):08X}   [{len(d)}]  {_spaced(d).upper()}",
+    "candump -tA": lambda t, pgn, d: f" ({_iso(t, ' ')})  can0  {identifier(pgn):08X}   [{len(d)}]  {_spaced(d)}",
+    "yacht devices": lambda t, pgn, d: f"{_clock(t)} R {identifier(pgn):08X} {_spaced(d).upper()}",
+    "actisense": lambda t, pgn, d: f"A{_clock(t).replace(':', '')} 23FF2 {pgn:05X} {d.hex().upper()}",
+    "ikonvert": lambda t, pgn, d: f"!PDGY,{pgn},2,35,255,{t - EPOCH:.6f},{base64.b64encode(d).decode().rstrip('=')}",
+    "seasmart": _pcdin,
+    "airmar": lambda t, pgn, d: f"{_iso(t)} - {pgn} {identifier(pgn):08x} {_spaced(d, ',')}",
+    "pcan": lambda t, pgn, d: f"  2)  {(t - EPOCH) * 1000:.1f}  Rx  {identifier(pgn):08X}  {len(d)}  {_spaced(d)}",
+}
+
+
+def _heading(units: int, reference: int = 0, source: int = SOURCE, k: float = 0.0) -> str:
+    data = struct.pack("<BHhhB", 1, units, 0x7FFF, 0x7FFF, 0xFC | reference)
+    return f"({EPOCH + k:.6f}) can0 {identifier(127250, source):08X}#{data.hex()}"
+
+
+def _written(path: Path, lines: list[str]) -> Path:
+    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    return path
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_each_layout_holds_the_frame_that_was_written(layout: str) -> None:
+    frame = frame_of(LAYOUTS[layout](EPOCH, 127250, HEADING))
+    assert frame is not None
+    assert (frame.pgn, frame.source, frame.data) == (127250, SOURCE, HEADING)
+    assert said(frame.pgn, frame.data) == {"psi": pytest.approx(1.7139, abs=1e-12)}
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_log_of_random_rates_and_gaps_equals_its_truth(layout: str, seed: int, tmp_path: Path) -> None:
+    rng = np.random.default_rng(seed)
+    step = rng.integers(20, 500) / 1000.0
+    ticks = np.flatnonzero(rng.random(40) > 0.2)
+    psi = rng.integers(0, 62831, len(ticks))
+    delta = rng.integers(-6000, 6000, len(ticks))
+    lines: list[str] = []
+    for k, a, b in zip(ticks.tolist(), psi.tolist(), delta.tolist(), strict=True):
+        t = EPOCH + k * step
+        lines += [LAYOUTS[layout](t, 127250, struct.pack("<BHhhB", 1, a, 0x7FFF, 0x7FFF, 0xFC)),
+                  LAYOUTS[layout](t, 127245, struct.pack("<BBhhH", 0, 0xFF, 0x7FFF, b, 0xFFFF))]  # fmt: skip
+    trial = n2k.read(_written(tmp_path / "a.n2k", lines))
+    assert np.allclose(trial.t, (ticks - ticks[0]) * step, atol=1e-4 if layout == "pcan" else 2e-6)
+    assert np.allclose(np.cos(trial["psi"] - psi * 1e-4), 1.0, atol=1e-12)
+    assert np.array_equal(trial["delta"], delta * 1e-4)
+
+
+def test_what_the_bus_of_a_ship_sends_is_read_back_bit_for_bit(tmp_path: Path) -> None:
+    fit = Fittings(rudders=("delta",), shafts=("n_P",))
+    lines: list[str] = []
+    truth: list[dict[str, float]] = []
+    for k in range(30):
+        known = {
+            "delta": 0.01 * math.sin(k), "psi": 1.0 + 0.01 * k, "r": 0.01 * math.cos(k), "n_P": 1.5 - 0.1 * k,
+            "u_w": 3.0 - 0.2 * k, "v_w": 0.1, "u": 3.1 - 0.2 * k, "v_m": -0.05 * k, "latitude": 35.0 + 1e-5 * k,
+            "longitude": -139.0, "U": 3.0, "chi": 1.0, "U_A": 7.0 + 0.1 * k, "gamma_A": 0.5,
+        }  # fmt: skip
+        truth.append(known)
+        for pgn, (_, frames) in GROUPS.items():
+            lines += [LAYOUTS["candump -l"](EPOCH + k, pgn, data) for data in frames(known, fit, k)]
+    trial = n2k.read(_written(tmp_path / "own.n2k", lines))
+    units = {"delta": 1e-4, "psi": 1e-4, "r": 3.125e-8, "u": 1e-3, "v_m": 1e-3, "u_w": 1e-3, "U_A": 0.01}
+    for name, unit in units.items():
+        sent = np.array([round(one[name] / unit) for one in truth])
+        assert np.array_equal(np.round(trial[name] / unit), sent), name
+        assert np.max(np.abs(trial[name] - sent * unit)) < 1e-12
+    turns = np.array([math.copysign(round(abs(one["n_P"]) * 240.0), one["n_P"]) for one in truth])
+    assert np.array_equal(np.round(trial["n_P"] * 240.0), turns), "with the gear's sign astern"
+    north = trial["x"] - trial["x"][0]
+    assert np.allclose(north, 1e-5 * np.arange(30) * 110941.0, rtol=1e-3), "a degree of latitude at 35 deg is 110.94 km"
+
+
+def test_one_device_tells_a_quantity_and_the_other_is_said(tmp_path: Path) -> None:
+    lines = [_heading(psi, 0, source, k + 0.01 * source) for k in range(20) for source, psi in ((3, 10000), (9, 10349))]
+    trial = n2k.read(_written(tmp_path / "two.n2k", lines))
+    assert len(set(trial["psi"].tolist())) == 1
+    assert "differs by +2 deg" in trial.meta["sources"]["heading"] or "-2 deg" in trial.meta["sources"]["heading"]
+
+
+def test_two_rudders_are_port_and_starboard_whoever_tells_them(tmp_path: Path) -> None:
+    """Instance 0 and 1 by one device each; a display repeats one of them as instance 252."""
+    lines: list[str] = []
+    for k in range(6):
+        lines.append(_heading(10000 + k, k=k))
+        for number, source, angle in ((0, 5, -1000), (1, 6, 2000), (252, 7, 900)):
+            data = struct.pack("<BBhhH", number, 0xFF, 0x7FFF, angle + k, 0xFFFF)
+            lines.append(f"({EPOCH + k:.6f}) can0 {identifier(127245, source):08X}#{data.hex()}")
+    trial = n2k.read(_written(tmp_path / "twin.n2k", lines))
+    assert np.allclose(trial["delta_1"], -0.1 + 1e-4 * np.arange(6), atol=1e-12)
+    assert np.allclose(trial["delta_2"], 0.2 + 1e-4 * np.arange(6), atol=1e-12)
+    assert "delta" not in trial
+
+
+def test_magnetic_headings_need_a_variation(tmp_path: Path) -> None:
+    lines = [_heading(10000, 1, k=k) for k in range(5)]
+    with pytest.raises(DataError, match="magnetic"):
+        n2k.read(_written(tmp_path / "m.n2k", lines))
+    lines.append(LAYOUTS["candump -l"](EPOCH + 5, 127258, struct.pack("<BBHhH", 1, 0xF8, 20783, 716, 0xFFFF)))
+    assert n2k.read(_written(tmp_path / "m.n2k", lines))["psi"] == pytest.approx(1.0716, abs=1e-12)
+
+
+def test_the_date_of_a_clock_of_the_day_is_told_by_a_group(tmp_path: Path) -> None:
+    """A clock nine hours ahead of UTC, over its midnight, which is 15:00 UTC."""
+    noon = 1795651200.0 + 15 * 3600.0
+    lines: list[str] = []
+    for k in range(-3, 3):
+        ahead, utc = noon + k + 9 * 3600.0, noon + k
+        told = struct.pack("<BBHI", 1, 0xF0, int(utc // 86400), round(utc % 86400 * 1e4))
+        head = struct.pack("<BHhhB", 1, 1000 + k, 0x7FFF, 0x7FFF, 0xFC)
+        lines += [LAYOUTS["yacht devices"](ahead, 127250, head), LAYOUTS["yacht devices"](ahead, 126992, told)]
+    trial = n2k.read(_written(tmp_path / "y.n2k", lines))
+    assert np.array_equal(trial.t, np.arange(6.0))
+    assert datetime.fromisoformat(trial.meta["start"]).timestamp() == noon - 3
+
+
+def test_sentinels_are_gaps() -> None:
+    for raw in (0xFFFF, 0xFFFE, 0xFFFD):
+        assert said(127250, struct.pack("<BHhhB", 1, raw, 0, 0, 0xFC)) == {}
+    for raw in (0x7FFF, 0x7FFE, 0x7FFD):
+        assert said(127245, struct.pack("<BBhhH", 0, 0xFF, raw, raw, 0xFFFF)) == {}
+    assert said(127245, struct.pack("<BBhhH", 0, 0xFF, 0x7FFF, 0x7FFC, 0xFFFF)) == {"delta_0": pytest.approx(3.2764)}
+
+
+def test_a_fast_packet_with_a_lost_frame_is_left_out() -> None:
+    data = bytes(range(12))
+    parts = [bytes([0x40, 12]) + data[:6], bytes([0x41]) + data[6:] + b"\xff"]
+    frames = [frame_of(f"(1.0) can0 {identifier(130578):08X}#{one.hex()}") for one in parts]
+    first, second = frames
+    assert first is not None
+    assert second is not None
+    packets = Packets()
+    assert packets.whole(first) is None
+    whole = packets.whole(second)
+    assert whole is not None
+    assert whole.data == data
+    assert packets.whole(second) is None
+    assert packets.lost == 1
+
+
+def test_times_between_lines_and_clocks_that_go_back_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="no time"):
+        n2k.read(_written(tmp_path / "n.n2k", [f" can0  {identifier(127250):08X}   [8]  {_spaced(HEADING)}"] * 3))
+    steps = [0.1, 0.01, 0.1, 0.02, 0.1, 0.03]
+    with pytest.raises(DataError, match="between lines"):
+        n2k.read(_written(tmp_path / "d.n2k", [LAYOUTS["candump -ta"](t, 127250, HEADING) for t in steps]))
+    with pytest.raises(DataError, match="line 3: the clock goes back by 50 s"):
+        n2k.read(_written(tmp_path / "b.n2k", [LAYOUTS["plain"](EPOCH + t, 127250, HEADING) for t in (0, 60, 10, 20)]))
+
+
+@pytest.mark.parametrize("line", [
+    "2026-11-26T12:00:00Z,2,127250,35,255,223,07", "(1.0) can0 09F11223#" + "00" * 400,
+    "!PDGY,127250,2,35,255,1.0," + "A" * 3000, "$PCDIN,01F112,00000000,23,07F342FF7FCC02FD*00",
+    "2026-13-26T12:00:00Z,2,127250,35,255,1,07", "99:99:99 R zzzzzzzz",
+])  # fmt: skip
+def test_wrong_counts_and_lengths_are_no_frames(line: str) -> None:
+    assert frame_of(line) is None
