@@ -98,3 +98,8 @@ def test_numbers_of_runs_that_a_design_cannot_have() -> None:
     for design, runs, said in wrong:
         with pytest.raises(ParameterError, match=said):
             check_runs(design, 3, runs, LEVELS)
+
+
+@pytest.mark.parametrize("design", ["random", "sobol", "latin-hypercube", "grid"])
+def test_runs_of_which_nothing_is_drawn_have_no_columns(design: Design) -> None:
+    assert points(design, 1, 0, 8, 2, 7).shape == (5, 0)

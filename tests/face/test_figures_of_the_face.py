@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import fields, replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -266,3 +267,17 @@ def test_new_axes_have_a_row_each(rows: int, height: float, monkeypatch: pytest.
     monkeypatch.setattr(plots, "_made", lambda count, size: asked.append((count, size)) or [])
     plots._axes(rows, None)
     assert asked == [(rows, (6.4, height))]
+
+
+def test_a_ship_that_is_saved_loads_again_with_its_numbers(tmp_path: Path) -> None:
+    ship = st.load("kvlcc2_l7")
+    again = st.load(str(ship.save(tmp_path / "mine.toml")))
+    assert (tmp_path / "mine.toml").is_file()
+    assert again.model == ship.model
+
+
+def test_the_deviation_of_a_lognormal_is_of_the_logarithm_and_has_no_unit() -> None:
+    """A median of 10 kn is 5.14 m/s; a deviation of .2 stays .2; both numbers of a normal one have the unit."""
+    knot = 1852.0 / 3600.0
+    assert Draw.lognormal(10.0, 0.2, unit="kn").numbers == pytest.approx((10.0 * knot, 0.2))
+    assert Draw.normal(10.0, 2.0, unit="kn").numbers == pytest.approx((10.0 * knot, 2.0 * knot))

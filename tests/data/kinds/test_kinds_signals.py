@@ -298,3 +298,9 @@ def test_the_activity_of_a_trial_is_told_in_its_units() -> None:
     ship = replace(seen(n=part(0.5, 1.0, 2.0), delta=part(0.5, -0.1, 0.2)), u=part(0.5, 1.0, 3.0))
     assert "revolutions 1 to 2 1/s" in ship.activity
     assert "speed 1 to 3 m/s" in ship.activity
+
+
+def test_what_moved_is_said_of_what_was_measured() -> None:
+    held = seen(delta=np.where(T[-1] / 2 > T, 0.0, np.deg2rad(10.0)))
+    assert any(one.startswith("rudder 0 to 10 deg, ") for one in held.activity)
+    assert not any("rudder" in one for one in seen().activity)
