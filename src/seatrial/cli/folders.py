@@ -12,12 +12,12 @@ _STUDY = Path("study.toml")
 
 
 def trials(
-    folder: o.Folder, out: o.SurveyPage = None, *, logs: Foreign, json: bool = False
+    folder: o.Folder, out: o.SurveyPage = None, remedy: o.Separated = None, *, logs: Foreign, json: bool = False
 ) -> None:
     """Show what is in a folder of trials: kinds, ranges, tracks."""
     from ..workflow.folders.survey import trials as run
 
-    end(run(folder, logs, out=out, sink=Terminal()), json)
+    end(run(folder, logs, out=out, remedy=remedy, sink=Terminal()), json)
 
 
 def study(

@@ -113,6 +113,7 @@ Against = Annotated[
 Remedies = Annotated[
     Path | None, Option("--remedy", help="Write the steps of the remedies to this .toml file.")
 ]  # fmt: skip
+Separated = Annotated[Path | None, Option("--remedy", help="Write steps that cut files of several runs to this .toml.")]
 Steps = Annotated[Path, Option("--by", help="Read this file of steps, as check --remedy writes.")]
 FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrument errors that residuals call for.")]
 Sample = Annotated[int | None, Option("--sample", metavar="N", help="Add N samples of the posterior of the fit.")]

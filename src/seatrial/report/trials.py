@@ -56,7 +56,13 @@ def warnings(found: Survey) -> list[str]:
     out = [str(one) for one in found.overlaps]
     out += [f"{name}: told as {entry.told}, recognised as {entry.kind.label} ({'; '.join(entry.kind.evidence)})"
             for name, entry in found.entries.items() if entry.verdict == "differs"]  # fmt: skip
-    return out
+    return [*out, *(f"{name}: {held(entry)}" for name, entry in found.entries.items() if entry.parts)]
+
+
+def held(entry: Entry) -> str:
+    """The manoeuvres of a recording of several, each with its time by the clock."""
+    told = "; ".join(f"{one.kind.label} {one.when(entry.trial)}" for one in entry.parts)
+    return f"{len(entry.parts)} manoeuvres in one file: {told}"
 
 
 def numbers(found: Survey) -> dict[str, object]:
@@ -69,6 +75,8 @@ def numbers(found: Survey) -> dict[str, object]:
             "label": entry.kind.label, "settings": dict(entry.kind.settings), "evidence": list(entry.kind.evidence),
             "doubts": list(entry.kind.doubts), "told": entry.told or None, "compared": entry.verdict or None,
             "ranges": {channel: list(pair) for channel, pair in entry.ranges.items()}, "new": entry.new,
+            "parts": [{"kind": one.kind.name, "label": one.kind.label, "start": one.start, "stop": one.stop}
+                      for one in entry.parts],
         } for name, entry in found.entries.items()},
         "unread": dict(found.folder.unread),
         "overlaps": [{"trials": list(one.trials), "evidence": one.evidence} for one in found.overlaps],

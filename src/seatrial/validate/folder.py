@@ -13,6 +13,7 @@ from ..data import DataError, Trial
 from ..data.check import Finding
 from ..data.folder import Folder, overlaps
 from ..data.kinds import Kind, compared, recognised
+from ..data.kinds.parts import Part, parts
 from ..data.prepare import drop_trailing_gaps
 
 RANGES = ("u", "v_m", "r", "delta", "n_P")
@@ -29,6 +30,7 @@ class Entry:
         told: `kind` of the sidecar, empty where there is none; `verdict` what `data.kinds.compared` says of it.
         ranges: 1st and 99th percentile of `RANGES`, SI units, as far as they are there.
         new: share of samples that no other recording has the like of; NaN where that cannot be told.
+        parts: its manoeuvres, where it holds several.
     """
 
     trial: Trial
@@ -37,6 +39,7 @@ class Entry:
     verdict: str
     ranges: Mapping[str, tuple[float, float]]
     new: float
+    parts: tuple[Part, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -76,4 +79,5 @@ def _entry(trial: Trial, new: float) -> Entry:
         if name in trial and (good := trial[name][np.isfinite(trial[name])]).size:
             low, high = np.quantile(good, [0.01, 0.99])
             ranges[name] = float(low), float(high)
-    return Entry(trial, kind, told if isinstance(told, str) else "", compared(trial, kind), ranges, new)
+    said = told if isinstance(told, str) else ""
+    return Entry(trial, kind, said, compared(trial, kind), ranges, new, parts(trial, kind))

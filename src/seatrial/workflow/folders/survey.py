@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+from ...core.files import write_whole
 from ...data.folder import read_folder
+from ...data.kinds.parts import separating
+from ...data.prepare.steps import steps_text
 from ...report.blocks import fields, joined, line, table
 from ...validate.folder import Entry, Survey, survey
 from .. import SILENT, Outcome, Sink
@@ -14,23 +17,35 @@ from ..request import PAGES, check_output
 
 
 def trials(
-    folder: Path, logs: Foreign = Foreign(), *, out: Path | None = None, sink: Sink = SILENT
-) -> Outcome[Survey]:
+    folder: Path, logs: Foreign = Foreign(), *, out: Path | None = None, remedy: Path | None = None,
+    sink: Sink = SILENT,
+) -> Outcome[Survey]:  # fmt: skip
     """Survey a folder of recordings, and write a page of it where one is asked for.
 
+    Args:
+        remedy: file to write with the steps that make a trial of each manoeuvre where a recording holds several.
+
     Raises:
-        RequestError: a page that is no .html.
+        RequestError: a page that is no .html, or a file of steps that is no .toml.
         DataError: no folder, or no recording that can be read; one that cannot is a row with the reason.
     """
-    from ...report.trials import numbers, page, warnings
+    from ...report.trials import held, numbers, page, warnings
 
     check_output(out, PAGES, "a page")
+    check_output(remedy, (".toml",), "a file of steps")
     found = survey(read_folder(folder, logs.format, logs.mapping))
     if out is not None:
         from ...report.page import write
 
         write(out, page(found))
         sink.note(f"wrote {out}")
+    several = {name: entry for name, entry in found.entries.items() if entry.parts}
+    if remedy is not None and several:
+        write_whole(remedy, steps_text((f"{name}: {held(entry)}", [separating(entry.trial, entry.parts)])
+                                       for name, entry in several.items()))  # fmt: skip
+        sink.note(f"wrote {remedy}; then: seatrial mend {folder} --by {remedy} -o DIR")
+    elif remedy is not None:
+        sink.note("no recording holds several manoeuvres; no file of steps is written")
     head = ("recording", "recognised", "told", "s", "u [m/s]", "rudder [deg]", "revs [1/s]", "new", "doubts")
     unread = found.folder.unread
     failed = (f"{folder}: {len(unread)} of {len(found.folder.files)} recordings cannot be read",) if unread else ()
