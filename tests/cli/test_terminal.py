@@ -8,9 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
+from seatrial.cli import render
 from seatrial.cli.app import main
 from seatrial.cli.render import in_json, note, one_line, say, shown
+from seatrial.report.blocks import Table
 
 EVIL = "a\x1b]0;owned\x07\x1b[2J\x9b31m\r\u202egnp\u2028b\x7f"
 ROOT = Path(__file__).parents[2] / "src" / "seatrial"
@@ -61,3 +64,22 @@ def test_words_reach_a_terminal_through_one_door() -> None:
     for path in ROOT.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
         assert path.name in doors or not ("sys.stdout.write" in text or "sys.stderr.write" in text), path
+
+
+@pytest.mark.parametrize("width", [40, 80, 160])
+def test_a_narrow_terminal_breaks_no_name_and_no_number(
+    width: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = ("hull.resistance_of_the_bare_hull", "rudder.gamma_Rp")
+    rows = tuple((name, "-0.3150", "0.08300", "12345.678", "turns and zigzags at small and large angles", "identified")
+                 for name in names)  # fmt: skip
+    head = ("parameter", "start", "estimate", "sigma", "what would help", "verdict")
+    monkeypatch.setattr(render, "console", lambda: Console(highlight=False, width=width, soft_wrap=True))
+    render.show((Table(head, rows, words=(4, 5)),))
+    said = capsys.readouterr().out
+    assert [said.count(name) for name in names] == [1, 1]
+    for whole in ("-0.3150", "0.08300", "12345.678", "zigzags", "identified"):
+        assert said.count(whole) == 2
+    longest = max(map(len, said.splitlines()))
+    assert longest <= max(width, 100)
+    assert width < 160 or "turns and zigzags at small and large angles" in said

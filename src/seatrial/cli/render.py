@@ -19,6 +19,7 @@ from ..workflow import figure as figure
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.status import Status
+    from rich.table import Table as RichTable
 
 _LONGEST, _MANY = 2000, 13
 
@@ -103,7 +104,12 @@ def show(body: Body) -> None:
 
 
 def _show_table(block: Table) -> None:
-    """A plain table; one of many columns has less between them."""
+    screen = console()
+    screen.print(drawn := _drawn(block), width=max(screen.width, screen.measure(drawn).minimum))
+
+
+def _drawn(block: Table) -> RichTable:
+    """A plain table: names and numbers are never broken, words at their spaces; of many columns with less between."""
     from rich import box, table
     from rich.markup import escape
 
@@ -111,10 +117,16 @@ def _show_table(block: Table) -> None:
     drawn = table.Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=padding)
     for k, name in enumerate(block.head):
         side = "left" if k == 0 or k in block.words else "right"
-        drawn.add_column(escape(shown(name)), justify=side, overflow="fold")
+        drawn.add_column(escape(shown(name)), justify=side, overflow="fold", min_width=_least(block, k))
     for row in block.rows:
         drawn.add_row(*(escape(shown(cell(one))) for one in row))
-    console().print(drawn)
+    return drawn
+
+
+def _least(block: Table, k: int) -> int:
+    """Characters of the longest name or number of a column; of words the longest of them."""
+    cells = [shown(cell(row[k])) for row in block.rows if k < len(row)]
+    return max((len(part) for one in cells for part in (one.split() if k in block.words else [one])), default=1)
 
 
 def live(status: Status) -> Callable[[str], None]:
