@@ -20,6 +20,7 @@ _CENTURY = 946684800.0
 """The year 2000 in Unix time [s]: where the seconds of all clocks with a date begin here."""
 
 _WEEK = 7 * _DAY
+_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": _DAY}
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Clock:
 
 def clocks(columns: Sequence[Column]) -> list[Clock]:
     """Every clock that a table may have, best first."""
-    found = [one for make in (_stamps, _dated, _of_day, _gps, _numbers) for one in make(columns)]
+    found = [one for make in (_stamps, _dated, _of_day, _gps, _digits, _days, _numbers) for one in make(columns)]
     return sorted(found, key=lambda clock: -clock.rank)
 
 
@@ -69,7 +70,8 @@ def _stamps(columns: Sequence[Column]) -> list[Clock]:
         if column.kind not in ("iso", "stamp"):
             continue
         first = next(cell for cell in column.cells if cell.strip()).strip()
-        pattern, doubt = ("iso", "") if re.match(r"\d{4}[-/]", first) else _pattern(column.cells)
+        plain = column.kind == "iso" or re.match(r"\d{4}[-/]", first)
+        pattern, doubt = ("iso", "") if plain else _pattern(column.cells)
         keys = {"column": quoted(column.head), "format": quoted(pattern)}
         found += _with_zone(column, keys, pattern, doubt, lambda c: c, first, (column.head,))
     return found
@@ -115,8 +117,8 @@ def _with_zone(
 
 def _seconds(text: str, pattern: str, count: bool = False) -> float:
     """A stamp as seconds; NaN where it is none."""
-    plain, fraction = text.strip().replace(",", "."), 0.0
-    if found := re.search(r"(:\d\d)\.(\d+)", plain):
+    plain, fraction = re.sub(r"([AaPp])\.?[Mm]\.?$", r"\1M", text.strip().replace(",", ".")), 0.0
+    if found := re.search(r"(:\d\d|\d{6})\.(\d+)", plain):
         fraction = int(found[2]) * 1e-9 if count else float(f"0.{found[2]}")
         plain = plain.replace(found[0], found[1], 1)
     try:
@@ -148,8 +150,11 @@ def _pattern(cells: Sequence[str]) -> tuple[str, str]:
         days = f"%d{mark}%m{mark}{year}"
         if a <= 12 and a != b and mark != ".":
             doubt = f"{first[1]}{mark}{first[3]} is read as day and month; if it is month and day write %m{mark}%d"
-    seconds = "%H:%M:%S" if clock.count(":") == 2 else "%H:%M"
-    return f"{days}{between}{seconds}" + (".%f" if re.search(r":\d\d[.,]\d", clock) else ""), doubt
+    half = re.search(r"(\s*)[AaPp]\.?[Mm]\.?$", clock)
+    hours = "%I" if half else "%H"
+    seconds = f"{hours}:%M:%S" if clock.count(":") == 2 else f"{hours}:%M"
+    seconds += ".%f" if re.search(r":\d\d[.,]\d", clock) else ""
+    return f"{days}{between}{seconds}" + (f"{half[1]}%p" if half else ""), doubt
 
 
 def _of_day(columns: Sequence[Column]) -> list[Clock]:
@@ -168,12 +173,106 @@ def _of_day(columns: Sequence[Column]) -> list[Clock]:
 
 
 def _of_clock(cell: str) -> float:
+    half = re.search(r"\s*([AaPp])\.?[Mm]\.?$", cell.strip())
+    parts = cell.strip()[: half.start() if half else None].split(":")
     try:
-        return float(
-            sum(float(part.replace(",", ".")) * 60.0 ** (2 - k) for k, part in enumerate(cell.strip().split(":")))
-        )
+        hours = float(parts[0]) if half is None else float(parts[0]) % 12.0 + 12.0 * (half[1] in "pP")
+        rest = sum(float(part.replace(",", ".")) * 60.0 ** (1 - k) for k, part in enumerate(parts[1:]))
+        return 3600.0 * hours + rest
     except ValueError:
         return np.nan
+
+
+_NO_ZONE = 'the times have no zone; write "UTC", "+02:00" or "Europe/Oslo" where it is known'
+_DIGITS = re.compile(r"\d{1,14}([.,]\d+)?")
+_EVEN = 0.5
+"""Digits are hours, minutes and seconds where that makes the spread of the steps smaller than this part of it."""
+
+
+def _digits(columns: Sequence[Column]) -> list[Clock]:
+    """Times as digits without marks: HHMMSS, with a date in a column of its own or not, and YYYYMMDDHHMMSS."""
+    found: list[Clock] = []
+    days = [one for one in columns if one.score("date") > 0.3 and _all(one, r"\d{5,8}")]
+    for column in columns:
+        named = max(column.score(role) for role in ("time", "stamp", "clock", "epoch"))
+        if column.kind != "number" or named < 0.4 or not column.varies or not _all(column, _DIGITS.pattern):
+            continue
+        first = next(cell for cell in column.cells if cell.strip()).strip()
+        if len(first.partition(".")[0]) == 14 and first[:2] in ("19", "20"):
+            found += _with_zone(column, {"column": quoted(column.head), "format": quoted("%Y%m%d%H%M%S")},
+                                "%Y%m%d%H%M%S", "", lambda c: c, first, (column.head,))  # fmt: skip
+        elif (t := _sexagesimal(column)) is not None:
+            found += _digits_of_day(column, days[0] if days else None, t, first)
+    return found
+
+
+def _all(column: Column, form: str) -> bool:
+    filled = [cell.strip() for cell in column.cells if cell.strip()]
+    return bool(filled) and all(re.fullmatch(form, cell) for cell in filled)
+
+
+def _sexagesimal(column: Column) -> Array | None:
+    """Seconds since midnight of digits HHMMSS; None where they are not that, or may as well be seconds."""
+    good = column.values[np.isfinite(column.values)]
+    if good.max() >= 240000.0 or (good % 100.0).max() >= 60.0 or (good // 100.0 % 100.0).max() >= 60.0:
+        return None
+    t = column.values // 10000.0 * 3600.0 + column.values // 100.0 % 100.0 * 60.0 + column.values % 100.0
+    raw, read = (float(np.nanstd(np.diff(one))) for one in (column.values, t))
+    padded = all(re.match(r"\d{6}", cell.strip()) for cell in column.cells if cell.strip()) and good.min() < 100000.0
+    return t if padded or (good.max() > 100.0 and read < _EVEN * raw) else None
+
+
+def _digits_of_day(column: Column, day: Column | None, t: Array, first: str) -> list[Clock]:
+    steps = np.nan_to_num(np.diff(t), nan=0.0)
+    t = t + np.concatenate([[0.0], _DAY * np.cumsum(steps < -0.5 * _DAY)])
+    if day is None:
+        keys = {"column": quoted(column.head), "format": quoted("%H%M%S")}
+        answer = Answer(f"digits of hours, minutes and seconds of the day, such as {first}")
+        return _ranked(t, 2.6, keys, answer, (column.head,))
+    written = next(cell for cell in day.cells if cell.strip()).strip()
+    doubt = f"the date {written} is read as day, month and year; if it is year, month and day write %y%m%d"
+    pattern, doubts = ("%Y%m%d", []) if len(written) == 8 and written[:2] in ("19", "20") else ("%d%m%y", [doubt])
+    pattern = "%d%m%Y" if len(written) > 6 and pattern == "%d%m%y" else pattern
+    utc = any("utc" in head.lower() or "gmt" in head.lower() for head in (column.head, day.head))
+    if not utc:
+        doubts.append(_NO_ZONE)
+    keys = {"date": quoted(day.head), "column": quoted(column.head), "format": quoted(f"{pattern} %H%M%S"),
+            "zone": quoted("UTC" if utc else "unknown")}  # fmt: skip
+    answer = Answer(f"digits of a date and of hours, minutes and seconds, such as {written} {first}", tuple(doubts))
+    return _ranked(t, 3.0, keys, answer, (day.head, column.head))
+
+
+_COUNTS = {"datenum": (730_486.0, 743_300.0), "excel": (36_526.0, 49_310.0), "julian": (2_451_500.0, 2_465_000.0)}
+"""Days from 2000 to 2035 as MATLAB, spreadsheets and astronomers count them."""
+
+_SLOWEST = 0.02
+_OF_YEAR = ("yearday", "yday", "jday", "julian", "doy", "day")
+
+
+def _days(columns: Sequence[Column]) -> list[Clock]:
+    """Times in days: of a count from some date by their size, or of the year by their name."""
+    found: list[Clock] = []
+    for column in columns:
+        named = max(column.score(role) for role in ("time", "stamp", "clock", "epoch", "date"))
+        if column.kind != "number" or named < 0.4 or not column.varies or column.unit not in ("", "d"):
+            continue
+        steps = np.diff(column.values[np.isfinite(column.values)])
+        if not 0.0 < float(np.median(np.abs(steps))) < _SLOWEST:
+            continue
+        middle, t = float(np.nanmedian(column.values)), column.values * _DAY
+        keys = {"column": quoted(column.head)}
+        form = next((name for name, (low, high) in _COUNTS.items() if low < middle < high), None)
+        if form is not None:
+            utc = any(word in column.head.lower() for word in ("utc", "gmt"))
+            answer = Answer(
+                f"days as {form} counts them, by the size of the numbers ({middle:.4f})", () if utc else (_NO_ZONE,)
+            )
+            keys |= {"format": quoted(form), "zone": quoted("UTC" if utc else "unknown")}
+            found += _ranked(t, 2.8, keys, answer, (column.head,))
+        elif 0.0 <= middle < 367.0 and any(word in column.name.lower() for word in _OF_YEAR):
+            doubt = "days of a year by its name; the year is not in the column, so that the trial has no date"
+            found += _ranked(t, 2.8, {**keys, "unit": quoted("d")}, Answer("days", (doubt,)), (column.head,))
+    return found
 
 
 def _gps(columns: Sequence[Column]) -> list[Clock]:
@@ -221,10 +320,10 @@ def _numbers(columns: Sequence[Column]) -> list[Clock]:
             answer = Answer(f"since 1970, by the size of its numbers ({middle:.4g})")
             found += _ranked(t, 2.5 + 0.1 * name, keys, answer, (column.head, *(c.head for c in nanos[:1])))
             continue
-        known = column.unit if column.unit in ("s", "ms", "us", "ns", "min", "h") else ""
+        known = column.unit if column.unit in _UNITS else ""
         unit = known or "s"
         answer = Answer(f"unit by its {column.where}" if known else "numbers that rise from row to row")
-        t = column.values * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}[unit]
+        t = column.values * _UNITS[unit]
         others = () if known else ("ms", "min", "us")
         found += _ranked(t, 2.2 + 0.1 * name, {**keys, "unit": quoted(unit)}, answer, (column.head,), others)
     return found

@@ -146,6 +146,9 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
             "format": quoted(angle_form(first)),
         }
         keys |= {} if first.file or swapped else {key: quoted(head) for key, head in letters.items()}
+        for role in ("latitude", "longitude"):
+            if (minutes := _minutes_of(found, role)) is not None:
+                keys[f"{role}_minutes"] = quoted(minutes.column.head)
         evidence = f"{_told(verdict, first, 'axes')}; {_ANTENNA}"
         yield Entry(
             "position", keys | ({"file": quoted(first.file)} if first.file else {}), Answer(evidence, tuple(doubts))
@@ -169,7 +172,42 @@ def angle_form(signal: Signal) -> str:
     """How latitudes or longitudes are written, for the mapping."""
     if signal.column.kind in ("minutes", "dms"):
         return "dms"
+    if signal.unit == "rad" and float(np.nanmax(np.abs(signal.column.values))) <= math.pi:
+        return "rad"
+    if float(np.nanmedian(np.abs(signal.column.values))) > _WHOLE:
+        return "1e-7 deg"
     return "ddmm.mmm" if minutes_run_on(signal.column.values) else "deg"
+
+
+_WHOLE = 1e6
+"""Numbers beyond any angle, also in degrees and minutes, count 1e-7 deg."""
+
+
+def in_degrees(found: Mapping[str, Signal]) -> dict[str, Signal]:
+    """Latitude and longitude as degrees, whatever way they are written."""
+    out = dict(found)
+    for role in ("latitude", "longitude"):
+        if role not in out:
+            continue
+        raw, form = out[role].values, angle_form(out[role])
+        sizes = {"rad": 180.0 / math.pi, "1e-7 deg": 1e-7}
+        values = raw * sizes.get(form, 1.0)
+        if form == "ddmm.mmm":
+            values = np.sign(raw) * (np.abs(raw) // 100 + np.abs(raw) % 100 / 60.0)
+        if (minutes := _minutes_of(found, role)) is not None:
+            values = values + np.copysign(minutes.values / 60.0, values)
+        out[role] = replace(out[role], values=values)
+    return out
+
+
+def _minutes_of(found: Mapping[str, Signal], role: str) -> Signal | None:
+    """The minutes in a column of their own, beside whole degrees; None without."""
+    minutes = found.get(f"{role}_minutes")
+    if minutes is None or angle_form(found[role]) != "deg":
+        return None
+    fine = np.nanmin(minutes.values) >= 0.0 and np.nanmax(minutes.values) < 60.0
+    whole = found[role].column.values
+    return minutes if fine and bool((np.nan_to_num(whole) % 1.0 == 0.0).all()) else None
 
 
 def minutes_run_on(values: Array) -> bool:

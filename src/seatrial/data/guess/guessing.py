@@ -13,7 +13,7 @@ from ..importing import recognised
 from ..table import existing
 from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
 from .cells import Column
-from .entries import Known, angle_form, control_entries, known_motion, motion_entries, other_entries
+from .entries import Known, control_entries, in_degrees, known_motion, motion_entries, other_entries
 from .logs import Log, Topic, find_log, leap
 from .motion import Motion, Verdict
 from .roles import Signal, sided, signals, trial_column
@@ -118,7 +118,7 @@ def _place(entry: Entry) -> str:
 
 def _entries(log: Log) -> Iterator[Entry]:
     yield from _table_entries(log)
-    t, found = _once(log.t[log.piece], _in_degrees(_with_letters(log)), log.piece)
+    t, found = _once(log.t[log.piece], in_degrees(_with_letters(log)), log.piece)
     times = log.main.clock.units if log.main.clock else ()
     found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
@@ -199,7 +199,7 @@ def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
     for other in log.others[:_OTHERS] if log.join == "time" else ():
         if other.clock is None:
             continue
-        t, found = _once(other.clock.t, _in_degrees(sided(signals(other.columns, other.clock.heads))), slice(None))
+        t, found = _once(other.clock.t, in_degrees(sided(signals(other.columns, other.clock.heads))), slice(None))
         _, its, exchanged = _judged(t, found, other.clock.units, _FEW)
         differs = [
             key
@@ -213,16 +213,6 @@ def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
                 else "heading and course are the other way round there"
             )
             yield Entry("", {}, Answer("", (f"{other.name}: {what}; give it a mapping of its own",)))
-
-
-def _in_degrees(found: Mapping[str, Signal]) -> dict[str, Signal]:
-    """Latitude and longitude as degrees, whatever way they are written."""
-    out = dict(found)
-    for role in ("latitude", "longitude"):
-        if role in out and angle_form(out[role]) == "ddmm.mmm":
-            raw = out[role].values
-            out[role] = replace(out[role], values=np.sign(raw) * (np.abs(raw) // 100 + np.abs(raw) % 100 / 60.0))
-    return out
 
 
 def _table_entries(log: Log) -> Iterator[Entry]:

@@ -27,7 +27,7 @@ _NUMBER = r"[+-]?(?:\d+(?:{mark}\d*)?|{mark}\d+)(?:[eE][+-]?\d+)?"
 _NUMBERS = {mark: re.compile(_NUMBER.format(mark=re.escape(mark))) for mark in ".,"}
 _BESIDE = r"\s*(?:°?\s*[A-Za-z]{1,5}|%|(?:°|[A-Za-z]{1,3}|1)/[A-Za-z]{1,3}|°)"
 _LETTERED = {mark: re.compile(_NUMBER.format(mark=re.escape(mark)) + _BESIDE) for mark in ".,"}
-_STAMP = re.compile(r"[\dTZ:./ +,-]*\d[\d:./-]*[\dZ]", re.IGNORECASE)
+_STAMP = re.compile(r"[\dTZ:./ +,-]*\d[\d:./-]*[\dZ](?:\s*[AP]\.?M\.?)?", re.IGNORECASE)
 _SEXAGESIMAL = re.compile(
     r"[NSEWO]?\s*\d+\s*[°ºd-]?\s*[\d.,]+\s*['′m]?\s*([\d.,]+\s*[\"″s]?)?\s*[NSEWO]?", re.IGNORECASE
 )

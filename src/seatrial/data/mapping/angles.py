@@ -24,6 +24,28 @@ _PLAIN = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}\s*[°º]?\s*{_LETTER}$"
 _PARTS = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}[°ºd:\s]+{_NUMBER}?\s*['’′m:\s]*{_NUMBER}?\s*[\"”″s'’′]*\s*{_LETTER}$"
 
 
+_SIZES = {"rad": 180.0 / math.pi, "1e-7 deg": 1e-7}
+"""Degrees of the units in which angles are written as one number."""
+
+_WHOLE = 1e6
+"""Beyond what degrees and minutes in one number can be."""
+
+
+def with_minutes(table: Table, whole: Array, column: str | None) -> Array:
+    """Degrees with the minutes of a column of their own, away from zero; as they are without one.
+
+    Raises:
+        DataError: minutes below 0, or of 60 and more, naming file, column and row.
+    """
+    if column is None:
+        return whole
+    minutes = numbers(table, column)
+    wrong = np.flatnonzero((minutes < 0.0) | (minutes >= 60.0))
+    if wrong.size:
+        raise DataError(f"{table.at(column, int(wrong[0]))}: {minutes[wrong[0]]:.9g} are no minutes of 0 to 60")
+    return whole + np.copysign(minutes / 60.0, whole)
+
+
 def degrees(table: Table, column: str, letter: str | None, format: str, kind: tuple[str, float, str]) -> Array:
     """A latitude or longitude [deg], north and east positive, shape (rows,).
 
@@ -31,7 +53,7 @@ def degrees(table: Table, column: str, letter: str | None, format: str, kind: tu
         table: the file.
         column: of the angle.
         letter: column of its letter; None where it is beside the angle, or there is none.
-        format: "deg", "ddmm.mmm" or "dms", as in `schema.Position`.
+        format: as in `schema.Position`.
         kind: `LATITUDE` or `LONGITUDE`.
 
     Raises:
@@ -41,12 +63,15 @@ def degrees(table: Table, column: str, letter: str | None, format: str, kind: tu
         raw = numbers(table, column)
     else:
         raw = _written(table, column, letter, format, kind)
-    found = _of_minutes(table, column, raw) if format == "ddmm.mmm" else raw
+    found = _of_minutes(table, column, raw) if format == "ddmm.mmm" else raw * _SIZES.get(format, 1.0)
     over = np.flatnonzero(np.abs(found) > kind[1])
     if over.size:
         row, what = int(over[0]), f"{raw[over[0]]:.9g} is no {kind[0]}"
-        likely = "exchanged with longitude" if kind is LATITUDE and np.abs(raw[row]) <= LONGITUDE[1] else (
-            'in degrees and minutes: format = "ddmm.mmm"')  # fmt: skip
+        likely = 'in degrees and minutes: format = "ddmm.mmm"'
+        if np.abs(raw[row]) > _WHOLE:
+            likely = 'in whole numbers: format = "1e-7 deg"'
+        elif kind is LATITUDE and np.abs(raw[row]) <= LONGITUDE[1]:
+            likely = "exchanged with longitude"
         raise DataError(f"{table.at(column, row)}: {what}; is it {likely}?")
     return found
 
@@ -63,7 +88,9 @@ def _written(table: Table, column: str, letter: str | None, format: str, kind: t
     ]
     wrong = np.flatnonzero((groups[1].is_null() & cells.is_not_null()).to_numpy())
     if wrong.size:
-        example = {"deg": "63.4412", "ddmm.mmm": "6326.472", "dms": "63 26 28.3 N"}[format]
+        example = {"deg": "63.4412", "ddmm.mmm": "6326.472", "dms": "63 26 28.3 N", "rad": "1.107"}.get(
+            format, "634412000"
+        )
         about = f"'{cells[int(wrong[0])]:.40}' is no {kind[0]} such as {example}; see format under position"
         raise DataError(f"{table.at(column, int(wrong[0]))}: {about}")
     parts = [one.cast(pl.Float64).to_numpy() for one in groups[2:-1]]

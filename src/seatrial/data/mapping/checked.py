@@ -12,7 +12,7 @@ from ..geodesy import Datum
 from ..sidecar import check_meta, read_described
 from ..table import within
 from ..units import KNOWN, conversion, of_thruster, standard_unit
-from .clocks.calendar import EPOCHS, offset_of
+from .clocks.calendar import DAYS, EPOCHS, offset_of
 from .schema import Channel, Clock, Ground, Mapping, Sensor
 from .uses import uses
 
@@ -20,7 +20,7 @@ ASK = "?"
 """Value of a key that nothing in the log decides; whoever reads the mapping refuses it until a person has answered."""
 
 _ASKED = re.compile(r"""(\w+)\s*=\s*["']\?["']""")
-FORMATS = ("iso", "clock", "epoch", "gps")
+FORMATS = ("iso", "clock", "epoch", "gps", *DAYS)
 _DIRECTIVES = "YymdHMSfpbBjz%I"
 
 
@@ -127,7 +127,8 @@ def _check_clock(place: str, clock: Clock) -> None:
         wrong = ("zone", "date", "week", "nanoseconds")
     elif clock.format in FORMATS:
         wrong = {"iso": ("week", "nanoseconds"), "clock": ("zone", "date", "week", "nanoseconds"),
-                 "epoch": ("zone", "date", "week"), "gps": ("zone", "date", "nanoseconds")}[clock.format]  # fmt: skip
+                 "epoch": ("zone", "date", "week"), "gps": ("zone", "date", "nanoseconds")}.get(
+                     clock.format, ("date", "week", "nanoseconds"))  # fmt: skip
     else:
         _check_pattern(place, clock.format)
         wrong = ("week", "nanoseconds")

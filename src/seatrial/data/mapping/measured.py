@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import Array, DataError, unwrapped
 from ..units import conversion
-from .angles import LATITUDE, LONGITUDE, degrees
+from .angles import LATITUDE, LONGITUDE, degrees, with_minutes
 from .numbers import lettered, numbers
 from .schema import Apparent, Channel, Ground, Heading, Log, Position, Sensor
 from .tables import Table
@@ -44,9 +44,16 @@ def measured(table: Table, place: str, sensor: Sensor) -> dict[str, Array]:
         table.agree(sensor.column, sensor.unit, sensor.despite, channel=True)
         return {name: _channel(table, name, sensor)}
     if isinstance(sensor, Position):
-        latitude, longitude = (sensor.latitude, sensor.latitude_letter), (sensor.longitude, sensor.longitude_letter)
-        return {"latitude": degrees(table, *latitude, sensor.format, LATITUDE),
-                "longitude": degrees(table, *longitude, sensor.format, LONGITUDE)}  # fmt: skip
+        columns = (
+            (LATITUDE, sensor.latitude, sensor.latitude_letter, sensor.latitude_minutes),
+            (LONGITUDE, sensor.longitude, sensor.longitude_letter, sensor.longitude_minutes),
+        )
+        for _, column, _, _ in columns:
+            table.agree(column, "rad" if sensor.format == "rad" else "deg")
+        return {
+            kind[0]: with_minutes(table, degrees(table, column, letter, sensor.format, kind), minutes)
+            for kind, column, letter, minutes in columns
+        }
     if isinstance(sensor, Ground):
         return _ground(table, sensor)
     if isinstance(sensor, Log):

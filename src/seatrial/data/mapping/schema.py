@@ -72,7 +72,8 @@ class Clock:
         sort: rows are put in the order of their times, and of rows that are the same one is kept.
         step: of a table without a clock, from row to row [s].
         format: None for numbers since some start, "iso" (ISO 8601, also with / or a blank), "clock" (hh:mm:ss of the
-            day), "epoch" (since 1970), "gps" (seconds of the week), or a pattern such as "%d.%m.%Y %H:%M:%S".
+            day), "epoch" (since 1970), "gps" (seconds of the week), days as MATLAB ("datenum"), a spreadsheet ("excel")
+            or astronomers ("julian") count them, or a pattern such as "%d.%m.%Y %H:%M:%S".
         zone: of times without one: "UTC", "+02:00", "Europe/Oslo"; "unknown" where nobody knows it.
         date: column of the date, joined with `column` by a blank.
         week: column of the GPS week, and how often it began anew at 1024 (`rollover`).
@@ -107,7 +108,9 @@ class Position(Sensor):
 
     Attributes:
         latitude, longitude: columns.
-        format: 63.44, 6326.47 or 63 26 28.3; letters N, S, E, W and the signs of degrees, minutes, seconds are read.
+        format: 63.44, 6326.47 or 63 26 28.3, radians, or whole numbers of 1e-7 deg; letters N, S, E, W and the signs
+            of degrees, minutes, seconds are read.
+        latitude_minutes, longitude_minutes: columns of the minutes, where those of the degrees are whole.
         latitude_letter, longitude_letter: columns of the letters, where they are columns of their own.
         antenna: its place aboard.
         datum: latitude and longitude [deg] where x and y are zero; empty for the first fix.
@@ -115,7 +118,9 @@ class Position(Sensor):
 
     latitude: str
     longitude: str
-    format: Literal["deg", "ddmm.mmm", "dms"] = "deg"
+    format: Literal["deg", "ddmm.mmm", "dms", "rad", "1e-7 deg"] = "deg"
+    latitude_minutes: str | None = None
+    longitude_minutes: str | None = None
     latitude_letter: str | None = None
     longitude_letter: str | None = None
     antenna: Offset = ()

@@ -44,6 +44,8 @@ def _of_instruments(mapping: Mapping) -> list[Use]:
         letters = {"latitude_letter": place.latitude_letter, "longitude_letter": place.longitude_letter}
         found += _named("position", place.file, place.format != "dms", angles)
         found += _named("position", place.file, False, letters)
+        minutes = {"latitude_minutes": place.latitude_minutes, "longitude_minutes": place.longitude_minutes}
+        found += _named("position", place.file, True, minutes)
     if (ground := mapping.ground) is not None:
         keys = ("speed", "course", "north", "east")
         found += _named("ground", ground.file, True, {key: getattr(ground, key) for key in keys})

@@ -13,6 +13,9 @@ from .patterns import Fields
 EPOCHS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
 """Nanoseconds of the units of Unix time."""
 
+DAYS = {"excel": 25_569.0, "datenum": 719_529.0, "julian": 2_440_587.5}
+"""The first of January 1970 as days are counted by spreadsheets (from 1900), MATLAB and astronomers."""
+
 Ticks = NDArray[np.int64]
 _SECOND = 10**9
 _FIXED = re.compile(r"([+-])(\d{2}):?(\d{2})?")

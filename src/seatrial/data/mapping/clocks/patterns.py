@@ -128,7 +128,11 @@ def patterned(format: str) -> Pattern:
     # the fraction of a second is read wherever there is one
     plain = re.sub(r"%S[.,]%f", "%S", format)
     parts = re.split(r"%(.)", plain)
-    form = "".join(_GROUPS[part] if k % 2 else re.escape(part).replace(r"\ ", r"\s+") for k, part in enumerate(parts))
+    form = ""
+    for k, part in enumerate(parts):
+        group = _GROUPS[part] if k % 2 else re.escape(part).replace(r"\ ", r"\s+")
+        # of digits without a mark between them only the first may have lost its zero
+        form += group.replace("{1,2}", "{2}") if k % 2 and k > 1 and not parts[k - 1] else group
     return Pattern(f"^{form}$", f"'{format}'")
 
 

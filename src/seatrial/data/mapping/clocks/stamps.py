@@ -17,7 +17,7 @@ from ...units import conversion
 from ..numbers import numbers, texts
 from ..schema import Clock
 from ..tables import Table
-from .calendar import EPOCHS, civil, leap_seconds, offset_of
+from .calendar import DAYS, EPOCHS, civil, leap_seconds, offset_of
 from .patterns import Pattern, iso, of_day, patterned
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ NEVER = np.iinfo(np.int64).min
 _SECOND = 10**9
 _DAY = 86_400 * _SECOND
 _WEEK = 7 * _DAY
+_FINE = 100_000
 _GPS_ZERO = 315_964_800 * _SECOND
 _ROLLS = 1024
 Kind = Literal["plain", "day", "local", "utc"]
@@ -89,7 +90,14 @@ def stamps(table: Table, clock: Clock) -> Stamps:
         return Stamps("utc", _shifted(_unix(table, clock), late))
     if clock.format == "gps":
         return Stamps("utc", _shifted(_gps(table, clock), late))
-    found = _read(table, clock)
+    if clock.format in DAYS:
+        days = numbers(table, clock.column) - DAYS[clock.format]
+        _refuse_far(table, clock.column, np.nan_to_num(days), _DAY)
+        # a double of such a number has some ten microseconds, a spreadsheet writes whole milliseconds
+        ticks = np.where(np.isfinite(days), np.round(np.nan_to_num(days) * _DAY / _FINE) * _FINE, NEVER)
+        found = _in_zone(table, clock, ticks.astype(np.int64), np.isfinite(days))
+    else:
+        found = _read(table, clock)
     return Stamps(found.kind, _shifted(np.asarray(found.values, dtype=np.int64), late), found.ahead)
 
 
@@ -176,7 +184,7 @@ def _refuse_far(table: Table, column: str, values: Array | Ticks, unit: int) -> 
     far = np.flatnonzero((values < 0) | (values > (2**63 - 1) // unit // 2))
     if far.size:
         row = int(far[0])
-        said = next(name for name, size in EPOCHS.items() if size == unit)
+        said = next((name for name, size in EPOCHS.items() if size == unit), "days")
         raise DataError(f"{table.at(column, row)}: {values[row]:.15g} {said} are centuries; is it in another unit?")
 
 
