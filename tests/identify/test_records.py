@@ -123,7 +123,7 @@ def kept(gaps: Any = ()) -> Record:
     state[list(gaps)] = math.nan
     complete = np.flatnonzero(np.isfinite(state).all(axis=1))
     series = np.column_stack([100.0 + t, 200.0 + t])
-    return Record(state, series, np.zeros((21, 0)), complete, np.ones((21, 1), dtype=np.bool_))
+    return Record(state, series, np.zeros((21, 0)), state, complete, np.ones((21, 1), dtype=np.bool_))
 
 
 def test_windows_begin_at_complete_rows() -> None:

@@ -130,7 +130,8 @@ def test_a_prediction_starts_at_the_first_whole_row_of_each_interval() -> None:
     assert ready.lanes[1, :2] == pytest.approx(inputs(trial, ship.model)[6:8])
     assert predicted(trial) == slice(1, 8)
     assert predicted(log(u=[1.0] * 6 + [nan] * 2)) == slice(0, 6)
-    assert predicted(log(u=nan)) == slice(None)
+    assert predicted(log(u=nan)) == slice(0, 8)  # the track tells the speed
+    assert predicted(log(u=nan, x=nan)) == slice(None)
     assert predicted(Trial("bare", T, {"u": T})) == slice(None)
     later = prepared(ship, log(), restart=None, begin=(2.0, np.arange(6.0)))
     assert later.t == pytest.approx(T[4:])

@@ -20,6 +20,7 @@ from ..data.check import Finding, check_folder, check_set
 from ..data.prepare import derivable
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
+from ..simulate.begun import too_little, untold
 from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
 from ..simulate.steering import filled_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
@@ -62,7 +63,8 @@ def lint(
         felt: whether to predict the trials, to check that each parameter changes some prediction.
     """
     found = [*_free(problem), *_scales(problem), *_starts(problem, estimator), *mass(problem)]
-    found += [*_trials(problem, test), *_checked(problem, test), *_sets(problem, test)]
+    found += [*_trials(problem, test, estimator is None or getattr(estimator, "partial", False)),
+              *_checked(problem, test), *_sets(problem, test)]
     if felt and not any(issue.severity == "error" for issue in found):
         found += _felt(problem)
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
@@ -180,22 +182,45 @@ def _starts(problem: Problem, estimator: Estimator | None) -> Iterator[Issue]:
         )  # fmt: skip
 
 
-def _trials(problem: Problem, test: Sequence[Trial]) -> Iterator[Issue]:
+_TELLS = {
+    "x": "a current and the drift of the track", "psi": "the heading to the wind and of the first row",
+    "u": "the speed but by the track", "v_m": "the sway but by track and yaw", "r": "the rate but by the heading",
+}
+"""What stays unknown, or is known less well, without a reading of a state."""
+
+
+def _refused(trial: Trial, needed: Sequence[str], partial: bool) -> str:
+    """Why a trial cannot be fitted to: a control that it lacks, or too little of the motion; else empty."""
+    absent = [name for name in needed if name not in trial]
+    wanted = [name for name in absent if not partial or name not in STATES]
+    if wanted:
+        return f"no channel {', '.join(wanted)}; the model needs {', '.join(needed)}{derivable(trial, wanted)}"
+    return too_little(trial)
+
+
+def _unknown(lacking: Sequence[str]) -> str:
+    listed = "; ".join(dict.fromkeys(_TELLS["x" if name == "y" else name] for name in lacking))
+    return f"no readings of {', '.join(lacking)}, so its start is estimated from the others; not told: {listed}"
+
+
+def _trials(problem: Problem, test: Sequence[Trial], partial: bool) -> Iterator[Issue]:
     if not problem.trials:
         yield Issue("error", "trials", "no trial to train on")
     rows = 0
     for trial in (*problem.trials, *problem.validation, *test):
         needed = (*STATES, *problem.ship.model.controls)
-        absent = [name for name in needed if name not in trial]
-        if absent:
-            told = f"no channel {', '.join(absent)}; the model needs {', '.join(needed)}"
-            yield Issue("error", trial.name, f"{told}{derivable(trial, absent)}")
+        if refused := _refused(trial, needed, partial and not isinstance(problem.ship.model, Sampled)):
+            yield Issue("error", trial.name, refused)
             continue
+        lacking = untold(trial)
+        if lacking:
+            yield Issue("warning", trial.name, _unknown(lacking))
         yield from _trial(problem, trial)
         if problem.ship.model.motion != STATES and not logged(trial, "phi"):
             yield Issue("warning", trial.name, "no heel (phi); the ship rolls, and only sway and yaw tell of it")
         if any(trial is one for one in problem.trials):
-            rows += int(np.isfinite(trial.stack(*needed)).all(axis=1).sum())
+            told = [name for name in needed if name not in lacking]
+            rows += int(np.isfinite(trial.stack(*told)).all(axis=1).sum())
     if len(problem.trials) == 1:
         kind = str(problem.trials[0].meta.get("kind", "")) or "its kind"
         yield Issue("warning", "trials", f"one trial only: what it does not excite stays at its prior, and all but "

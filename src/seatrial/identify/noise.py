@@ -21,6 +21,8 @@ from ..models import STATES, Model
 from ..simulate.replay import wind_of
 
 _ORDERS = range(2, 9)
+# Fewest differences of an order beyond the first.
+_FEWEST = 20
 # Differences beyond so many standard deviations are clipped: outliers, and the kinks of a manoeuvre.
 _CLIP = 4.0
 # Least noise, as a share of the spread of a channel; where no channel has more than `_EXACT`, the log is a simulation
@@ -60,7 +62,8 @@ def sensor_noise(values: Array) -> float:
     for order in _ORDERS:
         left = np.diff(values, order)
         left = left[np.isfinite(left)]
-        if left.size:
+        # the least of several of few differences is small by chance
+        if left.size >= _FEWEST or (left.size and not found):
             found.append(_clipped(left) / math.sqrt(math.comb(2 * order, order)))
     return max(min(found), resolution(values) / math.sqrt(12.0)) if found else math.nan
 
@@ -106,7 +109,7 @@ def noise(trials: Sequence[Trial], names: Sequence[str] = STATES) -> dict[str, f
         if not spread > 0:
             continue
         levels = [
-            float(told[name]) if isinstance(told, Mapping) and name in told else sensor_noise(values)
+            float(told[name]) if isinstance(told, Mapping) and name in told else sensor_noise(_at_its_rate(values))
             for values, told in parts
         ]
         sizes = np.array([values.size for values, _ in parts], dtype=np.float64)

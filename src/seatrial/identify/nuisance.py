@@ -27,6 +27,8 @@ EVERY = "*"
 """Stands for the name of a trial where errors of instruments are the same in every trial (`Nuisance.common`)."""
 # Heel [rad] of an unlogged start; its rate is that times the root of g/L, about a roll frequency of any ship.
 _HEEL = 0.1
+# Start of a state that was not read: a heading is the course but for the drift [rad]; a share of speed and of U/L.
+_COURSE, _SPEED = 0.3, 0.5
 INITIAL = ("free", "measured")
 """Initial states of predictions: estimated along with the parameters, or the first row as recorded."""
 
@@ -49,10 +51,22 @@ def begun_as(problem: Problem, initial: str) -> Problem:
     if initial != "free" or problem.nuisance.initial:
         return problem
     named = problem.loss.sigma or STATES
-    free = dict.fromkeys((name for name in STATES if name in named), math.inf)
+    read = [name for name in STATES if any(logged(trial, name) for trial in problem.trials)]
+    free = dict.fromkeys((name for name in read if name in named), math.inf) | _unread(problem, read)
+    free = {name: free[name] for name in STATES if name in free}
     if problem.ship.model.motion != STATES:
         free |= _heeled(problem)
     return replace(problem, nuisance=replace(problem.nuisance, initial=free))
+
+
+def _unread(problem: Problem, read: Sequence[str]) -> dict[str, float]:
+    """Deviations of the states that no trial has read, about what `simulate.begun` makes of the others.
+
+    A position that nothing reads acts on nothing and is none of them.
+    """
+    U, L = problem.ship.speed, problem.ship.L_pp
+    every = {"psi": _COURSE, "u": _SPEED * U, "v_m": _SPEED * U, "r": _SPEED * U / L}
+    return {name: sd for name, sd in every.items() if name not in read}
 
 
 def _heeled(problem: Problem) -> dict[str, float]:

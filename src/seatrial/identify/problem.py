@@ -195,7 +195,8 @@ class Estimator(Protocol):
 
     An estimator that starts predictions at measured states may have `starts_remedy`: the key of a study and what to
     write there, so that the noise of initial states does not count as information; ("", "") where there is none.  One
-    that makes several fits and reports each by `watch.part` has `several = True`.
+    that makes several fits and reports each by `watch.part` has `several = True`.  One
+    that takes trials without readings of some states (`simulate.begun`) has `partial = True`.
     """
 
     def fit(self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None) -> Fit:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import between_readings, resample
-from ..models import ROLL, STATES, Model
+from ..models import STATES, Model
+from ..simulate.begun import begun
 from ..simulate.lanes import Steps
 from ..simulate.replay import inputs, own_states
 from ..simulate.steering import is_held, logged, sources
@@ -29,16 +30,16 @@ _UNEVEN = 0.02
 def spread(trials: Sequence[Trial], names: Sequence[str] = STATES) -> dict[str, float]:
     """Standard deviation of each of these states over all trials together, heading unwrapped; the default sigma.
 
-    Heel and roll rate are left out where no trial has them.
+    States that no trial has are left out.
 
     Raises:
         DataError: a channel that never changes has no spread to measure errors by.
     """
     out: dict[str, float] = {}
     for name in names:
-        if name in ROLL and not any(logged(t, name) for t in trials):
+        having = [t for t in trials if logged(t, name)]
+        if not having:
             continue
-        having = [t for t in trials if name in t] if name in ROLL else trials
         values = np.concatenate([unwrapped(t[name]) if name == "psi" else t[name] for t in having])
         out[name] = float(np.nanstd(values))
         if not out[name] > 0:
@@ -158,9 +159,15 @@ def measured(trial: Trial, motion: Sequence[str] = STATES) -> Array:
     absent = [name for name in STATES if name not in trial]
     if absent:
         raise DataError(f"{trial.name}: no channel {', '.join(absent)}; a fit needs {', '.join(STATES)}")
+    return _told(trial, motion)
+
+
+def _told(trial: Trial, motion: Sequence[str]) -> Array:
+    """The same of a trial that may lack channels, which are gaps."""
     none = np.full(len(trial), np.nan)
     state = np.column_stack([trial.channels.get(name, none) for name in motion])
-    state[:, 2] = unwrapped(state[:, 2])
+    if np.isfinite(state[:, 2]).any():
+        state[:, 2] = unwrapped(state[:, 2])
     return state
 
 
@@ -194,13 +201,15 @@ class Record:
         state: measured states, heading unwrapped, shape (rows, motion): six, or eight of a ship that rolls.
         series: what acts, controls and environment, shape (rows, controls + 8).
         hidden: the model's states beyond the six, as measured or as `Model.recall` has them, shape (rows, states - 6).
-        complete: indices of the rows with all six states.
+        begun: states to start from (`simulate.begun`), shape (rows, 6).
+        complete: indices of the rows at which a window may start: with all states that the trial tells.
         read: whether each control was read, shape (rows, controls).
     """
 
     state: Array
     series: Array
     hidden: Array
+    begun: Array
     complete: NDArray[np.intp]
     read: NDArray[np.bool_]
 
@@ -209,12 +218,13 @@ class Record:
         """Read a trial.
 
         Raises:
-            DataError: the trial lacks a channel.
+            DataError: the trial lacks a control, or tells too little of the motion.
         """
-        state, series = measured(trial, model.motion), inputs(trial, model)
-        complete = np.flatnonzero(np.isfinite(state[:, : len(STATES)]).all(axis=1))
+        states, good = begun(trial)
+        state, series = _told(trial, model.motion), inputs(trial, model)
         read = np.column_stack([np.isfinite(trial[name]) for name, _ in sources(trial, model)])
-        return Record(state, series, own_states(trial, model, series, trial.dt), complete, read)
+        hidden = own_states(trial, model, series, trial.dt)
+        return Record(state, series, hidden, states, np.flatnonzero(good), read)
 
     @property
     def last(self) -> int:
@@ -225,8 +235,7 @@ class Record:
     def bridged(self) -> Array:
         """The six measured states, gaps bridged by straight lines, shape (rows, 6)."""
         rows, good = np.arange(len(self.state), dtype=np.float64), self.complete
-        six = self.state[:, : len(STATES)]
-        return np.column_stack([np.interp(rows, rows[good], column[good]) for column in six.T])
+        return np.column_stack([np.interp(rows, rows[good], column[good]) for column in self.begun.T])
 
     def begins(self, onwards: int) -> Iterator[int]:
         """First rows of windows, each complete, `onwards` rows apart or as soon after as a row is complete."""
@@ -249,7 +258,7 @@ class Record:
         counts = inside & ((at[::every] > begin) if joined else True)
         state = self.state[rows, : scale.size]
         scaled = np.where(np.isfinite(state) & counts[:, None], scale, 0.0)
-        start = np.append(self.state[begin, : len(STATES)], self.hidden[begin])
+        start = np.append(self.begun[begin], self.hidden[begin])
         return Piece(start, self.series[held], np.where(scaled > 0, state, 0.0), scaled, rows, inside,
                      self.read[held])  # fmt: skip
 
@@ -354,7 +363,7 @@ def windows(
         cut = [record.window(begin, steps, every, own) for begin in record.begins(onwards)]
         found = [(index, piece) for piece in cut if piece.inside.sum() > 1]
         if not found:
-            raise DataError(f"{trial.name}: no window of {window:g} s with two complete rows of {', '.join(STATES)}")
+            raise DataError(f"{trial.name}: no window of {window:g} s with two rows of all that the trial tells")
         parts += found
     return Windows(**lanes(parts, weight, dt=dt, steps=steps, every=every, substeps=substeps))
 

@@ -156,7 +156,7 @@ def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
             color, dashes = styles[c.label]
             t, drawn = _broken(c.measured.t[rows], gaps), _broken(values[rows], gaps)
             ax.plot(t, drawn, color=color, ls=dashes, lw=1.3)
-        if channel in measured:
+        if channel in measured and np.isfinite(measured[channel]).any():
             ax.set_ylim(*_limits(measured_motion(ax, measured, channel, factor), curves))
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")

@@ -15,7 +15,7 @@ from itertools import groupby, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data import Array, DataError, Trial, unwrapped
+from ..data import Array, DataError, Trial
 from ..data.prepare import between_readings, resampling, true_wind
 from ..engine import SimulationError
 from ..environment import CHANNELS, VECTORS, to_body, to_earth
@@ -23,6 +23,7 @@ from ..models import ROLL, STATES, Model, Sampled, Stepped
 from ..models.settled import unseen
 from ..ships import Ship
 from .approach import substeps
+from .begun import begun as started
 from .lanes import Lanes, Steps, given, run
 from .loop import open_loop_memory
 from .run import SIMULATED
@@ -251,9 +252,7 @@ def prepared(
     begin: tuple[float, Array] | None = None,
 ) -> Prepared:  # fmt: skip
     """The runs of a trial before they are sailed; arguments and errors as of `replay`."""
-    measured = trial.stack(*STATES)
-    measured[:, 2] = unwrapped(measured[:, 2])
-    good = np.asarray(np.isfinite(measured).all(axis=1))
+    measured, good = started(trial)
     if good.sum() < 2:
         found = f"{int(good.sum())} complete rows of {', '.join(STATES)}"
         raise DataError(f"{trial.name}: {found}; two are needed")
@@ -484,9 +483,10 @@ def gap_words(trial: Trial, missing: Mapping[str, NDArray[np.bool_]]) -> str:
 
 def predicted(trial: Trial) -> slice:
     """Rows of the prediction: from the first complete state to the last; all rows without one."""
-    if not all(name in trial for name in STATES):
+    try:
+        good = np.flatnonzero(started(trial)[1])
+    except DataError:
         return slice(None)
-    good = np.flatnonzero(np.isfinite(trial.stack(*STATES)).all(axis=1))
     return slice(int(good[0]), int(good[-1]) + 1) if good.size else slice(None)
 
 

@@ -16,6 +16,8 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
+
 from ..core.parameters import Free, ParameterError, read, specs, unknown
 from ..core.records import Limits, read_record
 from ..data import DataError, Trial
@@ -27,6 +29,7 @@ from ..data.trialfile import SUFFIXES, read_trial
 from ..identify import StudyError
 from ..identify.filters.filtering import Kalman
 from ..identify.filters.measurement import Antenna, Heading
+from ..models import STATES
 from ..ships import Ship
 from .schema import DataSetTable
 
@@ -186,6 +189,8 @@ def _several(path: Path, where: str, root: Path, data: Any) -> dict[str, Trial]:
 def _prepared(path: Path, where: str, trial: Trial, data: Any, ship: Ship) -> Trial:
     """The trial without its empty end, at the scale of the ship and with smoothed motion where the set asks for it."""
     trial = drop_trailing_gaps(trial)
+    # a state that was not recorded is a gap in every row
+    trial = trial.having(**{name: np.full(len(trial), np.nan) for name in STATES if name not in trial})
     if data.scale_to is not None:
         trial = _scaled(path, where, trial, ship)
     if data.smoother is None:

@@ -22,7 +22,6 @@ from ..data import Trial
 from ..data.prepare import BREAK, unbroken
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
 from ..identify.resume import digest, include
-from ..models import STATES
 from ..ships import Ship, ShipError
 from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
@@ -355,7 +354,7 @@ def _whole(trials: tuple[Trial, ...]) -> tuple[tuple[Trial, ...], list[str]]:
 
 
 def _filled(path: Path, ship: Ship, trials: Iterable[Trial]) -> None:
-    """Refuse a trial in which a channel that the fit needs is empty.
+    """Refuse a trial in which a control is empty; states without a reading are for `lint` to judge.
 
     Raises:
         StudyError: naming trial and channel.
@@ -363,6 +362,6 @@ def _filled(path: Path, ship: Ship, trials: Iterable[Trial]) -> None:
     orders = ship.model.stands_for
     for trial in trials:
         needed = [c if c in trial else order for c, (order, _) in zip(ship.model.controls, orders, strict=True)]
-        for name in (*STATES, *needed):
+        for name in needed:
             if name in trial and not np.isfinite(trial[name]).any():
                 raise StudyError(f"{path}: {trial.name}: channel {name} has no values; fill it, or leave the trial out")

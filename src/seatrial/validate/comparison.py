@@ -13,6 +13,7 @@ from ..environment import to_earth
 from ..manoeuvres import Index
 from ..manoeuvres.told import manoeuvre
 from ..models import ROLL, STATES
+from ..simulate.begun import begun
 from . import Comparison
 from .metrics import horizons, metrics, pairs, segments, spread, standardised
 
@@ -39,7 +40,8 @@ def compare(
     both = pairs(truth, guess, restart)
     if not any(np.isfinite(a - b).any() for a, b in both.values()):
         raise DataError(f"{measured.name}: no state is in the measurement and in the prediction of {label}")
-    scale = dict(sigma) if sigma is not None else {n: s for n, s in spread([truth]).items() if n in both}
+    every = sigma if sigma is not None else spread([truth])
+    scale = {n: s for n, s in every.items() if n in both}
     values, units = _indices(truth, guess, restart, L_pp)
     return Comparison(
         truth, guess, label, restart, {name: metrics(a, b) for name, (a, b) in both.items()},
@@ -54,7 +56,7 @@ def constant_velocity(trial: Trial, restart: float | None, begin: Array | None =
     rows before it are NaN.  With `begin`, a state of shape (6,), the first segment begins in that state at the first
     row.
     """
-    state, segment = trial.stack(*STATES), segments(trial.t, restart)
+    state, segment = begun(trial)[0], segments(trial.t, restart)
     out = np.full_like(state, np.nan)
     if begin is not None:
         state[0] = begin

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
 from ..models import ROLL, STATES
+from ..simulate.steering import logged
 from . import Metrics
 
 ESSO_OSAKA_SIGMA: Mapping[str, float] = MappingProxyType(
@@ -95,8 +96,11 @@ def heading(measured: Array, predicted: Array, segment: NDArray[np.intp]) -> tup
 
 
 def pairs(measured: Trial, predicted: Trial, restart: float | None = None) -> dict[str, tuple[Array, Array]]:
-    """Measured and predicted channel by state, heel among them, on the same rows, heading aligned; SI units."""
-    out = {n: (measured[n], predicted[n]) for n in (*STATES, *ROLL) if n in measured and n in predicted}
+    """Measured and predicted channel by state, heel among them, on the same rows, heading aligned; SI units.
+
+    A state without a reading is left out.
+    """
+    out = {n: (measured[n], predicted[n]) for n in (*STATES, *ROLL) if n in predicted and logged(measured, n)}
     if "psi" in out:
         out["psi"] = heading(*out["psi"], segments(measured.t, restart))
     return out

@@ -70,6 +70,7 @@ class Trajectory:
     threads: int | None = None
     initial: str = "free"
     spreads: ClassVar[bool] = True
+    partial: ClassVar[bool] = True
     still: ClassVar[int] = 1
 
     def __post_init__(self) -> None:

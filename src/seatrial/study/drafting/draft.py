@@ -23,6 +23,7 @@ from ...data.prepare import derivable, drop_trailing_gaps
 from ...identify import StudyError
 from ...models import STATES, Sampled
 from ...ships import Ship
+from ...simulate.begun import begun, too_little
 from ..data import DATA
 from .held_out import ROWS, copies, cut, held_out, timed
 from .text import Freedom, text_of
@@ -134,11 +135,13 @@ def _useless(ship: Ship, trials: Mapping[str, Trial], kinds: Mapping[str, Kind])
     out: dict[str, str] = {}
     for name, trial in trials.items():
         known = {channel for channel in trial.channels if np.isfinite(trial[channel]).any()}
-        absent = [channel for channel in (*STATES, *ship.model.controls)
-                  if not {channel, f"{channel}_cmd", orders.get(channel)} & known]  # fmt: skip
+        needed = (*STATES, *ship.model.controls) if step is not None else ship.model.controls
+        absent = [channel for channel in needed if not {channel, f"{channel}_cmd", orders.get(channel)} & known]
         length = trial.meta.get("L_pp")
         if absent:
             out[name] = f"no channel {', '.join(absent)}, which {ship.name} needs{derivable(trial, absent)}"
+        elif told := too_little(trial):
+            out[name] = told
         elif isinstance(length, int | float) and abs(length / ship.L_pp - 1.0) > _LENGTH:
             out[name] = f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m"
         elif step is not None and abs(trial.dt / step - 1.0) > _STEP:
@@ -178,7 +181,8 @@ def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
 
 def _clock(ship: Ship, trials: Iterable[Trial]) -> float:
     """L/U of the trials [s]."""
-    fast = max((float(np.nanquantile(np.hypot(trial["u"], trial["v_m"]), 0.9)) for trial in trials), default=0.0)
+    starts = (begun(trial)[0] for trial in trials)
+    fast = max((float(np.nanquantile(np.hypot(state[:, 3], state[:, 4]), 0.9)) for state in starts), default=0.0)
     return ship.L_pp / max(fast, 1e-3)
 
 
