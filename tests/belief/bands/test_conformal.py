@@ -1,11 +1,14 @@
-"""Factors by recording: their coverage on recordings that were never seen, and what is refused."""
+"""Factors by recording: their coverage on recordings that were never seen, of many and of few, and what is refused."""
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
+from scipy import stats
 
-from seatrial.belief.bands.conformal import factors, needed
+from seatrial.belief.bands.conformal import factors, needed, unsure
 from seatrial.core.errors import RequestError
 
 
@@ -76,14 +79,78 @@ def test_channels_that_are_alike_have_one_factor() -> None:
 
 
 @pytest.mark.parametrize(("level", "least"), [(0.5, 2), (0.8, 4), (0.9, 9), (0.95, 19), (0.99, 99)])
-def test_too_few_recordings_are_refused_with_the_number_that_is_needed(level: float, least: int) -> None:
+def test_ranks_show_a_level_from_as_many_recordings_on_as_it_needs(level: float, least: int) -> None:
+    """One recording fewer, and the level is said to be more than they show by themselves."""
     assert needed(level) == least
+    assert unsure(least, level) == ()
+    (told,) = unsure(least - 1, level)
+    assert told.startswith(f"{least - 1} recordings show {int(100 * (1 - 1 / least) + 1e-9) if least > 2 else 0} % by")
+
+
+def test_two_recordings_are_refused_and_three_are_not() -> None:
     rng = np.random.default_rng(5)
-    found, names = scores(least - 1, 4, 0.0, rng)
-    with pytest.raises(RequestError, match=f"{least - 1} recordings, and at least {least} are needed"):
-        factors(found, names, ["turn"] * len(names), level)
-    found, names = scores(least, 4, 0.0, rng)
-    assert np.isfinite(factors(found, names, ["turn"] * len(names), level).factor).all()
+    found, names = scores(2, 4, 0.0, rng)
+    with pytest.raises(RequestError, match="2 recordings, and at least 3 are needed"):
+        factors(found, names, ["turn"] * len(names), 0.95)
+    found, names = scores(3, 4, 0.0, rng)
+    assert np.isfinite(factors(found, names, ["turn"] * len(names), 0.95).factor).all()
+
+
+@pytest.mark.parametrize("level", [0.9, 0.95, 0.99])
+def test_of_few_recordings_the_factor_is_student_t_of_their_root_mean_square(level: float) -> None:
+    """Recordings count once, however many windows they have; where fewer go on, there are fewer degrees of freedom."""
+    size, many = np.array([1.0, 2.0, 1.5, 0.5]), (1, 7, 2, 30)
+    owners = np.repeat(np.arange(4), many)
+    score = np.repeat(size[owners][:, None, None], 4, axis=1)
+    score[owners == 3, 2:] = np.nan
+    made = factors(score, [f"r{k}" for k in owners], ["turn"] * len(owners), level)
+    for horizon, some in ((0, size), (3, size[:3])):
+        expected = stats.t.ppf(0.5 + 0.5 * level, len(some)) * np.sqrt(np.mean(some**2))
+        assert made.factor[0, horizon, 0] == pytest.approx(expected, rel=1e-12)
+        assert made.factor[1, horizon, 0] == made.factor[0, horizon, 0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [1.0, 3.0])
+@pytest.mark.parametrize(("scatter", "count"), [(0.0, 4), (0.4, 4), (0.4, 6), (0.6, 8)])
+def test_bands_of_few_recordings_hold_on_new_ones_and_are_not_twice_too_wide(
+    scatter: float, count: int, ratio: float
+) -> None:  # fmt: skip
+    """Half of the recordings are of a kind whose errors are larger; the width is held to one that knows the law."""
+    rng, held, width = np.random.default_rng(6), [], []
+    kinds = [("turn", "zigzag")[k % 2] for k in range(count) for _ in range(6)]
+    size = np.array([(1.0, ratio)[k % 2] for k in range(count) for _ in range(6)])[:, None, None]
+    right = np.quantile(scores(20000, 1, scatter, rng)[0], 0.95)
+    for _ in range(80):
+        found, names = scores(count, 6, scatter, rng)
+        turn, zigzag, _ = factors(size * found, names, kinds, 0.95).factor[:, 0, 0]
+        new = scores(200, 2, scatter, rng)[0]
+        held += [float((new <= turn).mean()), float((ratio * new <= zigzag).mean())]
+        width.append(zigzag / (ratio * right))
+    assert 0.93 <= np.mean(held) <= 0.98
+    assert np.mean(held[1::2]) >= 0.88  # of the harder kind alone
+    assert np.median(width) < 2.0
+
+
+def test_a_higher_level_has_wider_bands_whatever_rule_gives_them() -> None:
+    rng = np.random.default_rng(7)
+    for count in (3, 5, 9, 18, 25):
+        found, names = scores(count, 4, 0.6, rng)
+        kinds = [("turn", "zigzag")[k % 2] for k in range(count) for _ in range(4)]
+        each = [factors(found, names, kinds, level).factor for level in (0.5, 0.8, 0.9, 0.95, 0.99)]
+        assert (np.diff(each, axis=0) >= 0.0).all()
+
+
+@pytest.mark.parametrize(("count", "level"), [(3, 0.95), (4, 0.95), (8, 0.95), (8, 0.99)])
+def test_what_is_said_of_nine_sets_of_ten_is_so(count: int, level: float) -> None:
+    """Normal errors, one a recording: the band of each set holds a share that is known in closed form."""
+    rng = np.random.default_rng(8)
+    sets = np.sqrt(np.mean(rng.standard_normal((20000, count)) ** 2, axis=1)) * stats.t.ppf(0.5 + 0.5 * level, count)
+    holds = 2.0 * stats.norm.cdf(sets) - 1.0
+    assert np.mean(holds) == pytest.approx(level, abs=0.003)
+    (told,) = unsure(count, level)
+    least = int(re.findall(r"for (\d+) % or more", told)[0])
+    assert 100.0 * np.quantile(holds, 0.1) == pytest.approx(least + 0.5, abs=1.0)
 
 
 def test_a_horizon_that_few_recordings_reach_has_no_factor() -> None:

@@ -13,9 +13,9 @@ from ...identify.record import Record, even
 from ...models import STATES
 from ...simulate.lanes import run
 from ..fit_first import fit_first
+from ..power import LEAST
 from .calibrating import Part, Withheld, spread_of
 from .calibration import Calibration, begin_of
-from .conformal import needed
 from .learning import Windows, joined, windows_of
 from .past import ENOUGH, LAWS, Filter, Past, disturbing, together
 from .sailing import FreeRuns
@@ -53,7 +53,7 @@ def by_history(withheld: Withheld, span: float) -> Calibration:
         lacks = who.disturbance
         spreads.append(spread_of(part.out, cut.lanes, lacks, withheld.sigma, past)[:, cut.rows])
         surprise = max(surprise, float(past.surprise.max()))
-    _check(cuts, f"--history {span:g}", withheld.level)
+    _check(cuts, f"--history {span:g}")
     made = {law: withheld.made(begin_of(span, None), cuts, own, spreads) for law, own in errors.items()}
     first = made[LAWS[0]].left.usual
     best = min(LAWS, key=lambda law: float(np.nanmean(np.log(made[law].left.usual / first))))
@@ -111,13 +111,13 @@ def by_first(withheld: Withheld, span: float, differing: Mapping[str, float]) ->
             spread[:, here] = runs[:, cut.rows[here]]
             spreads.append(spread)
         cuts += [joined(own)] if own else []
-    _check(cuts, f"--fit-first {span:g}", withheld.level)
+    _check(cuts, f"--fit-first {span:g}")
     return withheld.made(begin_of(None, span), cuts, [cut.error for cut in cuts], spreads)
 
 
-def _check(cuts: list[Windows], option: str, level: float) -> None:
+def _check(cuts: list[Windows], option: str) -> None:
     """Refuse what too few trials are long enough for."""
-    count, wanted = len({name for cut in cuts for name in cut.trials}), needed(level)
-    if count < wanted:
-        raise RequestError(f"{option}: {count} of the left-out trials last longer, and bands of {100 * level:.3g} % "
-                           f"take at least {wanted}; take fewer seconds")  # fmt: skip
+    count = len({name for cut in cuts for name in cut.trials})
+    if count < LEAST:
+        raise RequestError(f"{option}: {count} of the left-out trials last longer, and bands take at least {LEAST}; "
+                           "take fewer seconds")  # fmt: skip

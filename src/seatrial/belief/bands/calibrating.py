@@ -16,7 +16,7 @@ from ...study.grounds import trial_digest
 from ..parts import LeftOut
 from ..posterior import Posterior
 from .calibration import LEVEL, Calibration, Left, best_share, posterior_digest
-from .conformal import needed, shown, too_few
+from .conformal import needed, too_few
 from .disturbance import Disturbance
 from .indexing.left_out import left_indices
 from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
@@ -49,7 +49,7 @@ def horizons_of(trials: Sequence[Trial], time: float, longest: float | None) -> 
     """
     spans = sorted((max(trial.duration for trial in group) for group in recordings(trials)), reverse=True)
     if len(spans) < 2:
-        raise too_few(len(spans), LEVEL)
+        raise too_few(len(spans))
     most = longest or spans[min(needed(LEVEL), len(spans)) - 1]
     dt = step_of(trials)
     unit = _TOGETHER * dt if min(_FIRST * time, most / 8.0) > _TOGETHER * dt else dt
@@ -105,11 +105,6 @@ class Withheld:
         return replace(found, indices=left_indices(pairs, self.recording))
 
     @property
-    def level(self) -> float:
-        """The greatest level that its recordings show, `LEVEL` at most."""
-        return min(LEVEL, shown(len({*self.recording.values()})))
-
-    @property
     def recording(self) -> dict[str, str]:
         """Recording of each trial by name."""
         return {trial.name: group[0].name for group in recordings(self.trials) for trial in group}
@@ -124,7 +119,7 @@ class Withheld:
                     self.horizons, np.concatenate(errors), np.concatenate(spreads))  # fmt: skip
         told = {trial.name: trial_digest(trial) for trial in self.trials if trial.name in names}
         return Calibration(self.held.digest, posterior_digest(self.held), told, begin, self.sigma,
-                           _learned(self.parts), best_share(left, self.level), left,
+                           _learned(self.parts), best_share(left, LEVEL), left,
                            power=self.held.power)  # fmt: skip
 
 

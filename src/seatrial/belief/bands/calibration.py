@@ -30,7 +30,7 @@ from .indexing.scores import LeftIndices
 SCHEMA = "seatrial-bands/3"
 SUFFIX, MEASURED = ".bands.json", "measured"
 LEVEL = 0.95
-"""At which a calibration is made where its recordings can show it; it serves every level that they can show."""
+"""At which a calibration is made; it serves every level."""
 
 HOW = "seatrial calibrate MODEL makes them from fits that leave trials out"
 # Spreads of the draws count by this power; the rest is the usual error at the horizon.
@@ -115,14 +115,14 @@ class Calibration:
 
     @property
     def level(self) -> float:
-        """`LEVEL`, or the greatest one that so few recordings show."""
+        """`LEVEL`, or the greatest one that so few recordings show by themselves, without a law of the errors."""
         return min(LEVEL, shown(len(set(self.left.groups))))
 
     def factors(self, level: float) -> Factors:
         """Half widths over the spread at a level of 0 to 1.
 
         Raises:
-            RequestError: too few recordings for it.
+            RequestError: too few recordings for any.
         """
         if level not in self._known:
             self._known[level] = _factors(self.left, self.share, level)

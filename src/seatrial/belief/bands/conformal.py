@@ -5,8 +5,12 @@ so trials count, not samples: each recording has the same weight, and every quan
 from the others.  Kinds of manoeuvre differ in size: scores are divided by a factor of their kind, drawn towards a
 middle of all kinds, the more so the fewer recordings it has and the less kinds differ.  The quantile is the one whose
 mean coverage of left-out recordings is the level.  (The quantile of hierarchical conformal prediction, which puts a
-recording at infinity, covers 98 % for 95 % with 25 recordings, as docs/bands.md shows; this one covers 95 %.)  A level
-that so few recordings cannot show is refused.
+recording at infinity, covers 98 % for 95 % with 25 recordings, as docs/bands.md shows; this one covers 95 %.)
+
+Fewer recordings than a level needs cannot show it by their ranks.  Then the factor is the root mean square score of all
+kinds and neighbouring horizons together times Student's t of as many degrees of freedom as recordings: exact for one
+normal error a recording, whose scale is as unknown as so few leave it; never less than the factor of the greatest level
+that they show, which knows the kinds.  How far one such set can be off is said with it.
 """
 
 from __future__ import annotations
@@ -17,15 +21,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import gammaincinv, ndtr, stdtrit
 
 from ...core.errors import RequestError
 from ...data import Array
+from ..power import LEAST
 
 # The middle of the kinds counts as so many recordings of each kind, at least and at most.
 _PRIOR = (0.25, 10.0)
 # Scores of so many neighbouring horizons on either side count at a horizon too.
 _NEAR = 1
 _HALVINGS = 10
+# Of sets of so few recordings, this share has bands that hold at least as often as is said of them.
+_SURE = 0.9
 
 
 def needed(level: float) -> int:
@@ -65,7 +73,7 @@ class Factors:
 def factors(
     score: Array, groups: Sequence[str], kinds: Sequence[str], level: float, alike: Sequence[Sequence[int]] = ()
 ) -> Factors:
-    """Factors of a level.
+    """Factors of a level: by ranks of the recordings, or by Student's t where all of them are too few for that.
 
     Args:
         score: absolute error over spread, shape (windows, horizons, channels); NaN where unknown.
@@ -75,7 +83,7 @@ def factors(
         alike: channels that share a factor; each of the others has its own.
 
     Raises:
-        RequestError: fewer recordings than the level needs, at every horizon.
+        RequestError: fewer than `LEAST` recordings, or than the level needs where that is less, at every horizon.
     """
     names, group = np.unique(np.asarray(groups), return_inverse=True)
     every, kind = np.unique(np.asarray(kinds), return_inverse=True)
@@ -83,29 +91,61 @@ def factors(
     horizons, channels = score.shape[1:]
     out = np.full((len(every) + 1, horizons, channels), np.nan)
     counts = np.zeros((len(every) + 1, horizons), dtype=np.intp)
+    ranked = len(np.unique(group[np.isfinite(score).any(axis=(1, 2))])) >= needed(level)
+    least = needed(level) if ranked else LEAST
     for j in range(horizons):
         here = np.unique(group[np.isfinite(score[:, j]).any(axis=1)])
         counts[:-1, j], counts[-1, j] = np.bincount(of[here], minlength=len(every)), len(here)
         near = slice(max(j - _NEAR, 0), j + _NEAR + 1)
         for some in (*alike, *([c] for c in range(channels) if not any(c in one for one in alike))):
-            if len(np.unique(group[np.isfinite(score[:, j][:, some]).any(axis=1)])) < needed(level):
+            reaching = len(np.unique(group[np.isfinite(score[:, j][:, some]).any(axis=1)]))
+            if reaching < least:
                 continue
-            found = _at(score[:, near][:, :, some].reshape(len(score), -1), group, of, len(every), level)
+            about = score[:, near][:, :, some].reshape(len(score), -1)
+            found = _at(about, group, of, len(every), level if ranked else min(level, shown(reaching)))
+            if not ranked:
+                found = np.maximum(found, stdtrit(reaching, 0.5 * (1.0 + level)) * _rms(about, group))
             out[:, j, some] = found[:, None]
     if not np.isfinite(out).any():
-        raise too_few(int(counts[-1].max()), level)
+        raise too_few(int(counts[-1].max()))
     return Factors((*map(str, every), ""), out, counts)
 
 
-def too_few(count: int, level: float) -> RequestError:
-    """The refusal of a level that so many recordings cannot show."""
-    return RequestError(f"too few trials to calibrate: {count} recordings, and at least {needed(level)} are needed for "
-                        f"{100 * level:g} %; add trials, or ask for {_possible(count)}")  # fmt: skip
+def too_few(count: int) -> RequestError:
+    """The refusal of so few recordings that they do not tell a scale."""
+    return RequestError(f"too few trials to calibrate: {count} recordings, and at least {LEAST} are needed; add trials")
 
 
-def _possible(count: int) -> str:
-    best = math.floor(100.0 * shown(count))
-    return f"{best} % or less" if best >= 50 else "no bands"
+def unsure(count: int, level: float) -> tuple[str, ...]:
+    """What bands of a level are worth that so many recordings do not show by themselves; nothing where they do.
+
+    The squared scale of such a band is that of the errors times chi-square over its degrees of freedom, so what the
+    bands of one set hold differs: its lower quantile over the sets is said.
+
+    >>> unsure(19, 0.95)
+    ()
+    """
+    if count >= needed(level):
+        return ()
+    scale = math.sqrt(2.0 * float(gammaincinv(0.5 * count, 1.0 - _SURE)) / count)
+    least = 2.0 * float(ndtr(stdtrit(count, 0.5 * (1.0 + level)) * scale)) - 1.0
+    return (f"{count} recordings show {math.floor(100.0 * shown(count))} % by themselves; bands of {100 * level:.3g} % "
+            "are by Student's t, as if errors were normal: on average they hold, and in "
+            f"{10 * _SURE:.0f} of 10 such sets for {math.floor(100.0 * least)} % or more of what is measured",
+            )  # fmt: skip
+
+
+def _rms(score: Array, group: NDArray[np.intp]) -> float:
+    """Root mean square score, each recording counting once.
+
+    Args:
+        score: shape (windows, horizons).
+    """
+    known = np.isfinite(score)
+    owner = np.broadcast_to(group[:, None], score.shape)[known]
+    many = np.bincount(owner)
+    here = many > 0
+    return float(np.sqrt(np.mean(np.bincount(owner, score[known] ** 2)[here] / many[here])))
 
 
 def _at(score: Array, group: NDArray[np.intp], kind: NDArray[np.intp], kinds: int, level: float) -> Array:

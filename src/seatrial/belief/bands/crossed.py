@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array
+from ..power import LEAST
 from .calibration import ALIKE, Calibration
-from .conformal import factors, needed
+from .conformal import factors
 from .held import Held, Windows, held
 
 
@@ -24,11 +25,11 @@ def crossed(found: Calibration, level: float, horizons: Sequence[int] | None = N
         horizons: which of the calibration's horizons; None takes the first, the middle and the last that hold.
 
     Returns:
-        Nothing where the others are too few for the level.
+        Nothing where the others are too few for any.
     """
     left = found.left
     names = dict.fromkeys(left.groups)
-    if len(names) - 1 < needed(level):
+    if len(names) - 1 < LEAST:
         return ()
     group = np.array(left.groups)
     good = np.flatnonzero(np.isfinite(found.factors(level).factor[-1]).all(axis=1))

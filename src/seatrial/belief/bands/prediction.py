@@ -19,6 +19,7 @@ from ...study.grounds import kind_of
 from ..posterior import Posterior
 from .calibrating import spread
 from .calibration import Calibration
+from .conformal import unsure
 from .disturbance import Disturbance
 from .indexing.loop import Loop
 from .past import Past, disturbing
@@ -143,7 +144,7 @@ def whole(lanes: FreeRuns) -> FreeRuns:
 
 
 def _notes(found: Calibration, kind: str, level: float, longest: float) -> tuple[str, ...]:
-    lines: list[str] = []
+    lines = [*unsure(len(set(found.left.groups)), level)]
     reach, own = found.reach(level), found.reach(level, kind)
     kinds = found.factors(level).kinds[:-1]
     if longest > reach * (1.0 + 1e-6):

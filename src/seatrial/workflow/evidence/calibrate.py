@@ -14,7 +14,7 @@ import numpy as np
 from ...belief.bands.beginnings import by_first, by_history
 from ...belief.bands.calibrating import Withheld
 from ...belief.bands.calibration import LEVEL, MEASURED, Calibration, beside, save
-from ...belief.bands.conformal import needed
+from ...belief.bands.conformal import needed, unsure
 from ...belief.fit_first import between_trials
 from ...belief.parts import left_out
 from ...belief.power import LEAST
@@ -128,11 +128,11 @@ def _study(summary: Summary, model: str) -> Study:
 
 
 def _document(found: Calibration, path: Path) -> dict[str, Any]:
-    made = found.factors(found.level)
+    made = found.factors(LEVEL)
     return {
         "written": str(path), "fit": found.fit, "trials": len(found.trials), "recordings": len(set(found.left.groups)),
-        "windows": len(found.left.trials), "kinds": sorted(set(found.left.kinds)), "level": found.level,
-        "reach": found.reach(found.level), "of_one_day": list(of_one_day(found)), "share": found.share,
+        "windows": len(found.left.trials), "kinds": sorted(set(found.left.kinds)), "level": LEVEL,
+        "shown": found.level, "reach": found.reach(LEVEL), "of_one_day": list(of_one_day(found)), "share": found.share,
         "horizons": found.left.horizons.tolist(),
         "left_out": None if found.power is None else found.power.numbers(),
         "disturbance": {"current": found.disturbance.current, "accelerations": [
@@ -168,14 +168,15 @@ def _begun(found: Calibration) -> str:
 
 
 def _shown(found: Calibration) -> Body:
-    made, usual = found.factors(found.level), _usual(found)
+    made, usual = found.factors(LEVEL), _usual(found)
     rows = [(kind or "any other", figure(float(h), 3), str(made.recordings[k, j]),
              *(figure(DEGREES.get(name, 1.0) * float(made.factor[k, j, c] * usual[j, c]), 2)
                for c, name in enumerate(STATES)))
             for k, kind in enumerate(made.kinds) for j, h in enumerate(found.left.horizons)
             if j in (0, len(found.left.horizons) // 2, len(found.left.horizons) - 1)]  # fmt: skip
     head = ("left out", "ahead [s]", "recordings", "x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
-    said = (f"half widths of usual bands of {100 * found.level:.3g} %, by kind of manoeuvre{_begun(found)}",
-            f"bands hold up to {found.reach(found.level):.4g} s from a start", *of_one_day(found),
+    said = (f"half widths of usual bands of {100 * LEVEL:.3g} %, by kind of manoeuvre{_begun(found)}",
+            f"bands hold up to {found.reach(LEVEL):.4g} s from a start", *of_one_day(found),
+            *unsure(len(set(found.left.groups)), LEVEL),
             *(() if found.power is None else found.power.words))  # fmt: skip
     return table(head, rows) + joined(map(line, said))

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ...belief.bands.calibration import Calibration, beside, load
+from ...belief.bands.conformal import unsure
 from ...belief.bands.manoeuvring import Bands, bands, read, step_of
 from ...belief.bands.prediction import Runs, manoeuvre, scale_of
 from ...belief.posterior import Posterior
@@ -210,7 +211,7 @@ def _unsure(
     found: Calibration, level: float, kind: str, longest: float, scale: float | None, sure: Sequence[str], made: Bands
 ) -> tuple[str, ...]:
     """Where left-out trials say less than the bands."""
-    lines: list[str] = []
+    lines = [*unsure(len(set(found.left.groups)), level)]
     kinds, far = found.factors(level).kinds[:-1], found.reach(level)
     if sure and found.indices is not None:
         lines.append(f"{', '.join(_words(sure))}: calibrated on the same of left-out manoeuvres "
