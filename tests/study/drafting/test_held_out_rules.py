@@ -126,7 +126,8 @@ def drafted(**more: Any) -> str:
         "files": {"a": "a[1].csv", "b": "b", "c": "c"}, "kinds": {"a": kind("turning"), "b": kind("zigzag")},
         "train": {"turning": ["a"]}, "test": {"zigzag": ["b"]}, "left_out": {"c": "too short"},
         "free": [("hull.*", 0.3, ("hull.Y_v", "hull.N_r")), ("K", 0.5, ("K",)), ("c.*", math.nan, ("c.a", "c.b"))],
-        "sampled": False, "timed": True, "clock": 6.0, "duration": 600.0, "windy": False, "current": False,
+        "limits": {}, "sampled": False, "timed": True,
+        "clock": 6.0, "duration": 600.0, "windy": False, "current": False,
     }  # fmt: skip
     return text.text_of(**(usual | more))
 

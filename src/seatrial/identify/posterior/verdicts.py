@@ -191,8 +191,7 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool, pres
     told = f"{value:.4g} +- {sigma:.2g}"
     if bound and (pressed or share >= UNKNOWN):
         return Verdict(
-            f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want it beyond, "
-            "so either the interval is too narrow or the model lacks something",
+            f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want {_beyond(f, value)}",
         )  # fmt: skip
     if bound:
         told = f"{told} (on its bound, which the data do not ask for)"
@@ -217,6 +216,13 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool, pres
     if share >= UNKNOWN:
         return Verdict(f.path, "weak", f"{told}; {manoeuvre} would help")
     return Verdict(f.path, "not identified", f"{told}; not to be read as physics; {manoeuvre} would excite it")
+
+
+def _beyond(f: Free, value: float) -> str:
+    """What lies beyond a bound: at zero the other sign, which no wider interval makes right."""
+    if value >= f.high == 0.0 or value <= f.low == 0.0:
+        return "the other sign, so the model lacks something, or an order or an instrument has the wrong sign"
+    return "it beyond, so either the interval is too narrow or the model lacks something"
 
 
 def _groups(paths: Sequence[str], covariance: Array) -> tuple[Verdict, ...]:

@@ -26,6 +26,7 @@ from ...ships import Ship
 from ...simulate.begun import begun, too_little
 from ..data import DATA
 from .held_out import ROWS, copies, cut, held_out, timed
+from .limits import limits
 from .text import Freedom, text_of
 
 _NO_USE = ("at rest", "unknown")
@@ -112,7 +113,8 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
     text = text_of(
         ship=name, family=type(ship.model).__name__, root=root, format=format,
         mapping=_relative(mapping, out) if mapping else "", files=files, kinds=kinds, train=train, test=test,
-        left_out={} if parts else left_out, free=free, sampled=isinstance(ship.model, Sampled),
+        left_out={} if parts else left_out, free=free,
+        limits=limits(ship, [path for *_, paths in free for path in paths]), sampled=isinstance(ship.model, Sampled),
         timed=timed(usable), clock=_clock(ship, usable.values()),
         duration=min(trial.duration for trial in usable.values()),
         windy=ship.model.feels_wind and any("U_T" in trial for trial in usable.values()),

@@ -11,6 +11,8 @@ from ...data.kinds import Kind
 _WINDOW = 10.0
 """Length of a prediction between restarts, in times in which the ship covers its length."""
 
+_WHY = {"high": "water takes energy, and gives none", "low": "no lighter than the water displaced"}
+
 Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
 """Patterns, the relative prior of each (NaN: none), and the parameters that each frees."""
 
@@ -18,7 +20,7 @@ Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
 def text_of(
     *, ship: str, family: str, root: str, format: str, mapping: str, files: Mapping[str, str],
     kinds: Mapping[str, Kind], train: Mapping[str, Sequence[str]], test: Mapping[str, Sequence[str]],
-    left_out: Mapping[str, str], free: Freedom, sampled: bool, timed: bool,
+    left_out: Mapping[str, str], free: Freedom, limits: Mapping[str, Mapping[str, float]], sampled: bool, timed: bool,
     clock: float, duration: float, windy: bool,
     current: bool,
 ) -> str:  # fmt: skip
@@ -32,6 +34,7 @@ def text_of(
         train, test: recordings by kind.
         left_out: recordings with the reason.
         free: what is free.
+        limits: what physics leaves of some of that, as keys of [free] by path.
         sampled: whether the model is one in discrete time.
         timed: whether it is known when the recordings were made.
         clock: L/U [s].
@@ -46,7 +49,7 @@ def text_of(
         *([f"format = {_quoted(format)}"] if format else []), *([f"mapping = {_quoted(mapping)}"] if mapping else []),
         *_list("train", "kinds are those of `seatrial trials`", train, kinds, files),
         *_list("test", f"whole recordings of each kind, {order}; the fit does not see them", test, kinds, files),
-        *_left_out(left_out, files), "", *_freedom(free, windy), "",
+        *_left_out(left_out, files), "", *_freedom(free, limits, windy), "",
     ]  # fmt: skip
     if sampled:
         return "\n".join((*lines, "[estimator]", 'type = "arx_fit:ArxRegression"', ""))
@@ -79,13 +82,18 @@ def _left_out(left_out: Mapping[str, str], files: Mapping[str, str]) -> list[str
     return [f"# left out: {files[name]}: {why}" for name, why in left_out.items()]
 
 
-def _freedom(free: Freedom, windy: bool) -> list[str]:
-    """What is free, with the prior of each."""
+def _freedom(free: Freedom, limits: Mapping[str, Mapping[str, float]], windy: bool) -> list[str]:
+    """What is free, with the prior of each, and of those that physics limits their bound."""
     out = ["[free] # a Gaussian prior about each value, relative; what was measured with a rule stays fixed"]
     for pattern, prior, paths in free:
-        entry = "{ sigma = 10.0 }" if math.isnan(prior) else f"{{ prior = {prior:g} }}"
-        one = len(paths) == 1
-        out.append(f"{_quoted(paths[0] if one else pattern)} = {entry}{'' if one else f' # {len(paths)} parameters'}")
+        told = "sigma = 10.0" if math.isnan(prior) else f"prior = {prior:g}"
+        rest = [path for path in paths if path not in limits]
+        one = len(rest) == 1 == len(paths)
+        if rest:
+            count = "" if one else f" # {len(rest)} parameters"
+            out.append(f"{_quoted(rest[0] if one else pattern)} = {{ {told} }}{count}")
+        out += [f"{_quoted(path)} = {{ {told}, {key} = {value:.6g} }} # {_WHY[key]}"
+                for path in paths for key, value in limits.get(path, {}).items()]  # fmt: skip
     return out if windy else [*out, "# no wind acts in these trials, or none is recorded: its coefficients stay fixed"]
 
 
