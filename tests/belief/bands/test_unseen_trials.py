@@ -85,18 +85,16 @@ def test_trials_of_one_day_with_a_current_hold_on_a_day_when_it_flows_elsewhere(
 
 
 def test_bands_of_few_trials_hold_on_unseen_ones() -> None:
-    """Several sets of 4, 6 and 8 trials of a ship whose hull is not that of the model: they hold on average."""
+    """Of a ship whose hull is not that of the model, whose trials all err alike: widths are then the harder bar."""
     truth = scaled(N_r=1.3, Y_v=1.2)
-    new, held, wide = logs(truth, 12, 1), [], []
-    for count in (4, 6, 8):
-        for seed in range(4):
-            rows = judged(calibrated(posterior(), left_out(logs(truth, count, 100 * count + seed))), new)
-            held.append(share(rows))
-            wide += [row.width[name] / row.error[name] for row in rows for name in row.width]
-    assert 0.90 <= np.mean(held) <= 0.99
-    assert np.median(wide) < 4.0  # half widths over errors; 2 of normal ones of known size
+    new = logs(truth, 8, 1)
+    for count in (4, 8):
+        rows = judged(calibrated(posterior(), left_out(logs(truth, count, 100 * count))), new)
+        assert share(rows) >= 0.90
+        # over the errors; normal ones of known size need 1.96
+        assert np.median([row.width[name] / row.error[name] for row in rows for name in row.width]) < 2.0 * 1.96
 
 
 def test_two_trials_are_refused_before_anything_is_sailed() -> None:
     with pytest.raises(RequestError, match="too few trials to calibrate: 2 recordings, and at least 3 are needed"):
-        calibrated(posterior(), left_out(logs(ship(), 2, 0)))
+        calibrated(posterior(), left_out(logs(ship(), 2, 0), parts=2))

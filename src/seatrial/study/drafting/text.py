@@ -11,7 +11,7 @@ from ...data.kinds import Kind
 _WINDOW = 10.0
 """Length of a prediction between restarts, in times in which the ship covers its length."""
 
-_WHY = {"high": "water takes energy, and gives none", "low": "no lighter than the water displaced"}
+_WHY = {"high": "water takes energy, and gives none", "low": "at least that of the water displaced"}
 
 Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
 """Patterns, the relative prior of each (NaN: none), and the parameters that each frees."""
