@@ -14,7 +14,7 @@ from garden.run import keys, one, table
 from seatrial.data import Trial
 from seatrial.data.check import check_folder
 from seatrial.data.trialfile import read_trial
-from seatrial.identify.diagnosis.findings import Channel
+from seatrial.identify.diagnosis.channels import Channel
 from seatrial.identify.noise import between_rows
 from seatrial.workflow.data import import_logs
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from example_report import fit, report, weaving
-from seatrial.identify.diagnosis.findings import Channel, Diagnosis, Residuals, Suspicion
+from seatrial.identify.diagnosis.channels import Channel, Residuals
+from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.report import diagnosis, figures
 from seatrial.report.page import html
 from seatrial.report.report import worse_words

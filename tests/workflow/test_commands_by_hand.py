@@ -297,7 +297,7 @@ def begun(size: float, **found: tuple[float, float]) -> list[str]:
 
 
 def test_what_the_first_seconds_say_is_told_beyond_two_sigma() -> None:
-    from seatrial.identify.diagnosis.findings import LARGE
+    from seatrial.identify.diagnosis.channels import LARGE
 
     known = {"current_north": (0.0, 0.1), "current_east": (0.3, 0.1), "bias_u": (0.019, 0.01)}
     (line,) = begun(1.0, **known)

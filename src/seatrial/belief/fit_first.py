@@ -19,7 +19,7 @@ import numpy as np
 from ..data import Array, DataError, Trial, unwrapped
 from ..environment import to_earth
 from ..identify import Loss, Nuisance, Problem
-from ..identify.diagnosis.findings import LARGE
+from ..identify.diagnosis.channels import LARGE
 from ..identify.noise import noise, screened
 from ..identify.nuisance import EVERY, begun_as
 from ..identify.record import even

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..data import Array
 from ..identify import Fit
-from ..identify.diagnosis.findings import LACKING, Channel, Diagnosis, Residuals
+from ..identify.diagnosis.channels import Channel, Residuals
+from ..identify.diagnosis.findings import LACKING, Diagnosis
 from ..models import unit
 from . import figures
 from .blocks import Body, Verdict, bullets, figure, heading, number, soft, table

@@ -221,7 +221,7 @@ def _named(names: Sequence[str]) -> str:
 
 def _begun_words(ship: Ship, one: Beginning, span: float) -> list[str]:
     from ..belief.corrected import words
-    from ..identify.diagnosis.findings import LARGE
+    from ..identify.diagnosis.channels import LARGE
 
     clear = {name: size for name, size in one.found.items() if abs(size) > _CLEAR * one.sigma[name]}
     if any(name.startswith("current.") for name in clear):

@@ -17,7 +17,8 @@ from seatrial.identify import StudyError
 from seatrial.identify.diagnosis import diagnose
 from seatrial.identify.diagnosis.apart import Beside, _copies, sigma_by_trial
 from seatrial.identify.diagnosis.by_trial import Moments, Scores, contradictions, deviates, differing
-from seatrial.identify.diagnosis.findings import Channel, Diagnosis, Suspicion
+from seatrial.identify.diagnosis.channels import Channel
+from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.identify.diagnosis.linear import Linear
 from seatrial.identify.trajectory.gauss_newton import Block, Normal
 from seatrial.identify.vector import Vector
@@ -291,7 +292,8 @@ def test_a_suspect_is_what_a_refit_with_it_gives() -> None:
     world = World(4)
     world.y += 0.4 * world.extra[:, :, 1]
     linear, problem = world.linear(), SimpleNamespace(vector=SimpleNamespace(paths=PATHS))
-    known = [SimpleNamespace(name=n, words=n, unit="deg", per=2.0, of_reading=n == "y") for n in ("x", "y")]
+    known = [SimpleNamespace(name=n, words=n, unit="deg", per=2.0, of_reading=n == "y", most=np.inf)
+             for n in ("x", "y")]  # fmt: skip
     covariance = np.linalg.inv(world.A)
     for size in (np.ones(2), np.full(2, 3.0)):
         tested = diagnose._suspicions(linear, size, known, size[0] * covariance, problem)  # type: ignore[arg-type]
@@ -315,8 +317,8 @@ def test_a_vector_is_freed_with_both_components() -> None:
     world = World(6)
     world.y += 0.5 * world.extra[:, :, 0] - 0.3 * world.extra[:, :, 1]
     problem = SimpleNamespace(vector=SimpleNamespace(paths=PATHS))
-    known = [SimpleNamespace(name=f"current.{n}", words=n, unit="m/s", per=1.0, of_reading=False) for n in ("north",
-        "east")]
+    known = [SimpleNamespace(name=f"current.{n}", words=n, unit="m/s", per=1.0, of_reading=False, most=np.inf)
+             for n in ("north", "east")]  # fmt: skip
     tested = diagnose._suspicions(world.linear(), np.ones(2), known, np.linalg.inv(world.A),
         problem)  # type: ignore[arg-type]
     found, *_ = refitted(world, world.extra)
@@ -344,7 +346,7 @@ def test_noise_of_the_inputs_adds_the_scatter_of_its_draws() -> None:
     np.testing.assert_allclose(diagnose._left(linear), left, atol=1e-9)
     # The score of a suspect scatters by them too.
     problem = SimpleNamespace(vector=SimpleNamespace(paths=PATHS))
-    known = [SimpleNamespace(name="x", words="x", unit="", per=1.0, of_reading=False)]
+    known = [SimpleNamespace(name="x", words="x", unit="", per=1.0, of_reading=False, most=np.inf)]
     (one,) = diagnose._suspicions(linear, np.ones(2), known, np.eye(3), problem)  # type: ignore[arg-type]
     own = world.extra[:, :, 0] - world.J @ np.linalg.solve(world.A, np.einsum("tri,tr->i", world.J, world.extra[:, :,
         0]))

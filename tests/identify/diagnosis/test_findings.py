@@ -14,7 +14,8 @@ from seatrial.data import Trial
 from seatrial.identify import Loss, Nuisance, Problem
 from seatrial.identify.diagnosis import diagnose, stages
 from seatrial.identify.diagnosis.alternatives import _of
-from seatrial.identify.diagnosis.findings import Channel, Contradiction, Diagnosis, Differing, Suspicion
+from seatrial.identify.diagnosis.channels import Channel
+from seatrial.identify.diagnosis.findings import Contradiction, Diagnosis, Differing, Suspicion
 from seatrial.identify.diagnosis.pushed import _mean, _parts
 from seatrial.ships.files import load
 

@@ -32,8 +32,10 @@ from ..vector import Vector
 from .alternatives import alternatives
 from .apart import Beside, sigma_by_trial
 from .by_trial import Moments, Scores, contradictions, differing
-from .findings import Channel, Contradiction, Diagnosis, Differing, Residuals, Suspicion
+from .channels import Channel, Residuals
+from .findings import Contradiction, Diagnosis, Differing, Suspicion
 from .linear import Linear, linearised
+from .priors import pulls
 
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1
@@ -82,6 +84,7 @@ def diagnosed(
         channels, tested, rejected, _errors(objective, p, covariance), _residuals(objective, linear, channels, problem),
         (shown, unit(shown)) if shown else ("", ""), contradictions=apart, differing=own_errors,
         terms=_terms(linear, size, fixed, problem),
+        pulls=pulls(vector, p, np.diag(information.inverse(linear.A)), float(linear.e.ravel() @ linear.e.ravel())),
         by_trial=sigma_by_trial(beside, objective.layout, [trial.name for trial in problem.trials]),
     )  # fmt: skip
     wide = _widened(linear, covariance, objective.windows.trial, diagnosis, vector)
@@ -134,8 +137,10 @@ def _tests(
     least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(motion)])
     floor = np.maximum(size, least**2)
     least_sure = _covariance(linear, floor / weight) + by_inputs
-    tested = _suspicions(linear, floor, known, least_sure, problem)
-    moments = _moments(linear, floor, problem)
+    # The ship's own uncertain numbers come first: an instrument is tested by what they cannot explain.
+    own = linear.freed(problem.vector.precision)
+    tested = _suspicions(own, floor, known, _covariance(own, floor / weight) + by_inputs, problem)
+    moments = _moments(own, floor, problem)
     sigma, paths, n = np.sqrt(np.diag(least_sure)), problem.vector.paths, len(linear.A)
     scores = Scores(moments.names, moments.slope[:, :n], moments.gram[:, :n, :n], moments.scatter[:, :n, :n],
                     linear.A - linear.gram()[:, :n])  # fmt: skip
@@ -301,7 +306,7 @@ def _suspicions(
         owns[k], estimates[k] = own, estimate
         out.append(Suspicion(
             one.name, one.words, one.unit, one.per, g * g / max(spread, 1e-300), g * g / curvature / cost, estimate,
-            float(np.sqrt(spread)) / curvature, {}, one.of_reading,
+            float(np.sqrt(spread)) / curvature, {}, one.of_reading, most=one.most,
         ))  # fmt: skip
     moves = [_moves(k, [one.name for one in known], owns, estimates, linear) / np.maximum(sigma, 1e-300) for k in owns]
     named = [dict(zip(problem.vector.paths, each.tolist(), strict=False)) for each in moves]

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from ...data import Array
-from ...models import unit
+from .channels import Channel, Residuals, plain
+from .priors import Pull
 
 # A suspect is listed as a cause from this drop of the objective on, in squared sigma, and if it moves a parameter by
 # this many sigma or removes this share of the objective.
 SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
-# Residuals this much larger than the noise, and neighbours this much alike, are more than chance explains.
-LARGE, ALIKE = 1.3, 0.15
 # Deviates beyond which chance is no explanation: those of a suspect (`SIGNIFICANT`).
 _DEVIATES = 5.0
 # Of trials that contradict each other, those beyond this are named.
@@ -26,6 +24,8 @@ _ACCOUNTS, _LISTED = 0.2, 5
 _KNOWN = 3.0
 # The first line on a result names a fixed number that would move it by more than so many sigma.
 _TAKEN = 3.0
+# A reading that does not act, or acts the other way, shows as a share of the reading of 1 or 2, within this.
+_WHOLE = 0.1
 # A reversed wind (twice its reading too much) shows as at least this scale error in the first step towards it.
 _TURNED = 0.5
 # Noise of measured states pulls a parameter where predictions move it by more than this, in sigma.
@@ -38,6 +38,7 @@ _MISSING = (
     "look for a term of the model, or an input, that is missing: the residuals show in which trials and at which "
     "angles they arise"
 )
+_FREE = 'free it: "{}" = {{ prior = 0.3 }} in [free] of the study'
 
 
 @dataclass(frozen=True)
@@ -45,83 +46,24 @@ class Cause:
     """What would explain the data.
 
     Attributes:
-        label: "suspect" of an instrument, "or the ship" of a number that is held; empty of trials that contradict.
+        label: "suspect" of an instrument or a prior, "or the ship" of a number that is held; empty of trials that
+            contradict.
         text: the finding in one line.
         share: of the objective that it would remove.
+        remedy: what to do about it.
         alone: the one trial that contradicts all others.
     """
 
     label: str
     text: str
     share: float
+    remedy: str
     alone: bool = False
 
     @property
     def line(self) -> str:
         """Label and finding."""
         return f"{self.label}: {self.text}" if self.label else self.text
-
-
-def _shown(name: str, noise: float) -> str:
-    """A noise in plain digits and the unit of reports."""
-    symbol = unit(name)
-    value = math.degrees(noise) if symbol.startswith("rad") else noise
-    digits = max(1 - math.floor(math.log10(value)), 0) if 0.0 < value < math.inf else 0
-    return f"{value:.{digits}f} {symbol.replace('rad', 'deg')}"
-
-
-def _plain(value: float, digits: int) -> str:
-    """A number with so many digits that count, without an exponent where it is of ordinary size."""
-    return f"{float(f'{value:.{digits}g}'):g}"
-
-
-@dataclass(frozen=True)
-class Channel:
-    """Residuals of one channel.
-
-    Attributes:
-        noise: standard deviation of the sensor's noise, SI units.
-        size: root mean square residual over the noise, degrees of freedom allowed for.
-        alike: correlation of neighbouring residuals, beyond what the noise of the inputs causes.
-        alike_sigma: scatter of that correlation for white residuals.
-        lasting: time over which residuals are alike: twice the sum of their correlations [s].
-        count: number of residuals.
-        by_inputs: root mean square residual that the noise of the inputs causes, over the noise.
-    """
-
-    noise: float
-    size: float
-    alike: float
-    alike_sigma: float
-    lasting: float
-    count: int
-    by_inputs: float = 0.0
-
-    def grounds(self, name: str) -> tuple[str, ...]:
-        """What contradicts the model, one line each."""
-        out: list[str] = []
-        expected = math.hypot(1.0, self.by_inputs)
-        if self.size > LARGE * expected:
-            times, noise = _plain(self.size, 2), _shown(name, self.noise)
-            out.append(f"{name}: residuals are {times} times the sensor noise ({noise})")
-        if self.alike > ALIKE + 4.0 * self.alike_sigma and self.size > expected:
-            out.append(f"{name}: neighbouring residuals are alike (correlation {self.alike:.2f})")
-        return tuple(out)
-
-
-@dataclass(frozen=True)
-class Residuals:
-    """Residuals of one trial over the sensor noise, window after window.
-
-    Attributes:
-        t: time, the gaps between windows left out [s], shape (rows,).
-        values: by channel; NaN where nothing is compared.
-        control: the control that stands beside them (`Diagnosis.control`), as it acted.
-    """
-
-    t: Array
-    values: Mapping[str, Array]
-    control: Array
 
 
 @dataclass(frozen=True)
@@ -136,6 +78,7 @@ class Suspicion:
         moves: change of each free parameter, in its sigma, if it were estimated.
         of_reading: as in `suspects.Suspect`.
         whole: whether it is there or not, without a size, and cannot be estimated (`alternatives`).
+        most: as in `suspects.Suspect`.
     """
 
     name: str
@@ -149,21 +92,41 @@ class Suspicion:
     moves: Mapping[str, float]
     of_reading: bool = False
     whole: bool = False
+    most: float = math.inf
+
+    @property
+    def of_truth(self) -> tuple[float, float]:
+        """Size and sigma, as shares of the true value where it is a scale; SI units."""
+        if self.of_reading and self.size < 0.9:
+            return self.size / (1.0 - self.size), self.sigma / (1.0 - self.size) ** 2
+        return self.size, self.sigma
 
     @property
     def value(self) -> str:
         """Error of the instrument with its sigma and unit, as a share of the true value where it is a scale."""
-        if self.whole:
-            return "whole"
-        size, sigma = self.size, self.sigma
-        if self.of_reading and size < 0.9:
-            size, sigma = size / (1.0 - size), sigma / (1.0 - size) ** 2
-        return f"{size / self.per:.3g} +- {_plain(sigma / self.per, 1)} {self.unit}"
+        size, sigma = self.of_truth
+        return "whole" if self.whole else f"{size / self.per:.3g} +- {plain(sigma / self.per, 1)} {self.unit}"
+
+    @property
+    def instead(self) -> str:
+        """What a control is whose readings do not act, or act the other way: no error that has a size."""
+        of = self.name.partition(".")[2]
+        if not self.of_reading or not self.name.startswith("scale.") or self.turned:
+            return ""
+        if abs(self.size - 1.0) < _WHOLE:
+            return f"{of} that does not act as logged (stuck, or the column of another)"
+        return f"{of} that acts the other way (its sign)" if abs(self.size - 2.0) < _WHOLE else ""
+
+    @property
+    def possible(self) -> bool:
+        """Whether instruments have errors as large, or it is one without a size."""
+        size, sigma = self.of_truth
+        return self.whole or self.turned or bool(self.instead) or abs(size) - 2.0 * sigma <= self.most
 
     @property
     def sized(self) -> str:
         """What it is, with its size where it has one."""
-        return self.words if self.whole else f"{self.words} of {self.value}"
+        return self.instead or (self.words if self.whole else f"{self.words} of {self.value}")
 
     @property
     def turned(self) -> bool:
@@ -173,7 +136,7 @@ class Suspicion:
     @property
     def remedy(self) -> str:
         """Lines of a study that let the fit estimate it; both components of a vector."""
-        if self.whole:
+        if self.whole or self.instead:
             return "change it in the mapping file of the log, and import again"
         kind, _, way = self.name.partition(".")
         names = (f"{kind}.north", f"{kind}.east") if way in ("north", "east") else (self.name,)
@@ -217,6 +180,12 @@ class Differing:
     def numbers(self) -> int:
         """How many numbers it takes."""
         return len(self.each)
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it."""
+        only = f"correct the log of {next(iter(self.each))}, or leave the trial out"
+        return only if self.numbers == 1 else "correct the logs trial by trial"
 
     @property
     def name(self) -> str:
@@ -304,6 +273,7 @@ class Diagnosis:
         contradictions: trials against the others, the one that stands out most first.
         differing: errors of instruments that are not the same in all trials, the most likely first.
         terms: tests of the parameters that are held, as relative errors, the most likely first.
+        pulls: tests of the priors, the one that the data contradict most first.
         pulled: how far long predictions would move each parameter of a fit that takes measured states as exact, in the
             sigma of that fit; empty for others.
     """
@@ -322,18 +292,20 @@ class Diagnosis:
     contradictions: tuple[Contradiction, ...] = ()
     differing: tuple[Differing, ...] = ()
     terms: tuple[Suspicion, ...] = ()
+    pulls: tuple[Pull, ...] = ()
     pulled: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
-        """Suspects that matter, the most likely first."""
-        return tuple(one for one in self.suspicions if one.matters)
+        """Suspects that matter and that instruments can have, the most likely first."""
+        return tuple(one for one in self.suspicions if one.matters and one.possible)
 
     @property
     def lacking(self) -> bool:
         """Whether the model does not explain the data."""
-        named = self.causes or self.differing or self.apart or any(one.matters for one in self.terms) or self._biased
-        return bool(named) or any(one.grounds(name) for name, one in self.channels.items())
+        told = any(one.matters for one in (*self.suspicions, *self.terms))
+        told = told or bool(self.differing or self.apart or self._biased)
+        return told or any(one.grounds(name) for name, one in self.channels.items())
 
     @property
     def _biased(self) -> str:
@@ -358,6 +330,8 @@ class Diagnosis:
                          for name, c in self.channels.items()},
             "suspects": [{"name": s.name, "size": s.size, "sigma": s.sigma, "drop": s.drop, "share": s.share,
                           "matters": s.matters, "moves": dict(s.moves)} for s in self.suspicions],
+            "priors": [{"name": p.path, "wanted": p.wanted, "prior": p.prior, "sigma": p.sigma, "deviates": p.deviates,
+                        "share": p.share, "matters": p.matters} for p in self.pulls],
             "contradictions": [{"trial": c.trial, "chi_square": c.chi, "freedom": c.freedom, "removes": c.removes,
                                 "matters": c.matters, "moves": dict(c.moves)} for c in self.contradictions],
             "estimated": {s.name: {"size": s.size, "sigma": s.sigma} for s in self.errors},
@@ -384,6 +358,8 @@ class Diagnosis:
     def grounds(self) -> tuple[str, ...]:
         """What contradicts the model, one line each."""
         found = [line for name, one in self.channels.items() for line in one.grounds(name)]
+        found += [f"what acts like {one.words} is larger than any of an instrument: a unit, a column or the model is "
+                  "wrong" for one in self.suspicions if one.matters and not one.possible][:1]  # fmt: skip
         if biased := self._biased:
             found.insert(0, f"noise of the measured states pulls this fit: long predictions would move {biased} by "
                             f"{self.pulled[biased]:+.1f} sigma; fit with shooting:Trajectory")  # fmt: skip
@@ -401,9 +377,8 @@ class Diagnosis:
         """What to do next, the first thing first; empty where the model explains the data."""
         if not self.lacking:
             return ()
-        first = next(iter(self.causes), None)
-        return (*((first.remedy,) if first else ()),
-                *((_MISSING,) if first is None or self.cause is None else ()))  # fmt: skip
+        good, weak = self._named
+        return (*(one.remedy for one in [*good, *weak][:1]), *(() if good else (_MISSING,)))
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -412,13 +387,15 @@ class Diagnosis:
                for name, n in self.rejected.items()]  # fmt: skip
         out += [f"estimated: {one.words} of {one.value}" for one in self.errors]
         if not self.lacking:
-            return ("the residuals look like sensor noise", *self._taken(), *out)
+            pulled = (one.text for one in self.pulls[:1] if one.matters)
+            return ("the residuals look like sensor noise", *self._taken(), *pulled, *out)
         good, weak = self._named
         early = [one for one in good if one.alone or one.label]
         return (
             f"{LACKING}: sigma and verdicts hold only if the model were right",
-            *(one.line for one in early), *(f"remedy of the first: {one.remedy}" for one in self.causes[:1]),
-            *(one.line for one in good if one not in early), *self.grounds, *(one.line for one in weak), *out,
+            *(one.line for one in early), *(f"remedy of the first: {one.remedy}" for one in early[:1]),
+            *(one.line for one in good if one not in early), *self.grounds, *(one.line for one in weak),
+            *(() if early else (f"remedy: {one}" for one in self.remedies[:1])), *out,
         )  # fmt: skip
 
     def _taken(self) -> tuple[str, ...]:
@@ -433,23 +410,33 @@ class Diagnosis:
     @property
     def _named(self) -> tuple[list[Cause], list[Cause]]:
         """What explains a good part of what the noise does not, and what explains less; the likeliest first."""
-        own = {one.name: one for one in self.differing}
-        listed = [(one.share / (2.0 if one.numbers > 1 else 1.0), Cause("suspect", one.text, one.share))
-                  for one in self.differing]  # fmt: skip
-        listed += [(one.share, Cause("suspect", one.text, one.share)) for one in self.causes if one.name not in own]
+        own = {one.name: one for one in self.differing if all(each.possible for each in one.each.values())}
+        listed = [(one.share / (2.0 if one.numbers > 1 else 1.0), _suspect(one)) for one in own.values()]
+        listed += [(one.share, _suspect(one)) for one in self.causes if one.name not in own]
         # A model has more numbers than its instruments have errors; so one of them has to explain more.
-        held = [(one.share / 1.5, Cause("or the ship", one.text, one.share)) for one in self.terms[:2] if one.matters]
-        listed = sorted([*sorted(listed, key=_likely, reverse=True)[:_LISTED], *held], key=_likely, reverse=True)
+        held = [(one.share / 1.5, replace(_suspect(one), label="or the ship", remedy=_FREE.format(one.name)))
+                for one in self.terms[:2] if one.matters]  # fmt: skip
+        pulled = [(one.share, _suspect(one)) for one in self.pulls[:2] if one.matters]
+        likely = [*sorted(listed, key=_likely, reverse=True)[:_LISTED], *held]
+        # An estimate that is off by a few of its sigma is likelier than any instrument.
+        before = any(one.first for one in self.pulls[:2])
+        listed = sorted(likely if before else [*likely, *pulled], key=_likely, reverse=True)
+        listed = [*sorted(pulled, key=_likely, reverse=True), *listed] if before else listed
         square = sum(c.count * c.size**2 for c in self.channels.values())
         excess = 1.0 - sum(c.count for c in self.channels.values()) / max(square, 1e-300)
         good = [one for share, one in listed if share > max(_ACCOUNTS * excess, 0.0)]
         weak, odd = [one for _, one in listed if one not in good], self.apart
         if odd and odd[0].alone:
-            return [Cause("", odd[0].text, 1.0, alone=True), *good], weak
+            return [Cause("", odd[0].text, 1.0, f"look at {odd[0].trial}, or leave it out", alone=True), *good], weak
         said = odd[0].text if len(odd) == 1 else (
             f"trials contradict each other, the first of them most: {', '.join(one.trial for one in odd)}"
         )  # fmt: skip
-        return [*good, *([Cause("", said, 1.0)] if odd else [])], weak
+        look = f"look at trial {odd[0].trial}" if odd else ""
+        return [*good, *([Cause("", said, 1.0, look)] if odd else [])], weak
+
+
+def _suspect(one: Suspicion | Differing | Pull) -> Cause:
+    return Cause("suspect", one.text, one.share, one.remedy)
 
 
 def _likely(one: tuple[float, Cause]) -> tuple[float, str]:

@@ -17,6 +17,8 @@ from ..trajectory.suspects import Suspect
 
 # Draws of the noise of the inputs.
 _DRAWS = 16
+# Beside errors of instruments the priors of a ship are wider by this: an estimate is no measurement.
+_WIDER = 3.0
 # Finite difference of a fixed parameter, relative, and the relative change that is reported.
 _SMALL, _TENTH = 1e-4, 0.1
 
@@ -75,6 +77,16 @@ class Linear:
         whole = np.concatenate([self.J, extra], axis=-1)
         products, squares = _by_channel(whole, self.J.shape[-1], self.trial, self.e.shape[2])
         return replace(self, extra=extra, products=products, squares=squares)
+
+    def freed(self, precision: Array) -> Linear:
+        """The same with wider priors of the first parameters, so that no misfit of the ship goes to an instrument.
+
+        Args:
+            precision: of the priors, shape (free parameters,).
+        """
+        A, at = self.A.copy(), np.arange(precision.size)
+        A[at, at] -= (1.0 - _WIDER**-2.0) * precision
+        return replace(self, A=A)
 
     def gram(self, size: Array | float = 1.0) -> Array:
         """Products of the parameters with parameters and suspects, over all channels, each times its `size`."""

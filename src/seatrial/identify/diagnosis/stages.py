@@ -21,8 +21,9 @@ from ..noise import noise, screened
 from ..record import Settings, compared_as, scales
 from ..trajectory.local import WINDOW, Cut, local
 from .apart import refuse_copies
+from .channels import Channel
 from .diagnose import diagnosed
-from .findings import Channel, Suspicion
+from .findings import Suspicion
 
 # Most errors of instruments that are estimated because the residuals call for them, and rounds of residual weights.
 _MOST, _ROUNDS = 5, 2
@@ -173,7 +174,7 @@ def _worth(fit: Fit) -> str:
     """The error of an instrument that the residuals call for most; empty where none pays for a parameter."""
     if fit.diagnosis is None or not fit.diagnosis.causes:
         return ""
-    sized = [one for one in fit.diagnosis.causes if not one.whole]
+    sized = [one for one in fit.diagnosis.causes if not (one.whole or one.instead)]
     if not sized:
         return ""
     first, rows = sized[0], sum(one.count for one in fit.diagnosis.channels.values())

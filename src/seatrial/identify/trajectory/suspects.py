@@ -12,7 +12,7 @@ of 1 s means that it shows the value of one second before.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,24 @@ from ...models import Model, Sampled, unit
 from ...simulate.replay import from_apparent, wind_of
 
 X, Y, PSI, U, V, R = range(6)
+_DEG = math.radians(1.0)
+MOST: Mapping[str, float] = {
+    "bias.psi": 30.0 * _DEG,  # a magnetic compass read as true: the variation of most waters
+    "bias.r": 1.0 * _DEG,  # a gyro of a phone before it is warm; a ship's turn indicator has .01 deg/s
+    "bias.u": 1.5, "bias.v_m": 1.5,  # a log that is not calibrated, and a lever arm in a turn
+    "scale.r": 0.15,  # IMO A.526(13) allows .05
+    "scale.wind": 0.6,  # an anemometer in the lee or the jet of the superstructure
+    "scale": 0.3, "port": 0.3,  # logs, tachometers and rudder indicators before any calibration
+    "offset": 10.0 * _DEG,
+    "deviation": 15.0 * _DEG,  # a magnetic compass without correctors; the speed error of a gyro is 2 deg
+    "delay": 60.0,  # clocks set by hand
+    "antenna.ahead": 250.0, "antenna.starboard": 40.0,  # half the length and the beam of the largest ships
+    "current": 5.0, "wind": 40.0,
+}  # fmt: skip
+"""The largest error that an instrument may have and still be called one, by name or kind, SI units.
+
+A wrong unit or column is larger, and is no error of an instrument: `data.check` names those.
+"""
 Acts = Callable[[Array, float], Array]
 """From inputs (lanes, steps, inputs) and the step [s]: their change by a unit error, same shape."""
 Reads = Callable[[Array, Array | None, float], Array]
@@ -53,6 +71,11 @@ class Suspect:
     acts: Acts | None = None
     reads: Reads | None = None
     of_reading: bool = False
+
+    @property
+    def most(self) -> float:
+        """The largest that instruments and waters have (`MOST`), SI units; of a scale as a share of the true value."""
+        return MOST.get(self.name, MOST.get(self.name.partition(".")[0], math.inf))
 
 
 def _column(at: Sequence[int], values: Callable[[Array, float], Array]) -> Acts:
@@ -126,7 +149,6 @@ def _deviation(east: bool) -> Reads:
     return reads
 
 
-_DEG = math.radians(1.0)
 _SENSORS = (
     Suspect("bias.psi", "a bias of the heading", "deg", _DEG, reads=_bias(PSI)),
     Suspect("deviation.north", "a deviation of the compass on northerly headings (speed error of a gyro)", "deg", _DEG,
