@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 from seatrial.core.parameters import values  # noqa: E402
 from seatrial.data import unwrapped  # noqa: E402
 from seatrial.data.formats import frt_esso  # noqa: E402
-from seatrial.identify.diagnosis.pushed import undisturbed  # noqa: E402
+from seatrial.identify.networks.pushed import undisturbed  # noqa: E402
 from seatrial.identify.nuisance import CURRENT  # noqa: E402
 from seatrial.models import STATES  # noqa: E402
 from seatrial.realtime.twin.follow import Follower, Machine, begun, made  # noqa: E402

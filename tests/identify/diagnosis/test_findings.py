@@ -16,7 +16,7 @@ from seatrial.identify.diagnosis import diagnose, stages
 from seatrial.identify.diagnosis.alternatives import _of
 from seatrial.identify.diagnosis.channels import Channel
 from seatrial.identify.diagnosis.findings import Contradiction, Diagnosis, Differing, Suspicion
-from seatrial.identify.diagnosis.pushed import _mean, _parts
+from seatrial.identify.networks.pushed import _mean, _parts
 from seatrial.ships.files import load
 
 DEG = math.radians(1.0)

@@ -19,12 +19,12 @@ import numpy as np
 from ...core.executors import Pool
 from ...data import Array
 from .. import Fit, FitError, Problem, Progress, StudyError
-from ..diagnosis.pushed import undisturbed
 from ..lint import linted
 from ..resume import digest
 from ..trajectory.local import finished
 from ..trajectory.shooting import Trajectory
 from ..watch import stage
+from .pushed import undisturbed
 from .widths import Widths
 
 
@@ -39,7 +39,7 @@ class Averaged(Trajectory):
         widths: factors on the prior deviations of `vary`, one fit each; with 0 these stay at the mean of their prior.
         vary: shell-style patterns of the parameters whose priors are scaled together.
         pushed: leave out the seconds of the trials in which something pushes the ship that the narrowest fit does not
-            hold (`diagnosis.pushed`), means of so many seconds being compared [s]; None uses all of them.
+            hold (`pushed`), means of so many seconds being compared [s]; None uses all of them.
     """
 
     widths: tuple[float, ...] = (0.0, 0.3, 1.0)

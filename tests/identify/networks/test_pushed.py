@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import Trial
-from seatrial.identify.diagnosis.pushed import undisturbed
+from seatrial.identify.networks.pushed import undisturbed
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
 from seatrial.ships.files import load
