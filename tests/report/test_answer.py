@@ -81,7 +81,7 @@ def test_each_start_counts_once_at_the_row_before_the_next() -> None:
     found = reached(_trial(), predicted, 30.0, 10.0)["y"]
     assert found == pytest.approx([1.0, 1.0, 1.0, 1.0])
     assert reached(_trial(), predicted, 30.0, 30.0)["y"] == pytest.approx([2.95] * 4)
-    assert reached(_trial(), predicted, None, 500.0)["y"].size == 0
+    assert reached(_trial(), predicted, None, 123.0)["y"].size == 0
 
 
 @pytest.mark.parametrize(("drifts", "trust", "why"), [

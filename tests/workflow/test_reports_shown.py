@@ -48,11 +48,11 @@ def test_a_fit_shows_parameters_combinations_errors_and_forecasts_in_degrees() -
         "status": "converged", "seconds": 12.34,
     }  # fmt: skip
     first, *lines = reports._fit(found, OUT, BACK)
-    assert table(first).head == ("parameter", "start", "fitted", "sigma", "from data", "verdict")
-    assert table(first).rows == (("hull.N_r", "1", "2", "0.12", "0.99", "identified"),
-                                 ("hull.Y_v", "3", "4", "0.5", "0.25", "at bound"),
-                                 ("hull.R_0", "5", "6", "0.5", "0.25", ""))  # fmt: skip
-    assert table(first).words == (5,)
+    assert table(first).head == ("parameter", "start", "fitted", "sigma", "± % (95 %)", "from data", "verdict")
+    assert table(first).rows == (("hull.N_r", "1", "2", "0.12", "12", "0.99", "identified"),
+                                 ("hull.Y_v", "3", "4", "0.5", "24", "0.25", "at bound"),
+                                 ("hull.R_0", "5", "6", "0.5", "16", "0.25", ""))  # fmt: skip
+    assert table(first).words == (6,)
     assert [*plain_text(tuple(lines))] == [
         *(f"pair {k}: rise together {k}" for k in range(6)), "... and 2 more combinations: see run/report.html",
         "like noise", "standardised error on trials kept back, fitted: 0.5",

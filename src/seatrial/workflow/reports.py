@@ -19,8 +19,8 @@ from ..core.version import __version__
 from ..data import Trial
 from ..identify import Estimator, Fit
 from ..identify.lint import doubts
-from ..report.answer import answered
-from ..report.blocks import Body, joined, line, table
+from ..report.answer import answered, within_percent
+from ..report.blocks import Body, joined, line, number, table
 from ..report.evidence import assumptions
 from ..report.page import Page, Section
 from ..report.report import Report
@@ -326,12 +326,14 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> Body:
     """Parameters, standardised errors and forecasts of one fit."""
     status = {v["subject"]: v["status"] for v in found["verdicts"]}
     rows = tuple(
-        (path, figure(p["start"]), figure(p["value"]), figure(p["sigma"], 2), figure(p["shrinkage"], 2),
+        (path, figure(p["start"]), figure(p["value"]), figure(p["sigma"], 2),
+         number(within_percent(p["value"], p["sigma"]), 2) if p["sigma"] is not None else "–",
+         figure(p["shrinkage"], 2),
          status.get(path, "at bound" if p["at_bound"] else ""))
         for path, p in found["parameters"].items()
     )  # fmt: skip
-    head = ("parameter", "start", "fitted", "sigma", "from data", "verdict")
-    parameters = table(head, rows, words=(5,)) if rows else ()  # a network has weights, no parameters
+    head = ("parameter", "start", "fitted", "sigma", "± % (95 %)", "from data", "verdict")
+    parameters = table(head, rows, words=(6,)) if rows else ()  # a network has weights, no parameters
     combined = [f"{v['subject']}: {v['text']}" for v in found["verdicts"] if v["subject"] not in found["parameters"]]
     return parameters + joined(map(line, (
         *combined[:_COMBINED],
