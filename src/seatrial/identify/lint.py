@@ -24,6 +24,7 @@ from ..simulate.begun import too_little, untold
 from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
 from ..simulate.steering import filled_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
+from .actuation import exceeded
 from .posterior.acting import acting
 from .posterior.verdicts import manoeuvre_for
 from .record import compared_as, scales, step_of
@@ -221,6 +222,8 @@ def _trials(problem: Problem, test: Sequence[Trial], partial: bool) -> Iterator[
         if any(trial is one for one in problem.trials):
             told = [name for name in needed if name not in lacking]
             rows += int(np.isfinite(trial.stack(*told)).all(axis=1).sum())
+    for words in exceeded(problem.ship, problem.trials):
+        yield Issue("warning", "actuators", words)
     if len(problem.trials) == 1:
         kind = str(problem.trials[0].meta.get("kind", "")) or "its kind"
         yield Issue("warning", "trials", f"one trial only: what it does not excite stays at its prior, and all but "
