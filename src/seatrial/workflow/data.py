@@ -14,6 +14,7 @@ from ..data import DataError, Trial
 from ..data.check import check_folder
 from ..data.formats import logs
 from ..data.guess import DOUBT, Guess, guess
+from ..data.guess.guessing import reader_of
 from ..data.importing import import_log
 from ..data.prepare import mended, read_steps
 from ..data.prepare import resample as resampled
@@ -66,16 +67,31 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
 
 
 def importing(format: str | None, source: Path | None, out: Path | None) -> tuple[str, Path, Path]:
-    """What an import needs: a format, a source and a folder for the trials.
+    """What an import needs: a format, a source and a folder for the trials; a source alone tells its format.
 
     Raises:
         RequestError: one of them is missing.
     """
+    if format is not None and source is None and Path(format).exists():
+        format, source = _format_of(Path(format)), Path(format)
     if format is None or source is None:
         raise RequestError("give FORMAT and SRC, such as csv logs --mapping mapping.toml, or --guess FOLDER")
     if out is None:
         raise RequestError("give the folder for the trial files: -o trials")
     return format, source, out
+
+
+def _format_of(source: Path) -> str:
+    """The format of a log or a folder of logs, by what is in them.
+
+    Raises:
+        RequestError: a table, which needs a mapping.
+        DataError: a format that is not read.
+    """
+    known = reader_of(source)
+    if known is None:
+        raise RequestError(f"{source}: a table, or of no format that is known: seatrial import --guess {source}")
+    return known.format
 
 
 def guess_mapping(folder: Path, out: Path | None = None, more: object = None) -> Guess:

@@ -27,6 +27,7 @@ from typing import Any
 
 from ...core.parameters import unknown
 from .. import DataError, Trial
+from ..recognise import recognise
 from ..table import existing
 
 __all__ = ["Format", "Reader", "formats", "known_by_suffix", "logs", "reader", "recordings"]
@@ -69,9 +70,11 @@ def formats() -> Mapping[str, Format]:
 
 
 def known_by_suffix(src: Path) -> str:
-    """How to import the first file at `src` that has the suffix of a format; a clause for an error, "" where none."""
+    """How to import the first file at `src` that is of a format, by what is in it or its suffix; "" where none."""
     files = sorted(f for f in src.rglob("*") if f.is_file()) if src.is_dir() else [src]
     for file in files:
+        if (known := recognise(file)) is not None:
+            return known.told(file)
         for one in formats().values():
             if {file.suffix.lower(), file.name} & set(one.suffixes) and not one.needs_mapping:
                 return f"{file.name} looks like {one.name}: seatrial import {one.name} {quote(str(src))} -o trials"
@@ -103,7 +106,13 @@ def logs(format: str, src: str | Path, mapping: str | Path | None = None) -> Ite
     """
     chosen, checked = _mapped(format, mapping)
     for path in _found(chosen, checked, existing(src)):
-        yield path, chosen.read_all(path, checked) if chosen.read_all else (chosen.read(path, checked),)
+        try:
+            yield path, chosen.read_all(path, checked) if chosen.read_all else (chosen.read(path, checked),)
+        except DataError as error:
+            known = recognise(path) if path.is_file() else None
+            if known is None or known.format == format:
+                raise
+            raise DataError(f"{error}; {known.told(path)}") from None
 
 
 def _mapped(name: str, mapping: str | Path | None) -> tuple[Format, Any]:

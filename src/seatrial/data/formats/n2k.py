@@ -81,13 +81,14 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
 
 
 def _clock(path: Path, frames: list[Frame]) -> Clock:
-    """What the stamps of most messages count from; "" where there is no message.
+    """What the stamps of most messages count from.
 
     Raises:
         DataError: most have none.
     """
-    count: Counter[Clock] = Counter(one.clock for one in frames)
-    found = max(count, key=lambda clock: count[clock], default="")
+    clocks: tuple[Clock, ...] = ("epoch", "day", "start", "")
+    count = Counter(one.clock for one in frames)
+    found = max(clocks, key=lambda clock: count[clock])
     if frames and not found:
         raise DataError(f"{path}: its lines have no time; log with stamps, as candump -l does")
     return found

@@ -54,6 +54,8 @@ _TAG = re.compile(rb"\\[^\\]{3,200}\\\s*$")
 
 _PLAIN = ("U_A", "gamma_A", "U_T", "gamma_T", "U_C", "gamma_C", "depth", "phi", "theta", "x", "y")
 """Readings that are channels as they are."""
+_SHARES = ("throttle", "steering")
+"""Beginnings of the names of orders that are a share of the greatest one, -1 to 1; such readings are channels too."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,8 @@ def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
 
 def _unit(name: str) -> str:
     """Unit of a numbered control; empty where the name has a standard one."""
-    return next((unit for stem, unit in (("delta_", "rad"), ("n_P_", "1/s")) if name.startswith(stem)), "")
+    stems = ("delta_", "rad"), ("n_P_", "1/s"), *((one, "-") for one in _SHARES)
+    return next((unit for stem, unit in stems if name.startswith(stem)), "")
 
 
 def _rate(t: Array, psi: Array, steps: list[str]) -> Array:
@@ -199,6 +202,8 @@ def _velocities(
         steps.append("u, v_m from course and speed over ground, turned by psi")
     if "u_log_water" in raw:
         channels["u_w"] = _from(aboard.log, raw["u_log_water"], raw["u_log_water"], r)[0]
+    if "U_G" in raw and "gamma_G" not in raw:
+        channels["U_G"] = raw["U_G"]
     if "U_G" in raw and "gamma_G" in raw:
         channels["U_G"], channels["gamma_G"] = raw["U_G"], unwrapped(raw["gamma_G"])
         if aboard.antenna:
@@ -239,7 +244,7 @@ def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[s
 
 def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array, r: Array, mast: Place) -> None:
     for name in raw:
-        if name in _PLAIN or name.startswith("throttle_"):
+        if name in _PLAIN or name.startswith(_SHARES):
             channels[name] = unwrapped(raw[name]) if name == "gamma_C" else raw[name]
     if "U_A" in raw and "gamma_A" in raw and mast:
         channels["U_A"], channels["gamma_A"] = felt_at_midship(raw["U_A"], raw["gamma_A"], r, mast)

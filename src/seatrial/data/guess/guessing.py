@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import Array, DataError
 from ..importing import recognised
+from ..recognise import recognise
 from ..table import existing
 from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
 from .cells import Column
@@ -382,7 +383,7 @@ def reader_of(src: Path) -> Reader | None:
     """The reader that takes a log or a folder without a mapping; None where none does.
 
     Raises:
-        DataError: no such path.
+        DataError: no such path, or a file of a format that is not read; what converts it is named.
     """
     here = existing(src)
     files = [here] if here.is_file() else sorted(path for path in here.rglob("*") if path.is_file())
@@ -391,6 +392,11 @@ def reader_of(src: Path) -> Reader | None:
         return _said("rosbag2", here, "a recording of ROS 2", False)
     if any(path.suffix.lower() == ".mcap" for path in files):
         return _said("mcap", here, "MCAP files", False)
+    known = next(filter(None, map(recognise, files)), None)
+    if known is not None and known.format:
+        return _said(known.format, here, known.name, False)
+    if known is not None and here.is_file():
+        raise DataError(f"{here}: {known.told(here)}")
     for path in files:
         if path.suffix.lower() in (".nmea", ".log", ".txt", ".csv", "") and _sentences(path):
             return _said("nmea", here, "NMEA 0183 sentences", False)

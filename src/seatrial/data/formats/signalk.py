@@ -1,0 +1,96 @@
+"""Logs of Signal K: one delta a line, of JSON, in SI and radians; with the stamp of a multiplexed log before it or not.
+
+The own vessel is ``vessels.self``, else the context that tells most; others are targets, and are left out.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from .. import Trial
+from ..instruments import Heard, each_line, trial_by
+from .nmea import Aboard, read_mapping
+
+__all__ = ["EXAMPLE", "name", "read", "read_mapping", "suffixes"]
+
+name = "signalk"
+suffixes = (".jsonl",)
+EXAMPLE = """{"updates": [{"timestamp": "2026-11-26T12:00:00Z", "values": [{"path": "navigation.headingTrue", "value": 0.70}]}]}
+{"updates": [{"timestamp": "2026-11-26T12:00:01Z", "values": [{"path": "navigation.headingTrue", "value": 0.71}]}]}
+{"updates": [{"timestamp": "2026-11-26T12:00:02Z", "values": [{"path": "steering.rudderAngle", "value": 0.11}]}]}
+"""  # noqa: E501
+_PATHS: Mapping[str, str] = MappingProxyType({
+    "navigation.position.latitude": "latitude", "navigation.position.longitude": "longitude",
+    "navigation.headingTrue": "psi", "navigation.headingMagnetic": "psi_magnetic",
+    "navigation.magneticVariation": "variation", "navigation.rateOfTurn": "r", "navigation.speedOverGround": "U_G",
+    "navigation.courseOverGroundTrue": "gamma_G", "navigation.speedThroughWater": "u_log_water",
+    "navigation.speedThroughWaterTransverse": "v_log_water", "navigation.attitude.roll": "phi",
+    "navigation.attitude.pitch": "theta", "steering.rudderAngle": "delta", "environment.wind.speedApparent": "U_A",
+    "environment.wind.angleApparent": "gamma_A", "environment.wind.speedTrue": "U_T",
+    "environment.wind.angleTrueWater": "gamma_T_bow", "environment.wind.speedOverGround": "U_T_ground",
+    "environment.wind.directionTrue": "gamma_T_ground", "environment.depth.belowSurface": "depth",
+    "environment.current.setTrue": "gamma_C", "environment.current.drift": "U_C",
+})  # fmt: skip
+_SHAFT = re.compile(r"propulsion\.(\w+)\.revolutions")
+_STAMP = re.compile(r"\d{13};I;")
+_LEFT = 1000
+"""Kinds of paths that are counted each."""
+
+
+def read(source: Path, mapping: Aboard | None = None) -> Trial:
+    """Read one log; without a mapping by the one beside it."""
+    all_of, by_context, sizes = Heard(), dict[str, Heard](), dict[str, int]()
+
+    def take(text: str) -> None:
+        start = _STAMP.match(text)
+        try:
+            delta = json.loads(text[start.end() :] if start else text)
+            context, told = str(delta.get("context", "vessels.self")), list(_values(delta))
+        except (ValueError, TypeError, AttributeError, RecursionError):
+            all_of.refuse(f"{text[:40]!r} is no delta")
+            return
+        heard = by_context.setdefault(context, Heard())
+        sizes[context] = sizes.get(context, 0) + len(told)
+        for t, giver, path, value in told:
+            _hear(heard, t, giver, path, value)
+
+    each_line(source, all_of, take)
+    own = "vessels.self" if "vessels.self" in by_context else max(sizes, key=lambda one: sizes[one], default="")
+    heard = by_context.get(own, Heard())
+    heard.lines, heard.invalid, heard.first = all_of.lines, all_of.invalid, all_of.first
+    heard.ignored.update({f"of {one}": sizes[one] for one in list(by_context)[:_LEFT] if one != own})
+    return trial_by(source, heard, "Signal K deltas", mapping, 0.0, (),
+                    lambda series: {"delta": "rudder"})  # fmt: skip
+
+
+def _values(delta: Any) -> Iterator[tuple[float, str, str, Any]]:
+    """Time, source, path and value of each number of a delta; those of a compound value by their own names."""
+    for update in delta["updates"]:
+        said = datetime.fromisoformat(str(update.get("timestamp", "")).replace("Z", "+00:00"))
+        t = (said if said.tzinfo else said.replace(tzinfo=UTC)).timestamp()
+        for one in update.get("values", ()):
+            value, path = one["value"], str(one["path"])
+            parts = value.items() if isinstance(value, dict) else ((None, value),)
+            for key, number in parts:
+                yield t, str(update.get("$source", "self")), path if key is None else f"{path}.{key}", number
+
+
+def _hear(heard: Heard, t: float, giver: str, path: str, value: Any) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return
+    shaft = _SHAFT.fullmatch(path)
+    if shaft is not None:  # in hertz; the numbers are those of RPM sentences: odd to starboard
+        side = {"port": 2, "starboard": 1}.get(shaft[1].lower(), 0)
+        heard.add(t, f"{giver}/{path}", {f"rpm_S_{side}": 60.0 * float(value)})
+    elif path in _PATHS:
+        wrapped = float(value) % math.tau if _PATHS[path] in ("gamma_A", "gamma_T_bow") else float(value)
+        heard.add(t, giver, {_PATHS[path]: wrapped})
+    elif path in heard.ignored or len(heard.ignored) < _LEFT:
+        heard.leave(path)

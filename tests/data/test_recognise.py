@@ -1,0 +1,77 @@
+"""Files are told by what is in them, and those that are not read by the program that converts them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from seatrial.data import DataError
+from seatrial.data.formats import formats
+from seatrial.data.guess import guess
+from seatrial.data.importing import import_log
+from seatrial.data.recognise import recognise
+from seatrial.testing.logs import log_examples
+from seatrial.workflow import RequestError
+from seatrial.workflow.data import importing
+
+BY_CONTENT = ("n2k", "moos", "signalk", "gpx", "dataflash")
+TABLE = "Time,HDG,RUD\n0.0,10.0,1.0\n1.0,11.0,1.0\n2.0,12.0,1.0\n"
+NAMED = {
+    b"#ROSBAG V2.0\n": "ROS 1", b"ULog\x01\x12\x35\x01": "PX4", b"\x1b\x01\x03\xad\x59": "EBL", b"LOGG": "BLF",
+    b"\xaa\x44\x12\x1c": "NovAtel", b"$@\x00\x01": "Septentrio", b"\xb5\x62\x01": "UBX", b"\xff\x5a": "SBG",
+    b"\xfa\xff": "Xsens", b"CDF\x01": "netCDF", b"SQLite format 3\0": "SQLite", b"\x1f\x8b\x08": "gzip",
+    b"\x0a\x0d\x0d\x0a": "pcapng", b"TDSm": "TDMS", (1795694400 * 10**6).to_bytes(8, "big") + b"\xfd\x09": "MAVLink",
+    b"#INSPVAA,COM1,0,31.0;2416,1.0*00\n" * 5: "NovAtel", b"!Boat,Utc,BSP\n!boat,0,1\n0,46352.5,1,6.2\n": "Expedition",
+    b"2026-05-01 09:00:00.00: ATT {Yaw : 40.00}\n" * 4: "mavlogdump", b'"TOA5","a","b"\n': "Campbell",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("format", BY_CONTENT)
+def test_an_example_of_each_format_is_told_under_any_name(format: str, tmp_path: Path) -> None:
+    file = tmp_path / "log.xyz"
+    file.write_text(log_examples()[format].example, encoding="utf-8")
+    known = recognise(file)
+    assert known is not None
+    assert known.format == format
+    assert importing(str(file), None, tmp_path) == (format, file, tmp_path)
+    assert guess(file).format == format
+
+
+@pytest.mark.parametrize("head", NAMED)
+def test_what_is_not_read_is_named_with_a_way_on(head: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "log.dat"
+    file.write_bytes(head)
+    known = recognise(file)
+    assert known is not None
+    assert NAMED[head] in known.name
+    assert known.format == ""
+    assert known.way
+    with pytest.raises(DataError, match="which is not read"):
+        guess(file)
+
+
+@pytest.mark.parametrize("content", [TABLE, TABLE.replace(",", ";"), "", "{}", "A 1 2\nB 2 3\n", "\0" * 100, "<html>"])
+def test_a_table_or_nothing_known_is_none_of_them(content: str, tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(content, encoding="utf-8")
+    assert recognise(file) is None
+
+
+def test_a_table_alone_needs_a_mapping(tmp_path: Path) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(TABLE, encoding="utf-8")
+    with pytest.raises(RequestError, match="--guess"):
+        importing(str(file), None, tmp_path)
+
+
+def test_a_log_under_a_wrong_format_is_named_in_the_refusal(tmp_path: Path) -> None:
+    file = tmp_path / "log.nmea"
+    file.write_text(log_examples()["signalk"].example, encoding="utf-8")
+    with pytest.raises(DataError, match=r"is a log of Signal K: seatrial import signalk"):
+        import_log("nmea", file, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_told_by_content_has_a_reader() -> None:
+    assert set(BY_CONTENT) <= set(formats())
