@@ -16,7 +16,8 @@ from seatrial.data import Array, DataError
 from seatrial.data.guess.answers import Answer, Entry, listed, quoted, text_of
 from seatrial.data.guess.cells import _read, spoken
 from seatrial.data.guess.clock import Clock, _of_clock, _pattern, _seconds, clocks
-from seatrial.data.guess.guessing import _in_degrees, _once, _reaching, _repeats, _wind_pairs
+from seatrial.data.guess.entries import in_degrees
+from seatrial.data.guess.guessing import _once, _reaching, _repeats, _wind_pairs
 from seatrial.data.guess.layout import Layout, Table, decoded, is_value, number, read_text, split_line
 from seatrial.data.guess.logs import (
     Log,
@@ -451,7 +452,7 @@ def test_rows_that_repeat_a_time_are_told_and_left_out_once() -> None:
 
 def test_minutes_that_run_on_become_degrees() -> None:
     place = {"latitude": signal("latitude", [-6330.0, 6315.0]), "longitude": signal("longitude", [10.5, 10.6])}
-    found = _in_degrees(place)
+    found = in_degrees(place)
     assert found["latitude"].values == pytest.approx([-63.5, 63.25])
     assert found["longitude"].values == pytest.approx([10.5, 10.6])
 

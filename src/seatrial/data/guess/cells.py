@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from .. import Array
-from .layout import Table, number
+from .layout import Table, number, ungrouped
 from .naming import Meaning, meanings, parted, unit_in_name, unit_of
 
 Kind = Literal["number", "letters", "minutes", "dms", "iso", "stamp", "date", "clock", "text", "empty"]
@@ -89,7 +89,7 @@ def columns_of(table: Table, around: str = "") -> list[Column]:
 
 
 def _column(table: Table, k: int, around: str) -> Column:
-    head, cells = table.heads[k], table.columns[k]
+    head, cells = table.heads[k], ungrouped(table.columns[k], table.layout.decimal)
     name, bracket = parted(head)
     unit, where = unit_of(bracket), "header"
     if not unit and table.units[k]:

@@ -197,6 +197,11 @@ def in_degrees(found: Mapping[str, Signal]) -> dict[str, Signal]:
         if (minutes := _minutes_of(found, role)) is not None:
             values = values + np.copysign(minutes.values / 60.0, values)
         out[role] = replace(out[role], values=values)
+    if {"latitude", "longitude"} <= set(out):
+        unfixed = (out["latitude"].values == 0.0) & (out["longitude"].values == 0.0)
+        if unfixed.any() and not unfixed.all():
+            for role in ("latitude", "longitude"):
+                out[role] = replace(out[role], values=np.where(unfixed, np.nan, out[role].values))
     return out
 
 

@@ -68,6 +68,8 @@ def guess(src: str | Path) -> Guess:
     entries = [_reaching(log, _once_named(log, one)) for one in _entries(log)]
     text = " ".join(value for one in entries for value in one.keys.values())
     entries += [one for topic in (log.main, *log.topics) for one in neglected(topic.columns, text)]
+    if not any(one.table.startswith("channels.") or one.table in _SOURCES for one in entries):
+        raise DataError(f"{log.main.table.path}: {_nothing(log)}")
     notes = [*log.notes, *([known.said] if known else [])]
     head = ["A mapping for `seatrial import csv`, guessed; correct what is wrong.",
             f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
@@ -81,6 +83,24 @@ def guess(src: str | Path) -> Guess:
         asks,
         tuple(notes),
     )
+
+
+_SOURCES = ("position", "ground", "log", "apparent", "heading")
+
+
+def _nothing(log: Log) -> str:
+    """Why a table gives no channel, and what to do."""
+    words = [one for one in log.main.columns if one.kind == "text" and 1 < len(set(one.cells)) < len(one.cells) / 3]
+    values = [one for one in log.main.columns if one.kind == "number" and one.name.lower().strip("_") in _VALUES]
+    if words and values:
+        names = ", ".join(sorted(set(words[-1].cells))[:_OTHERS])
+        return (f"a long table, with one value a row: {words[-1].said} names it ({names}); "
+                f"make it wide first, a column each (pandas, polars: pivot by {words[-1].said})")  # fmt: skip
+    heads = ", ".join(one.said for one in log.main.columns[:_SHOWN])
+    return f"no column is known as a quantity of a ship's motion ({heads}); write a mapping (docs/data.md)"
+
+
+_VALUES = ("value", "values", "wert", "verdi", "val", "reading", "data")
 
 
 def _once_named(log: Log, entry: Entry) -> Entry:
@@ -219,12 +239,18 @@ def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
 def _table_entries(log: Log) -> Iterator[Entry]:
     """Keys of the layout, of repeated rows, of several files and of several trials."""
     yield _layout_entry(log)
+    if beside := log.main.table.beside:
+        doubt = f"sheets {', '.join(map(quoted, beside))} are tables too; a mapping of their own with sheet reads them"
+        yield Entry("", {}, Answer("", (doubt,)))
     yield from _repeats(log)
     if log.pattern:
         keys = {"pattern": quoted(log.pattern), "join": quoted(log.join)}
         yield Entry("files", keys, Answer("the files of one trial"))
     column = trial_column(log.main.columns, log.t)
-    if column is not None:
+    if log.ship:
+        keys = {"column": quoted(log.ship), "scattered": "true"}
+        yield Entry("split", keys, Answer(f"'{log.ship}' says whose row it is: a trial of each; the rest is of one"))
+    elif column is not None:
         yield Entry("split", {"column": quoted(column.head)}, Answer(f"{column.said} numbers the trials of one file"))
     elif (gap := leap(log.t)) is not None:
         yield Entry("split", {"gap": f"{gap:g}"}, Answer("time leaps between the trials of one file [s]"))
@@ -242,6 +268,7 @@ def _layout_entry(log: Log) -> Entry:
         ("encoding", encoding and quoted(encoding), f"the text is {encoding}"),
         ("delimiter", layout.delimiter != "," and quoted(layout.delimiter), ""),
         ("decimal", layout.decimal != "." and quoted(layout.decimal), ""),
+        ("thousands", layout.thousands and quoted(layout.thousands), "groups of three digits have a mark"),
         ("skip", layout.skip and str(layout.skip), f"{layout.skip} lines before the header"),
         ("units_row", layout.units_row and "true", "the row below the header has units"),
         ("sheet", layout.sheet and quoted(layout.sheet), ""),

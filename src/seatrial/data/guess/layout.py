@@ -8,7 +8,7 @@ from __future__ import annotations
 import codecs
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .. import DataError
@@ -44,6 +44,7 @@ class Layout:
         skip: lines before the header.
         units_row: rows of units after the header.
         sheet: of a workbook; empty for the first and for other files.
+        thousands: mark between groups of three digits in any of its cells.
     """
 
     encoding: str = "utf-8-sig"
@@ -52,6 +53,7 @@ class Layout:
     skip: int = 0
     units_row: int = 0
     sheet: str = ""
+    thousands: str = ""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,7 @@ class Table:
         units: what the row of units says of each; empty without one.
         columns: cells of each column.
         cut: whether the file has more rows.
+        beside: other sheets of the workbook that are tables.
     """
 
     path: Path
@@ -73,6 +76,7 @@ class Table:
     units: tuple[str, ...]
     columns: tuple[tuple[str, ...], ...]
     cut: bool = False
+    beside: tuple[str, ...] = ()
 
 
 def decoded(path: Path) -> tuple[str, str]:
@@ -118,6 +122,22 @@ def is_value(cell: str, mark: str = ".") -> bool:
     )  # fmt: skip
 
 
+_GROUPED = {
+    mark: re.compile(rf"[+-]?\d{{1,3}}(?:{other}\d{{3}})+(?:{point}\d*)?")
+    for mark, other, point in ((",", r"\.", ","), (".", ",", r"\."))
+}
+
+
+def ungrouped(cells: tuple[str, ...], mark: str) -> tuple[str, ...]:
+    """Cells of a column without the marks between groups of three digits; as they are where they have none."""
+    filled = [cell.strip() for cell in cells if cell.strip()]
+    other = "." if mark == "," else ","
+    fitting = sum(bool(_GROUPED[mark].fullmatch(cell) or _NUMBERS[mark].fullmatch(cell)) for cell in filled)
+    if not any(other in cell for cell in filled) or fitting < 0.9 * len(filled):
+        return cells
+    return tuple(cell.replace(other, "") if _GROUPED[mark].fullmatch(cell.strip()) else cell for cell in cells)
+
+
 def number(cell: str, mark: str = ".") -> float | None:
     """The number of a cell with this decimal mark; None where it is none."""
     plain = cell.strip()
@@ -156,8 +176,10 @@ def read_text(path: Path) -> Table:
             and len(cells := split_line(line, delimiter)) == count]  # fmt: skip
     if len(rows) < 2:
         raise DataError(f"{path}: {len(rows)} rows of numbers; a trial needs at least 2")
-    layout = Layout(encoding, delimiter, mark, skip, 1 if units else 0)
     columns = tuple(zip(*rows, strict=True))
+    grouped = any(ungrouped(column, mark) is not column for column in columns)
+    layout = Layout(encoding, delimiter, mark, skip, 1 if units else 0, "", "," if mark == "." else ".")
+    layout = layout if grouped else replace(layout, thousands="")
     return Table(path, layout, tuple(heads), tuple(units) or ("",) * count, columns, len(lines) - first > ROWS)
 
 

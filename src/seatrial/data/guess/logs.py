@@ -18,7 +18,7 @@ from ..table import existing
 from .cells import Column, columns_of
 from .clock import Clock, clocks
 from .layout import ROWS, Layout, Table, is_value, read_text
-from .naming import unit_of
+from .naming import tokens, unit_of
 from .roles import Signal, sided, signals, trial_column
 
 _ANGLES = ("heading", "yaw", "cog", "gamma_A", "gamma_T", "wind_direction", "alpha")
@@ -56,6 +56,7 @@ class Log:
         pattern: of the files of a trial; empty where a trial is one file.
         join: "rows" where files alike are pieces of one log, else "time".
         others: the other files with the same columns.
+        ship: column that says whose row it is, where ships take turns; the rows here are of the one with most.
         notes: what else is to be said, for the head of the mapping.
     """
 
@@ -68,6 +69,7 @@ class Log:
     join: str = "time"
     notes: tuple[str, ...] = ()
     others: tuple[Topic, ...] = ()
+    ship: str = ""
 
 
 def find_log(src: Path) -> Log:
@@ -107,13 +109,14 @@ def _tables(paths: Sequence[Path]) -> tuple[list[Table], list[str]]:
 def _topic(base: Path, table: Table, context: bool) -> Topic:
     name = table.path.relative_to(base).as_posix()
     around = name.rpartition(".")[0] if context else ""
-    columns = tuple(columns_of(table, around))
+    columns = tuple(map(_gapped, columns_of(table, around)))
     return Topic(name, table, columns, next(iter(clocks(columns)), None))
 
 
 def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
     """Files with the same columns: each a trial, or pieces of one; the one whose rudder moves most is looked at."""
-    topics = [_topic(base, table, False) for table in tables]
+    ship = next((head for table in tables if (head := _ship_column(table))), "")
+    topics = [_topic(base, _of_one(table, ship), False) for table in tables]
     moved = [_moved(one) for one in topics]
     span = max(most for _, most in moved) or 1.0
     longest = zip(topics, moved, strict=True)
@@ -131,7 +134,57 @@ def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
     clock = main.clock
     t = clock.t if clock else np.arange(len(main.table.columns[0]), dtype=float)
     found = sided(signals(main.columns, clock.heads if clock else ()))
-    return Log(main, (), t, _longest(main.columns, t), found, pattern, join, tuple(notes), others)
+    return Log(main, (), t, _longest(main.columns, t), found, pattern, join, tuple(notes), others, ship)
+
+
+_SHIPS = ("mmsi", "mmsi number", "imo", "vessel id", "ship id", "boat id", "vesselid", "shipid", "source id")
+
+
+def _ship_column(table: Table) -> str:
+    """The column that says whose row it is, where the rows of several ships alternate; empty without one."""
+    for head, cells in zip(table.heads, table.columns, strict=True):
+        changes = sum(a != b for a, b in pairwise(cells))
+        if " ".join(tokens(head)) in _SHIPS and changes >= len(set(cells)) > 1:
+            return head
+    return ""
+
+
+def _of_one(table: Table, ship: str) -> Table:
+    """The rows of the ship that has most of them; the table as it is without a column of ships."""
+    if ship not in table.heads:
+        return table
+    cells = table.columns[table.heads.index(ship)]
+    most = Counter(cells).most_common(1)[0][0]
+    rows = [k for k, cell in enumerate(cells) if cell == most]
+    return replace(table, columns=tuple(tuple(column[k] for k in rows) for column in table.columns))
+
+
+_SILENT = {"latitude": (91.0, 90.0), "longitude": (181.0, 180.0), "heading": (511.0, 360.0), "sog": (102.3, 102.2)}
+"""What AIS sends for a quantity that it does not have, and the most that it can be: a heading may count turns."""
+
+_FILLS = (-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0, 999.9, -999.9, -32768.0)
+_APART = 0.3
+
+
+def _gapped(column: Column) -> Column:
+    """The column with the numbers that stand for no value as gaps, among its words of a gap."""
+    if column.kind != "number":
+        return column
+    role = column.means[0].role if column.means else ""
+    good = column.values[np.isfinite(column.values)]
+    silent, most = _SILENT.get(role, (np.nan, 0.0))
+    none = {silent} if silent in good and (np.abs(good[good != silent]) <= most).all() else set[float]()
+    for one in _FILLS:
+        rest = np.abs(good[good != one])
+        if one in good and rest.size and rest.max() < _APART * abs(one):
+            none.add(one)
+    if not none:
+        return column
+    gone = np.isin(column.values, list(none))
+    words = tuple(dict.fromkeys(cell.strip() for cell, k in zip(column.cells, gone, strict=True) if k))
+    if gone[np.isfinite(column.values)].all():
+        return replace(column, kind="empty")
+    return replace(column, values=np.where(gone, np.nan, column.values), missing=(*column.missing, *words))
 
 
 def _moved(topic: Topic) -> tuple[float, float]:
@@ -309,11 +362,14 @@ def _workbook(path: Path) -> Table:
             path, sheet_id=0, engine="calamine", has_header=False, infer_schema_length=0, raise_if_empty=False,
             drop_empty_rows=False, drop_empty_cols=False,
         )
+    found: list[tuple[str, Table]] = []
     for k, (name, frame) in enumerate(sheets.items()):
         rows = [[_cell(value) for value in row] for row in frame.head(ROWS + 50).iter_rows()]
-        if (found := _of_sheet(path, name if k else "", rows)) is not None:
-            return found
-    raise DataError(f"{path}: no sheet with a header and rows of numbers")
+        if (table := _of_sheet(path, name if k else "", rows)) is not None:
+            found.append((name, table))
+    if not found:
+        raise DataError(f"{path}: no sheet with a header and rows of numbers")
+    return replace(found[0][1], beside=tuple(name for name, _ in found[1:]))
 
 
 def _of_sheet(path: Path, sheet: str, rows: list[list[str]]) -> Table | None:

@@ -80,6 +80,8 @@ def _check_table(found: Mapping) -> None:
     twice = next((name for k, name in enumerate(found.columns) if name and name in found.columns[:k]), None)
     if twice is not None:
         raise DataError(f"columns: '{twice}' is there twice; give each column a name of its own")
+    if found.thousands and found.thousands == found.decimal:
+        raise DataError(f"thousands and decimal are both '{found.decimal}'; leave thousands out")
     if found.delimiter == found.decimal:
         raise DataError(f"delimiter and decimal are both '{found.decimal}'; a table with decimal commas has another "
                         'delimiter, such as ";"')  # fmt: skip
@@ -259,6 +261,8 @@ def _check_trials(found: Mapping) -> None:
     split = found.split
     if split.gap is not None and split.gap <= 0.0:
         raise DataError(f"split.gap is {split.gap:g}; it must be above 0 s")
+    if split.scattered and split.column is None:
+        raise DataError("split.scattered is of split.column; leave it out")
     if split.column is not None and found.files is not None:
         raise DataError("split.column divides one file; it cannot stand beside files")
     if found.trial and (split.column is not None or split.gap is not None):

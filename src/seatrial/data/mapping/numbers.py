@@ -95,6 +95,10 @@ def _parsed(table: Table, column: str, cells: pl.Series) -> Array:
     """Numbers of texts, by the decimal mark of the table."""
     import polars as pl
 
+    if table.thousands:
+        mark, point = re.escape(table.thousands), re.escape(table.decimal)
+        grouped = cells.str.contains(rf"^[-+]?\d{{1,3}}(?:{mark}\d{{3}})+(?:{point}\d*)?$").fill_null(False)
+        cells = cells.str.replace_all(table.thousands, "", literal=True).zip_with(grouped, cells)
     plain = cells
     if table.decimal == ",":
         dotted = cells.str.contains(".", literal=True).fill_null(False).to_numpy()
@@ -112,6 +116,8 @@ def _parsed(table: Table, column: str, cells: pl.Series) -> Array:
 
 def _advice(cell: str) -> str:
     """What to do with a cell that is no number."""
+    if re.fullmatch(r"[-+]?\d{1,3}(?:,\d{3})+\.\d*|[-+]?\d{1,3}(?:,\d{3}){2,}", cell):
+        return 'give thousands = "," in the mapping'
     if re.fullmatch(r"[-+]?\d+,\d+", cell):
         return 'give decimal = "," in the mapping, or a number with a decimal dot'
     if re.fullmatch(_LETTERED, cell):

@@ -323,6 +323,11 @@ def groups(table: Table, mapping: Mapping) -> Iterator[tuple[str, NDArray[np.int
         return
     cells = texts(table, column).fill_null("")
     code = cells.rank("dense").to_numpy().astype(np.int64)
+    if mapping.split.scattered:
+        for word in cells.unique(maintain_order=True).to_list():
+            if word:
+                yield _ending(word), np.flatnonzero((cells == word).to_numpy())
+        return
     edges = [0, *(np.flatnonzero(np.diff(code)) + 1).tolist(), len(code)]
     seen: set[str] = set()
     for start, stop in pairwise(edges):
@@ -330,9 +335,15 @@ def groups(table: Table, mapping: Mapping) -> Iterator[tuple[str, NDArray[np.int
         if not word:
             continue
         if word in seen:
-            raise DataError(f"{table.at(column, start)}: '{word:.40}' again, after others; one stretch is one trial")
+            about = "one stretch is one trial; where rows of several take turns give scattered = true under split"
+            raise DataError(f"{table.at(column, start)}: '{word:.40}' again, after others; {about}")
         seen.add(word)
-        yield f"_{re.sub(r'[^A-Za-z0-9.-]+', '_', re.sub(r'[.]0$', '', word))}", np.arange(start, stop)
+        yield _ending(word), np.arange(start, stop)
+
+
+def _ending(word: str) -> str:
+    """What the name of a trial ends in, by the word of its rows."""
+    return f"_{re.sub(r'[^A-Za-z0-9.-]+', '_', re.sub(r'[.]0$', '', word))}"
 
 
 def divided(trial: Trial, split: Split) -> tuple[Trial, ...]:

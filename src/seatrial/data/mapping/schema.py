@@ -251,10 +251,15 @@ class Cut:
 
 @dataclass(frozen=True)
 class Split:
-    """Where a log is divided into trials: `column` changes, or time leaps by more than `gap` [s]."""
+    """Where a log is divided into trials: `column` changes, or time leaps by more than `gap` [s].
+
+    Attributes:
+        scattered: the rows of a word of `column` are one trial wherever they are, as of ships that take turns.
+    """
 
     column: str | None = None
     gap: float | None = None
+    scattered: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,6 +275,7 @@ class Mapping(Described):
         trial, split: where a log is divided.
         delimiter: what separates cells; "whitespace" for any white space.
         decimal: the decimal mark.
+        thousands: mark between groups of three digits, as in 6,650,000.00.
         encoding: of the text; None for that of the byte-order mark, else UTF-8.
         skip: lines before the header.
         columns: names of the columns of a table without a header, in their order; "" for one that is not read.
@@ -292,6 +298,7 @@ class Mapping(Described):
     split: Split = Split()
     delimiter: str = ","
     decimal: Literal[".", ","] = "."
+    thousands: Literal["", ",", ".", "'", " "] = ""
     encoding: str | None = None
     skip: int = 0
     columns: Words = ()

@@ -45,6 +45,7 @@ class Table:
         word: what a row of the file is called, "line" or "row".
         stated: unit that the file gives for a column, in its header, a row of units or its cells, and the row's number.
         decimal: the decimal mark of texts.
+        thousands: mark between their groups of three digits.
         missing: words of a missing value, in lower case.
         pieces: files of which it is made one after the other, and the rows of each; empty for one.
         header: number of the row of the names.
@@ -57,6 +58,7 @@ class Table:
     word: str = "line"
     stated: Named[str, tuple[str, int]] = field(default_factory=dict[str, tuple[str, int]])
     decimal: str = "."
+    thousands: str = ""
     missing: frozenset[str] = frozenset()
     pieces: tuple[tuple[Path, int], ...] = ()
     header: int = 1
@@ -111,7 +113,7 @@ def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
     else:
         found = _of_text(path, mapping, wanted)
     words = frozenset(("", "nan", "na", "null", *(word.strip().lower() for word in mapping.missing)))
-    return _unspoken(replace(found, decimal=mapping.decimal, missing=words), wanted)
+    return _unspoken(replace(found, decimal=mapping.decimal, thousands=mapping.thousands, missing=words), wanted)
 
 
 def _unspoken(table: Table, wanted: Sequence[Use]) -> Table:
