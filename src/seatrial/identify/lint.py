@@ -24,7 +24,7 @@ from ..simulate.begun import too_little, untold
 from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
 from ..simulate.steering import filled_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
-from .actuation import exceeded
+from .components.actuation import exceeded
 from .posterior.acting import acting
 from .posterior.verdicts import manoeuvre_for
 from .record import compared_as, scales, step_of

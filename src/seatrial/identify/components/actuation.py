@@ -11,12 +11,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..actuators import Shaft, table
-from ..data import Array, Trial, unwrapped
-from ..models import unit
-from ..ships import Ship
-from ..simulate.steering import is_held, logged
-from .noise import sensor_noise
+from ...actuators import Shaft, table
+from ...data import Array, Trial, unwrapped
+from ...models import unit
+from ...ships import Ship
+from ...simulate.steering import is_held, logged
+from ..noise import sensor_noise
 
 # A rate or a limit is exceeded from this share on, and a slope is taken over so many noises of travel.
 _BEYOND, _NOISES = 1.15, 30.0

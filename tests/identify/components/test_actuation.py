@@ -7,7 +7,7 @@ import pytest
 
 from seatrial.actuators import Actuator, Actuators
 from seatrial.data import Trial
-from seatrial.identify.actuation import exceeded, moving
+from seatrial.identify.components.actuation import exceeded, moving
 from seatrial.ships.files import load
 
 T = np.arange(0.0, 100.0, 0.5)
