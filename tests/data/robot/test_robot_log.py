@@ -289,3 +289,16 @@ def test_the_command_converts(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert "is there already" in capsys.readouterr().err
     assert main(["convert", str(tmp_path / "run.csv"), "--to", "ros", "-o", str(out)]) == 2
     assert "rosbag2" in capsys.readouterr().err
+
+
+def test_topics_that_nothing_is_read_from_are_counted(tmp_path: Path) -> None:
+    """A heading in a message that is not read must not be lost without a word."""
+    kind = "std_msgs/msg/String"
+    text = bytes(store().serialize_cdr(store().types[kind]("psi = 1"), kind))
+    fixes = [Message("/fix", FIX, k * 10**9, packed(FIX, k * 10**9, {"latitude": 35.0, "longitude": 139.0 + k * 1e-5}))
+             for k in range(1, 4)]  # fmt: skip
+    write_mcap(tmp_path / "a.mcap", [*fixes, *(Message("/imu", kind, k, text) for k in range(5))], {})
+    found = import_log("mcap", tmp_path / "a.mcap", tmp_path / "out")
+    meta = read_trial(found[0]).meta
+    assert meta["ignored"] == {f"/imu ({kind})": 5}
+    assert "heading" in meta["missing"]

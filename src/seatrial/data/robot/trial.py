@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
@@ -108,7 +109,8 @@ def read(source: Path, mapping: Topics | None = None) -> Trial:
     """Read one log."""
     topics, path = mapping or Topics(), source
     with opened(path) as bag:
-        series = _gathered(path, bag.messages)
+        ignored: Counter[str] = Counter()
+        series = _gathered(path, bag.messages, ignored)
         note = bag.note
     chosen = {kind: _chosen(path, kind, series, topics) for kind in (ODOMETRY, TWIST, FIX)}
     rows, again = _rows(path, series, chosen, note)
@@ -126,6 +128,8 @@ def read(source: Path, mapping: Topics | None = None) -> Trial:
     channels |= {name: values for name, values in said.items() if name in mapped}
     _fill(channels, said)
     meta = {**CONVENTIONS, **_frames(series, chosen), **rows.start, **note.get("meta", {}), **topics.meta}
+    if ignored:
+        meta["ignored"] = dict(sorted(ignored.items()))
     if datum is not None and "datum" not in meta:
         meta["datum"] = asdict(datum)
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
@@ -157,11 +161,12 @@ def _fill(channels: dict[str, Array], others: Mapping[str, Array]) -> None:
             channels[name] = unwrapped(channels[name])
 
 
-def _gathered(path: Path, messages: Any) -> dict[str, _Series]:
+def _gathered(path: Path, messages: Any, ignored: Counter[str]) -> dict[str, _Series]:
     found: dict[str, _Series] = {}
     message: Message
     for message in messages:
         if message.kind not in TYPES:
+            ignored[f"{message.topic} ({message.kind})"] += 1
             continue
         series = found.setdefault(message.topic, _Series(message.kind))
         if series.kind != message.kind:
