@@ -12,7 +12,7 @@ from turning_log import fixes, table, trials, truth
 
 from seatrial.data import Array, Trial
 from seatrial.data.guess import guess
-from seatrial.data.guess.entries import Known
+from seatrial.data.guess.entries import Known, held_over
 from seatrial.data.guess.helm import neutral_of
 from seatrial.data.guess.naming import magnetic, meanings
 from seatrial.data.guess.thrust import thrust_entries
@@ -121,6 +121,18 @@ def test_degrees_in_columns_of_metres_are_a_position(names: tuple[str, str], map
     assert any("degrees by their size" in one for one in guess(log).doubts)
     found = imported(log)
     assert np.hypot(found["x"] - true["x"], found["y"] - true["y"]).max() < 0.01
+
+
+@pytest.mark.parametrize("rows", [1, 2, 5, 10])
+def test_a_position_that_is_held_over_rows_is_told_and_a_ship_at_rest_is_not(rows: int) -> None:
+    t = np.arange(600.0)
+    place = 63.4 + 1e-5 * (t // rows)
+    assert held_over(place, 2.0 * place) == rows
+    gaps = np.where(t % rows == 0, place, np.nan)
+    assert held_over(gaps, gaps) == 1
+    rest = np.where(t < 300.0, 63.4, 63.4 + 1e-5 * (t - 300.0))
+    assert held_over(rest, rest) == 1
+    assert held_over(63.4 + 0.0 * t, 10.4 + 0.0 * t) == 1
 
 
 @pytest.mark.slow

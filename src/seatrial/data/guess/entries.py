@@ -149,6 +149,9 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
         for role in ("latitude", "longitude"):
             if (minutes := _minutes_of(found, role)) is not None:
                 keys[f"{role}_minutes"] = quoted(minutes.column.head)
+        if (rows := held_over(first.values, second.values)) > 1:
+            doubts.append(f"a position stands over {rows} rows: the receiver is slower than the log, and repeats are "
+                          "late; leave the repeated cells empty, also those of its speed and course")  # fmt: skip
         evidence = f"{_told(verdict, first, 'axes')}; {_ANTENNA}"
         yield Entry(
             "position", keys | ({"file": quoted(first.file)} if first.file else {}), Answer(evidence, tuple(doubts))
@@ -166,6 +169,21 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
         yield Entry(
             f"channels.{name}", _of(signal, unit=quoted(unit)), Answer(evidence, tuple(doubts) if name == "x" else ())
         )
+
+
+_HELD = 0.8
+"""Part of the changes of a position that come after the usual number of rows where it is held, not at rest."""
+
+
+def held_over(latitude: Array, longitude: Array) -> int:
+    """Rows over which a logger repeats each position of a slower receiver; 1 where it does not."""
+    good = np.isfinite(latitude + longitude)
+    changed = np.flatnonzero((np.diff(latitude[good]) != 0.0) | (np.diff(longitude[good]) != 0.0))
+    if changed.size < 10:
+        return 1
+    apart = np.diff(changed)
+    usual = int(np.median(apart))
+    return usual if usual > 1 and float((np.abs(apart - usual) <= 1).mean()) > _HELD else 1
 
 
 def angle_form(signal: Signal) -> str:
