@@ -146,7 +146,7 @@ def _blamed(fit: Any) -> tuple[str, ...]:
     if fit.diagnosis is None:
         return ()
     told = [one.name for one in fit.diagnosis.causes[:2]]
-    told += [one.name for one in fit.diagnosis.errors if abs(one.value) > 2.0 * one.sigma]
+    told += [one.name for one in fit.diagnosis.errors if abs(one.size) > 2.0 * one.sigma]
     return tuple(name for name in dict.fromkeys(told) if name.startswith(INSTRUMENTS))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -120,6 +121,75 @@ def test_it_is_a_study_as_written(folder: Path, tmp_path: Path) -> None:
     free = {one.path for one in read.problem.free}
     assert {"hull.N_v", "hull.R_0", "rudder.gamma_Rp"} <= free
     assert not {"propeller.D_P", "rudder.A_R", "body.m"} & free
+
+
+@pytest.mark.slow
+def test_priors_of_an_estimated_ship_are_its_own_and_those_of_a_published_one_relative(
+    folder: Path, tmp_path: Path
+) -> None:
+    """Regressions state their sigma; 30 % about it would trust a guess of R_0 as much as one of N_r."""
+    particulars = tmp_path / "particulars.toml"
+    numbers = "\n".join(f"{key} = {value}" for key, value in (("L_pp", 7.0), ("B", 1.27), ("d", 0.46), ("C_b", 0.81)))
+    particulars.write_text(f'schema = "seatrial-particulars/1"\nname = "bare"\n[particulars]\n{numbers}\n')
+    ship, study = tmp_path / "bare.toml", tmp_path / "study.toml"
+    assert main(["estimate", str(particulars), "-o", str(ship)]) == 0
+    assert main(["study", "new", str(ship), str(folder), "-o", str(study)]) == 0
+    problem = read_study(study).problem
+    entries = load(str(ship)).entries
+    free = {one.path: one for one in problem.free}
+    assert {path: one.sigma for path, one in free.items()} == {path: entries[path].sigma for path in free}
+    assert len({round(entries[path].sigma / abs(one.start), 3) for path, one in free.items()}) > 5
+    published = {one.path: one for one in read_study(made_study(folder, tmp_path / "published.toml")).problem.free}
+    one = published["hull.N_r"]
+    assert one.sigma == pytest.approx(0.3 * abs(one.start))
+
+
+def made_study(folder: Path, out: Path) -> Path:
+    assert main(["study", "new", "kvlcc2_l7", str(folder), "-o", str(out)]) == 0
+    return out
+
+
+@pytest.mark.slow
+def test_errors_weigh_by_noise_and_a_current_is_shared_by_all_trials(folder: Path, tmp_path: Path) -> None:
+    """Of a model of 1.2 m/s a current is at most a quarter of its speed, at sea half a metre a second."""
+    problem = read_study(made_study(folder, tmp_path / "study.toml")).problem
+    assert problem.loss.scale == "noise"
+    assert problem.loss.correlation is None
+    assert set(problem.nuisance.common) == {"current.north", "current.east"}
+    assert problem.nuisance.common["current.north"] == pytest.approx(0.25 * 1.179, rel=0.1)
+
+
+def test_where_all_head_one_way_or_a_current_is_on_record_none_is_estimated(
+    runs: dict[str, Trial], tmp_path: Path
+) -> None:
+    """Zigzags along a basin cannot tell a current from the ship's own speed; a circle can, or another course."""
+    along = {name: runs[name] for name in ("zigzag_a", "zigzag_b", "zigzag_c")}
+    assert "current.north" not in made(written(along, tmp_path / "along"), tmp_path).text
+    back = {**along, "zigzag_c": runs["zigzag_c"].having(psi=runs["zigzag_c"]["psi"] + math.pi)}
+    assert "current.north" in made(written(back, tmp_path / "back"), tmp_path).text
+    turns = {**along, "turn_a": runs["turn_a"], "turn_b": runs["turn_b"]}
+    assert "current.north" in made(written(turns, tmp_path / "turns"), tmp_path).text
+    rows = {name: np.full(len(trial), 0.1) for name, trial in turns.items()}
+    known = {name: trial.having(U_C=rows[name], gamma_C=rows[name]) for name, trial in turns.items()}
+    assert "current.north" not in made(written(known, tmp_path / "known"), tmp_path).text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("channel", "told"), [("U_A", "U_A: 3.0 m/s"), ("U_T", "U_T: 3.0 m/s"), ("", "")])
+def test_a_wind_on_record_that_the_ship_does_not_feel_is_said_with_the_remedy(
+    runs: dict[str, Trial], tmp_path: Path, channel: str, told: str
+) -> None:
+    angle = {"U_A": "gamma_A", "U_T": "gamma_T"}
+
+    def windy(trial: Trial) -> Trial:
+        rows = np.ones(len(trial))
+        return trial.having(**{channel: 3.0 * rows, angle[channel]: rows}) if channel else trial
+
+    blown = {name: windy(runs[name]) for name in ("turn_a", "zigzag_a", "zigzag_b")}
+    notes = " ".join(made(written(blown, tmp_path / "logs"), tmp_path).notes)
+    assert told in notes
+    assert ("no force of wind" in notes) == bool(channel)
+    assert ("[wind]" in notes) == bool(channel)
 
 
 def test_without_a_turn_nothing_of_the_turn_is_free(runs: dict[str, Trial], tmp_path: Path) -> None:

@@ -127,7 +127,7 @@ def drafted(**more: Any) -> str:
         "train": {"turning": ["a"]}, "test": {"zigzag": ["b"]}, "left_out": {"c": "too short"},
         "free": [("hull.*", 0.3, ("hull.Y_v", "hull.N_r")), ("K", 0.5, ("K",)), ("c.*", math.nan, ("c.a", "c.b"))],
         "limits": {}, "sampled": False, "timed": True,
-        "clock": 6.0, "duration": 600.0, "windy": False, "current": False,
+        "clock": 6.0, "duration": 600.0, "windy": False, "current": 0.5,
     }  # fmt: skip
     return text.text_of(**(usual | more))
 
@@ -139,8 +139,7 @@ def test_windows_are_ten_ship_lengths_of_way_within_the_shortest_recording() -> 
         made = tomllib.loads(drafted(clock=clock, duration=duration))
         assert made["estimator"]["window"] == window
         assert made["report"]["restart"] == window
-        assert made["loss"]["correlation"] == pytest.approx(2.0 * clock)
-        assert made["loss"]["scale"] == "spread"
+        assert made["loss"] == {"scale": "noise"}
     assert "60.0 # s, 10 L/U" in drafted()
 
 
@@ -158,8 +157,12 @@ def test_the_text_names_what_is_free_held_out_and_left_out() -> None:
     assert "from the middle of the names" in drafted(timed=False)
     assert "its coefficients stay fixed" in whole
     assert "its coefficients stay fixed" not in drafted(windy=True)
-    assert "# current = 0.1" in whole
-    assert "# current = 0.1" not in drafted(current=True)
+    assert made["nuisance"] == {"common": {"current.north": 0.5, "current.east": 0.5}}
+    assert "nuisance" not in tomllib.loads(drafted(current=0.0))
+    own = drafted(free=[("hull.*", text.OWN, ("hull.Y_v", "hull.N_r")), ("K", 0.5, ("K",))])
+    assert tomllib.loads(own)["free"] == {"hull.*": {}, "K": {"prior": 0.5}}
+    assert "the sigma that the ship file states" in own
+    assert "the sigma that the ship file states" not in whole
     assert "format" not in made["data"]
     formatted = tomllib.loads(drafted(format="csv", mapping="m.toml"))
     assert (formatted["data"]["format"], formatted["data"]["mapping"]) == ("csv", "m.toml")

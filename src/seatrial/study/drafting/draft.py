@@ -25,9 +25,10 @@ from ...models import STATES, Sampled
 from ...ships import Ship
 from ...simulate.begun import begun, too_little
 from ..data import DATA
+from ..freedom import stated
 from .held_out import ROWS, copies, cut, held_out, timed
 from .limits import limits
-from .text import Freedom, text_of
+from .text import OWN, Freedom, text_of
 
 _NO_USE = ("at rest", "unknown")
 _LENGTH, _STEP = 0.02, 0.01
@@ -49,7 +50,15 @@ _RULES: tuple[tuple[str, float, str], ...] = (
     ("K_*", 0.5, "turn"), ("T_*", 0.5, "turn"),
     ("wind.[XYN]_*", 0.3, "wind"),
 )  # fmt: skip
-"""Patterns of parameters that trials can tell, the relative prior of each, and what the trials must show for it."""
+"""Patterns of parameters that trials can tell, the relative prior of each, and what the trials must show for it.
+
+A ship that states the sigma of every parameter of a pattern has its own instead."""
+
+_CURRENT = 0.5, 0.25
+"""Prior of a current: a tide at sea [m/s], and on a pond at most a share of the speed of the ship."""
+
+_ONE_WAY = 0.8
+"""Mean of the unit vectors of all headings from which on a current cannot be told from the ship's own speed."""
 
 _TURNS = ("turning", "zigzag", "spiral", "pull-out", "recovery", "initial-turning", "mixed", "berthing",
           "course-keeping", "station", "sideways", "astern")  # fmt: skip
@@ -105,6 +114,7 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         kinds = {one: kinds[next(iter(kinds.keys() - left_out.keys()))] for one in usable}
     train, test, notes = held_out(usable, kinds, bool(parts))
     free = _free(ship, [usable[one] for some in train.values() for one in some], [kinds[one] for one in usable])
+    notes = (*notes, *_unfelt(ship, usable))
     root, format = (f"{out.stem}_trials", "") if parts else (_relative(folder.root, out), folder.format)
     # the study takes a recording by its file name, and a note that it is a copy into the list of those left out
     files = {
@@ -117,8 +127,8 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         limits=limits(ship, [path for *_, paths in free for path in paths]), sampled=isinstance(ship.model, Sampled),
         timed=timed(usable), clock=_clock(ship, usable.values()),
         duration=min(trial.duration for trial in usable.values()),
-        windy=ship.model.feels_wind and any("U_T" in trial for trial in usable.values()),
-        current=any("U_C" in trial for trial in usable.values()),
+        windy=ship.model.feels_wind and any(map(_blown, usable.values())),
+        current=_current(ship, usable.values()),
     )  # fmt: skip
     return Draft(text, train, test, left_out, parts, notes)
 
@@ -162,9 +172,10 @@ def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
     if isinstance(ship.model, Sampled):
         return (("coefficients.*", math.nan, tuple(path for path in known if path != "dt")),)
     shows = {"surge", *(("turn",) if any(kind.name in _TURNS for kind in kinds) else ())}
-    shows |= {"wind"} if ship.model.feels_wind and any("U_T" in trial for trial in train) else set()
+    shows |= {"wind"} if ship.model.feels_wind and any(map(_blown, train)) else set()
     shows |= {"engine"} if any("n_P" in trial and (trial["n_P"] < 0.0).any() for trial in train) else set()
     out: list[tuple[str, float, tuple[str, ...]]] = []
+    sigmas = stated(ship)
     taken: set[str] = set()
     for k, (pattern, prior, needs) in enumerate(_RULES):
         if any(other == f"{pattern.partition('.')[0]}.*" and need in shows for other, _, need in _RULES[k + 1 :]):
@@ -174,11 +185,44 @@ def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
         if "." not in pattern:
             paths = tuple(path for path in paths if "." not in path)
         if paths and needs in shows:
-            out.append((pattern, prior, paths))
+            out.append((pattern, OWN if all(path in sigmas for path in paths) else prior, paths))
             taken |= set(paths)
     if not out:
         raise StudyError(f"{ship.name}: no parameter that these recordings could tell; write [free] by hand")
     return tuple(out)
+
+
+def _blown(trial: Trial) -> bool:
+    """Whether a wind is on record, true or apparent."""
+    return any(name in trial and bool((np.abs(trial[name]) > 0.0).any()) for name in ("U_T", "U_A"))
+
+
+def _unfelt(ship: Ship, trials: Mapping[str, Trial]) -> tuple[str, ...]:
+    """A note where a wind is on record and the ship has no force of it: what takes its place, and the remedy."""
+    blown = [trial for trial in trials.values() if _blown(trial)]
+    if ship.model.feels_wind or not blown:
+        return ()
+    name = next(name for name in ("U_T", "U_A") if any(name in trial for trial in blown))
+    mean = float(np.nanmean(np.concatenate([trial[name] for trial in blown if name in trial])))
+    return (f"a wind is on record ({name}: {mean:.1f} m/s in the mean) and {ship.name} has no force of wind, so other "
+            "numbers of the fit take it up: give the areas above water in a table [wind] of its particulars, and "
+            "estimate it anew (docs/tutorials/estimate.md); of another ship, in its file (docs/environment.md)",
+            )  # fmt: skip
+
+
+def _current(ship: Ship, trials: Iterable[Trial]) -> float:
+    """Standard deviation of each component of a current that was not recorded [m/s].
+
+    Zero where one is on record, and where all head one way, as in a basin: there it is a part of the speed.  Headings
+    that are not on record say nothing of a current.
+    """
+    some = tuple(trials)
+    if any("U_C" in trial or "psi" not in trial for trial in some):
+        return 0.0
+    if abs(np.nanmean(np.exp(1j * np.concatenate([trial["psi"] for trial in some])))) > _ONE_WAY:
+        return 0.0
+    most, share = _CURRENT
+    return min(most, share * ship.L_pp / _clock(ship, some))
 
 
 def _clock(ship: Ship, trials: Iterable[Trial]) -> float:

@@ -13,8 +13,11 @@ _WINDOW = 10.0
 
 _WHY = {"high": "water takes energy, and gives none", "low": "at least that of the water displaced"}
 
+OWN = 0.0
+"""Stands for the priors that the ship file states."""
+
 Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
-"""Patterns, the relative prior of each (NaN: none), and the parameters that each frees."""
+"""Patterns, the relative prior of each (NaN: none, `OWN`), and the parameters that each frees."""
 
 
 def text_of(
@@ -22,7 +25,7 @@ def text_of(
     kinds: Mapping[str, Kind], train: Mapping[str, Sequence[str]], test: Mapping[str, Sequence[str]],
     left_out: Mapping[str, str], free: Freedom, limits: Mapping[str, Mapping[str, float]], sampled: bool, timed: bool,
     clock: float, duration: float, windy: bool,
-    current: bool,
+    current: float,
 ) -> str:  # fmt: skip
     """The study as a file.
 
@@ -39,7 +42,8 @@ def text_of(
         timed: whether it is known when the recordings were made.
         clock: L/U [s].
         duration: of the shortest recording [s].
-        windy, current: whether a force of wind is fed by a wind on record, and whether a current is on record.
+        windy: whether a force of wind is fed by a wind on record.
+        current: standard deviation of a current that all trials share [m/s], 0 for none.
     """
     order = "the latest" if timed else "from the middle of the names, as no times are known"
     lines = [
@@ -55,9 +59,7 @@ def text_of(
         return "\n".join((*lines, "[estimator]", 'type = "arx_fit:ArxRegression"', ""))
     window = min(max(_WINDOW * clock, 1.0), 0.8 * duration)
     lines += [
-        "[loss] # residuals are divided by the spread of each channel over the training trials",
-        'scale = "spread"',
-        f"correlation = {_round(2.0 * clock)} # s: errors of a prediction last some L/U; so fewer samples count",
+        "[loss]", 'scale = "noise" # errors are divided by the noise of each sensor, as its log shows it',
         "", *_nuisance(current), "[estimator]", 'type = "shooting:Trajectory" # least squares on whole predictions',
         f"window = {_round(window)} # s, {window / clock:.2g} L/U: then a prediction restarts", "", "[report]",
         f"restart = {_round(window)}", "",
@@ -84,25 +86,35 @@ def _left_out(left_out: Mapping[str, str], files: Mapping[str, str]) -> list[str
 
 def _freedom(free: Freedom, limits: Mapping[str, Mapping[str, float]], windy: bool) -> list[str]:
     """What is free, with the prior of each, and of those that physics limits their bound."""
-    out = ["[free] # a Gaussian prior about each value, relative; what was measured with a rule stays fixed"]
+    own = any(prior == OWN for _, prior, _ in free)
+    about = "the sigma that the ship file states" if own else "relative"
+    out = [f"[free] # a Gaussian prior about each value, {about}; what was measured with a rule stays fixed"]
     for pattern, prior, paths in free:
-        told = "sigma = 10.0" if math.isnan(prior) else f"prior = {prior:g}"
+        told = ["sigma = 10.0"] if math.isnan(prior) else [f"prior = {prior:g}"] if prior != OWN else []
         rest = [path for path in paths if path not in limits]
         one = len(rest) == 1 == len(paths)
         if rest:
             count = "" if one else f" # {len(rest)} parameters"
-            out.append(f"{_quoted(rest[0] if one else pattern)} = {{ {told} }}{count}")
-        out += [f"{_quoted(path)} = {{ {told}, {key} = {value:.6g} }} # {_WHY[key]}"
-                for path in paths for key, value in limits.get(path, {}).items()]  # fmt: skip
+            out.append(f"{_quoted(rest[0] if one else pattern)} = {_entry(told)}{count}")
+        for path in paths:
+            for key, value in limits.get(path, {}).items():
+                bound = _entry([*told, f"{key} = {value:.6g}"])
+                out.append(f"{_quoted(path)} = {bound} # {_WHY[key]}")
     return out if windy else [*out, "# no wind acts in these trials, or none is recorded: its coefficients stay fixed"]
 
 
-def _nuisance(current: bool) -> list[str]:
+def _entry(keys: Sequence[str]) -> str:
+    """A table on one line."""
+    return f"{{ {', '.join(keys)} }}" if keys else "{}"
+
+
+def _nuisance(current: float) -> list[str]:
     """What else is estimated."""
-    if current:
+    if not current:
         return []
-    return ["# [nuisance] # if a current may have run that was not recorded:",
-            "# current = 0.1 # m/s, of each trial its own", ""]  # fmt: skip
+    sigma = _round(current)
+    return ["[nuisance] # a current that all trials share is estimated, and so is each initial state",
+            f'common = {{ "current.north" = {sigma}, "current.east" = {sigma} }} # m/s, about zero', ""]  # fmt: skip
 
 
 def _pattern(place: str) -> str:
