@@ -98,6 +98,7 @@ def test_a_prior_that_pulls_is_told_of_a_sound_fit_and_makes_it_no_unsound_one()
 
 @pytest.mark.parametrize(("name", "size", "of_reading", "possible"), [
     ("scale.delta", 0.13, True, True),  # 15 %
+    ("scale.delta", 0.25, True, False),  # a quarter of the reading, a third of the truth
     ("scale.delta", 0.533, True, False),  # 114 %
     ("scale.r", -3.95, False, False),  # -395 %
     ("scale.r", 0.06, False, True),
