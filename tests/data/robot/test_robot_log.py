@@ -302,3 +302,13 @@ def test_topics_that_nothing_is_read_from_are_counted(tmp_path: Path) -> None:
     meta = read_trial(found[0]).meta
     assert meta["ignored"] == {f"/imu ({kind})": 5}
     assert "heading" in meta["missing"]
+
+
+def test_numbers_of_single_precision_are_channels_too(tmp_path: Path) -> None:
+    """0.1 rounds to 24 bits in such a message."""
+    kind = "std_msgs/msg/Float32"
+    data = bytes(store().serialize_cdr(store().types[kind](0.1), kind))
+    fixes = [Message("/fix", FIX, k * 10**9, packed(FIX, k * 10**9, {"latitude": 35.0, "longitude": 139.0 + k * 1e-5}))
+             for k in range(1, 4)]  # fmt: skip
+    write_mcap(tmp_path / "a.mcap", [*fixes, *(Message("/delta", kind, k * 10**9, data) for k in range(1, 4))], {})
+    assert set(read(tmp_path / "a.mcap")["delta"].tolist()) == {float(np.float32(0.1))}

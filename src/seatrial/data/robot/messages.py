@@ -26,6 +26,8 @@ ODOMETRY, FIX, TWIST, NUMBER = (
 )  # fmt: skip
 TYPES = (ODOMETRY, FIX, TWIST, NUMBER)
 """Message types that are read and written."""
+NUMBERS = (NUMBER, "std_msgs/msg/Float32")
+"""Types of bare numbers that are read."""
 
 POSE = ("x", "y", "psi")
 VELOCITY = ("u", "v_m", "r")
@@ -92,7 +94,7 @@ def unpacked(kind: str, data: bytes) -> Values:
         raise
     except Exception:  # the codec raises many kinds of errors on damaged bytes
         raise DataError(f"not a whole {kind}") from None
-    if kind == NUMBER:
+    if kind in NUMBERS:
         return Values(None, {"value": float(message.data)})
     header = message.header
     stamp = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec

@@ -33,7 +33,7 @@ from ..sidecar import CONVENTIONS, UNPLACED, Described, began, read_described
 from ..table import within
 from ..units import conversion, standard_unit
 from .files import Message, opened
-from .messages import FIX, NUMBER, ODOMETRY, TWIST, TYPES, VELOCITY, Values, earth_fixed, unpacked
+from .messages import FIX, NUMBERS, ODOMETRY, TWIST, TYPES, VELOCITY, Values, earth_fixed, unpacked
 
 # Stamps above this are times since 1970, those below times since some start [ns].
 _EPOCH = 10**17
@@ -165,7 +165,7 @@ def _gathered(path: Path, messages: Any, ignored: Counter[str]) -> dict[str, _Se
     found: dict[str, _Series] = {}
     message: Message
     for message in messages:
-        if message.kind not in TYPES:
+        if message.kind not in (*TYPES, *NUMBERS):
             ignored[f"{message.topic} ({message.kind})"] += 1
             continue
         series = found.setdefault(message.topic, _Series(message.kind))
@@ -217,7 +217,7 @@ class _Rows:
 
     def moved(self, series: _Series, name: str) -> Array:
         """A quantity on the rows; NaN where no message is within half a row."""
-        late = self.behind if series.kind == NUMBER else 0
+        late = self.behind if series.kind in NUMBERS else 0
         times, ticks = np.array(series.times) - late, self.ticks
         return nearest_rows(ticks, times, series.column(name), 0.5 * float(np.median(np.diff(ticks))))[0]
 
@@ -277,7 +277,7 @@ def _place(
 def _numbers(path: Path, rows: _Rows, series: Mapping[str, _Series], topics: Topics) -> dict[str, Array]:
     """Bare numbers: each a channel named by the last part of its topic, or by the mapping."""
     out: dict[str, Array] = {}
-    there = {topic: one for topic, one in series.items() if one.kind == NUMBER}
+    there = {topic: one for topic, one in series.items() if one.kind in NUMBERS}
     for topic in topics.numbers:
         if topic not in there:
             raise DataError(f"{path}: {unknown(topic, there, 'topic of Float64')}")
