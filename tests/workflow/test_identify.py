@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,7 +27,7 @@ from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
 from seatrial.workflow import Outcome, RequestError, Silent, reports
 from seatrial.workflow.asked import Predicting
-from seatrial.workflow.identify import identify
+from seatrial.workflow.identify import _useless, identify
 from seatrial.workflow.validate import check, predict, validate
 from two_zigzags import write_zigzags
 
@@ -202,6 +203,29 @@ def test_what_speaks_against_a_fit_is_one_short_line_each() -> None:
     assert reports.leads({**found, "diagnosis": None}, Path("run"), True) == ()
     (many,) = reports.leads({"schema": "seatrial-networks/1", "not_explained": list("abcd")}, Path("run"), True)
     assert many == "not explained: the data of 4 fits (a, b, c, ...); see fit.json of each in run/fits"
+
+
+@pytest.mark.parametrize(("errors", "useless"), [
+    ({"fitted": 0.3, "untuned": 1.0}, False), ({"untuned": 1.0, "constant velocity": 2.0}, True),
+    ({"fitted": math.inf, "constant velocity": 2.0}, True), ({"fitted": None, "constant velocity": 2.0}, True),
+    ({}, False)])  # fmt: skip
+def test_a_model_without_an_error_of_its_own_in_any_trial_is_useless(
+    errors: dict[str, float | None], useless: bool
+) -> None:  # fmt: skip
+    """Where each prediction of the fitted model failed, the errors are those of the others alone."""
+    assert bool(_useless({"standardised": errors})) == useless
+
+
+@pytest.mark.slow
+def test_a_fit_that_blows_up_in_every_trial_exits_with_1(
+    study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
+    """Yaw gains energy: predictions of a second can be fitted, and those of the whole trial blow up."""
+    shutil.copytree(study.parent / "logs", tmp_path / "logs")
+    text = STUDY.replace('"hull.N_r" = { prior = 0.3 }', '"hull.N_r" = { low = 0.4, high = 0.6, start = 0.5 }')
+    (tmp_path / "study.toml").write_text(text.replace("window = 30.0", "window = 1.0"))
+    assert main(["identify", str(tmp_path / "study.toml"), "-o", str(tmp_path / "run")]) == 1
+    assert "the fitted model blows up in every trial" in capsys.readouterr().err
 
 
 @pytest.mark.long

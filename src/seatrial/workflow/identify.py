@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, nullcontext
 from dataclasses import replace
@@ -86,9 +87,20 @@ def identify(
                 forget(out / cell.folder / CHECKPOINT)
         document = report.document(numbers)
         errors = (f"{len(todo) - len(fits)} of {len(todo)} fits failed, first {failed[0]}",) if failed else ()
+        errors += _useless(numbers)
         said = leads(document, out, study.kept_back)
         blocks = summary(report, document, said, out, details)
         return Outcome(fits, fields({**document, "run": str(out)}, blocks), errors, said)
+
+
+def _useless(numbers: Mapping[str, Any]) -> tuple[str, ...]:
+    """Why nothing is to be read from a fit: its model blew up in every trial that it was to be compared with."""
+    errors = numbers.get("standardised") or {}
+    mine = errors.get("fitted")
+    if not errors or (mine is not None and math.isfinite(mine)):
+        return ()
+    return ("the fitted model blows up in every trial that it is compared with: its parameters say nothing; shorten "
+            "`restart`, or bound what [free] lets grow",)  # fmt: skip
 
 
 def _read(path: Path, quick: bool, only: Sequence[str], suspects: bool) -> Study | Series:

@@ -70,7 +70,7 @@ def diagnosed(
     p = np.append(fit.values, [found.get(name, 0.0) for name in problem.nuisance.common])
     eta = objective.begun(p, known=fit.nuisances)
     if not np.isfinite(objective.cost(p, eta)):
-        return replace(fit, verdicts=blown_up(fit.verdicts)) if regresses else fit
+        return replace(fit, verdicts=blown_up(fit.verdicts))
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
                   and not _estimated(one.name, problem))  # fmt: skip
     fixed = {path: value for path, value in _fixed(fit, problem).items() if path in objective.kernel.system.parameters}
