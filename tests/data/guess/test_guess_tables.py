@@ -42,6 +42,7 @@ def test_ships_that_take_turns_are_a_trial_each(tmp_path: Path) -> None:
     log, true = alternating(tmp_path / "ais.csv"), truth(dt=2.0)
     both = trials(log, MAPPED + "scattered = true\n")
     assert [one.name for one in both] == ["ais_257000001", "ais_257000002"]
+    assert both[1].meta["datum"]["longitude"] - both[0].meta["datum"]["longitude"] == pytest.approx(0.1)
     for one in both:
         assert one.t == pytest.approx(true.t)
         assert np.hypot(one["x"] - true["x"], one["y"] - true["y"]).max() < 0.5
@@ -81,7 +82,7 @@ def test_a_number_that_stands_for_none_is_a_gap(name: str, value: float, words: 
 
 def test_numbers_near_others_stay_and_a_column_of_none_alone_is_empty() -> None:
     assert _gapped(column([350.0, 420.0, 511.0, 530.0], "Heading", means=tuple(meanings("Heading")))).missing == ()
-    assert _gapped(column([980.0, 999.0, 1010.0], "rpm", means=tuple(meanings("rpm")))).missing == ()
+    assert _gapped(column([700.0, 999.0, 850.0], "rpm", means=tuple(meanings("rpm")))).missing == ()
     assert _gapped(column([511.0, 511.0], "Heading", means=tuple(meanings("Heading")))).kind == "empty"
 
 
