@@ -14,13 +14,12 @@ T = np.arange(0.0, 100.0, 0.5)
 DEG = np.pi / 180.0
 
 
-def _log(rate, most, *, noise=0.0, outliers=(), held=()):
+def _log(rate, most, *, noise=0.0, outliers=()):
     """A rudder that is put over at `rate` [deg/s] to `most` [deg], and back again."""
     delta = np.clip(rate * (T - 10.0), 0.0, most) - np.clip(rate * (T - 60.0), 0.0, 2.0 * most)
     delta = DEG * (delta + np.random.default_rng(1).normal(0.0, noise, T.size))
     delta[list(outliers)] += 2.0
-    meta = {"held": list(held)} if held else {}
-    return Trial("log", T, {"delta": delta, "n_P": np.full(T.size, 10.0)}, meta=meta)
+    return Trial("log", T, {"delta": delta, "n_P": np.full(T.size, 10.0)})
 
 
 def _ship(rate=2.3, limit=35.0):
@@ -53,8 +52,11 @@ def test_two_outliers_are_no_rate_and_no_angle():
     assert not list(exceeded(_ship(), (_log(2.3, 30.0, outliers=(50, 150)),)))
 
 
-def test_an_order_that_jumps_is_not_judged():
-    assert not list(exceeded(_ship(), (_log(200.0, 30.0, held=("delta",)),)))
+def test_an_order_beyond_the_limit_is_not_judged():
+    order = np.where(np.arange(T.size) // 10 % 2, 50.0 * DEG, -50.0 * DEG)
+    log = Trial("log", T, {"delta": order, "n_P": np.full(T.size, 10.0)})
+    assert list(exceeded(_ship(), (log,)))
+    assert not list(exceeded(_ship(), (replace(log, meta={"held": ["delta"]}),)))
 
 
 def test_the_fastest_trial_counts():
