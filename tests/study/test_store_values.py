@@ -295,9 +295,10 @@ def test_a_trial_is_split_at_long_leaps_of_time() -> None:
 def test_a_channel_that_the_fit_needs_has_values_the_order_where_the_control_is_not_logged() -> None:
     ship, empty = truth(), np.full(10, np.nan)
     study._filled(Path("s.toml"), ship, [moved()])
-    for name in ("u", "delta", "n_P"):
+    for name in ("delta", "n_P"):
         with pytest.raises(StudyError, match=f"a: channel {name} has no values"):
             study._filled(Path("s.toml"), ship, [moved(**{name: empty})])
+    study._filled(Path("s.toml"), ship, [moved(u=empty)])  # a state that nothing reads is estimated
     study._filled(Path("s.toml"), ship, [moved(U_T=empty, u=np.where(T < 9, np.nan, 1.0))])
     ordered = moved(delta_cmd=empty)
     study._filled(Path("s.toml"), ship, [ordered])

@@ -40,7 +40,10 @@ def test_every_key_has_an_example() -> None:
     assert not absent
 
 
-@pytest.mark.parametrize("cells", re.findall(r"^\| `(.*?)` \|", PAGE[: PAGE.index("### Positions")], re.MULTILINE))
+CLOCKS = re.findall(r"^\| `([^`]*=.*?)` \|", PAGE[: PAGE.index("### Positions")], re.MULTILINE)
+
+
+@pytest.mark.parametrize("cells", CLOCKS)
 def test_every_clock_is_one(tmp_path: Path, cells: str) -> None:
     if cells.startswith("time ="):
         return
