@@ -224,7 +224,7 @@ def _trials(problem: Problem, test: Sequence[Trial], partial: bool) -> Iterator[
             rows += int(np.isfinite(trial.stack(*told)).all(axis=1).sum())
     for words in exceeded(problem.ship, problem.trials):
         yield Issue("warning", "actuators", words)
-    if len(problem.trials) == 1:
+    if len(problem.trials) == 1 and partial:  # others refuse a single trial, or say so themselves
         kind = str(problem.trials[0].meta.get("kind", "")) or "its kind"
         yield Issue("warning", "trials", f"one trial only: what it does not excite stays at its prior, and all but "
                     f"{kind} at its speeds and rudder angles is extrapolation")  # fmt: skip

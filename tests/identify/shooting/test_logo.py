@@ -236,8 +236,9 @@ def test_bad_problems_are_told(told):
     other = replace(told, ship=load("kvlcc2_l7"), free=(Free("hull.Y_v", -0.3),), loss=Loss())
     with pytest.raises(StudyError, match="mass matrix"):
         Inequalities.of(other)
-    short = told.trials[0].having(**{n: told.trials[0][n] * np.nan for n in ("x",)})
-    with pytest.raises(DataError, match="no two rows"):
+    # a track alone may be missing, the speeds tell it; nothing that a model moves may
+    short = told.trials[0].having(**{n: told.trials[0][n] * np.nan for n in STATES})
+    with pytest.raises(StudyError, match="no channel x, y, psi, u, v_m, r; log the speed u, or positions x and y"):
         Shooting().fit(replace(told, trials=(short,)))
     with pytest.raises(DataError, match="fewer than the 501 of one window"):
         Shooting(window=100.0).fit(told)

@@ -217,7 +217,8 @@ class Widths(Trajectory):
         """Predictions of the trials left out, each weighing what it weighs in the fit."""
         dt = step_of(inner.trials, self.dt)
         return TrajectoryObjective.build(
-            replace(inner, nuisance=Nuisance()), out, sigma, window=self.window, dt=dt,
+            replace(inner, nuisance=Nuisance()), out, sigma,
+            window=self.window or max(trial.duration for trial in out), dt=dt,
             every=every_of(self.every, dt), method=self.method, threads=self.threads,
         )  # fmt: skip
 
