@@ -3,30 +3,34 @@
 `estimate` reads a file of particulars and returns an `Estimate`; docs/tutorials/estimate.md has the
 keys of the file, and which formula was chosen and why.  The rule for sigma: the larger of the
 standard deviation between formulas that give different values, and the scatter of the chosen one about the
-published sets of KVLCC2 and KCS (`SCATTER`); where neither exists, a share of the value that is assumed (`STATED`).
+published sets of KVLCC2 and KCS (`SCATTER`); where neither exists, a share of the value that is assumed (`STATED`);
+and with it what the assumed particulars add, each moved by its own sigma.  Revolutions that are given hold the speed:
+what is least certain moves (`agreement`).
 """
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
 from ..actuators import Actuator, Actuators
 from ..core.parameters import PRIME, Spec, unknown
+from ..environment import CALM
 from ..forces.body import Body
 from ..forces.hull import Polynomial
 from ..forces.propeller import Standard as Propeller
 from ..forces.rudder import Standard as Rudder
 from ..forces.wind import Fujiwara
-from ..models import Model
 from ..models.mmg import Mmg
 from ..models.twin import TwinMmg
 from . import Entry, Ship, ShipError
-from .formulas import Formula, added_mass, hull, propeller, resistance, rudder, table, wind
-from .formulas.reading import Known, as_table, read_particulars
+from .agreement import Agreement, agree, refuse, revolutions
+from .formulas import Formula, Particulars, added_mass, hull, propeller, resistance, rudder, table, wind
+from .formulas.reading import SHARES, Known, as_table, read_particulars
 from .numbers import Yardsticks, number, resolve
 
 FORMULAS: tuple[Formula, ...] = (
@@ -37,10 +41,12 @@ FORMULAS: tuple[Formula, ...] = (
 SCATTER = {row["number"]: float(row["rms"]) for row in table("scatter")}
 """Differences of the first formula of each number from the published sets of KVLCC2 and KCS.
 
-Root mean square of the two differences, in the units of the formulas; tests/ships/test_estimate.py computes them anew
-from tests/golden/regression.toml.  R_0 is compared at the scale of the models, where the published numbers were
-measured.  f_alpha is left out: the published ones are Fujii's formula.
+Root mean square of the two differences, in the units of the formulas, of R_0 as a share of the value (`SHARED`);
+tests/ships/test_estimate.py computes them anew from tests/golden/regression.toml.  R_0 is compared at the scale of the
+models, where the published numbers were measured.  f_alpha is left out: the published ones are Fujii's formula.
 """
+SHARED = ("hull.R_0",)
+"""Numbers whose scatter is a share, as they differ by more between a model and its ship than between two formulas."""
 
 STATED: Mapping[str, tuple[float, str]] = {
     "body.I_zG": (0.16, "radius of gyration 0.23 to 0.27 L_pp"),
@@ -72,6 +78,13 @@ _TWO_SCREWS = (
 FIRST_LOOK = "estimated numbers: good for a first look and as the prior of a fit, not as a model of this ship"
 """Caution of every estimated ship, until a fit."""
 _INERTIA = "assumed: m (0.25 L_pp)^2"
+_FELT = ("pitch_ratio", "D_P", "speed")
+"""Assumed particulars that thrust and resistance hang on."""
+_PULL, _PULLS = "propeller.k_0", ("propeller.k_0", "propeller.k_1", "propeller.k_2")
+_TOLD = 0.05
+"""Sigmas by which a number moves before a caution tells it."""
+_EXACT = 0.1
+"""Thrust over resistance, less one, that numbers which are all given may leave."""
 
 
 @dataclass(frozen=True)
@@ -133,20 +146,43 @@ def estimate(path: str | Path) -> Estimate:
 
 @dataclass
 class _Work:
-    """One estimate in the making."""
+    """One estimate in the making.
+
+    Attributes:
+        agreed: what moved so that given revolutions hold the speed.
+        uncertain: sigma of what may move, before.
+        added: standard deviation of each number by the assumed particulars, in the units of the formulas.
+        pull: the propeller's thrust at bollard pull, before.
+    """
 
     path: Path
     known: Known
     numbers: list[Number] = field(default_factory=list[Number])
     values: dict[str, float] = field(default_factory=dict[str, float])
     entries: dict[str, Entry] = field(default_factory=dict[str, Entry])
+    agreed: Agreement = field(default_factory=lambda: Agreement({}, {}))
+    uncertain: dict[str, float] = field(default_factory=dict[str, float])
+    added: dict[str, float] = field(default_factory=dict[str, float])
+    pull: float = 1.0
 
     def run(self) -> Estimate:
-        parts = {name: cls for name, cls in PARTS.items() if name != "wind" or self.known.ship.air}
         specs = {f"{part}.{f.name}": f.metadata["spec"]
-                 for part, cls in parts.items() for f in fields(cls) if "spec" in f.metadata}  # fmt: skip
+                 for part, cls in self.parts.items() for f in fields(cls) if "spec" in f.metadata}  # fmt: skip
         self.refuse_unknown(specs)
-        found = self.candidates()
+        self.take(specs)
+        if "n_P" in self.known.values:
+            self.settle(specs)
+        model, cautions = self.model(self.values), tuple(self.cautions())
+        return Estimate(self.ship(model, cautions), tuple(self.numbers), cautions)
+
+    @property
+    def parts(self) -> dict[str, type]:
+        return {name: cls for name, cls in PARTS.items() if name != "wind" or self.known.ship.air}
+
+    def take(self, specs: Mapping[str, Spec]) -> None:
+        """Every number from where it is known."""
+        self.numbers.clear()
+        found, self.added = self.candidates(self.known.ship), self.inherited()
         for path, meaning in specs.items():
             if path in self.known.given:
                 self.take_given(path, meaning, found.get(path, []))
@@ -154,12 +190,70 @@ class _Work:
                 self.take_formula(path, meaning, found[path])
             else:
                 self.take_particular(path, meaning)
-        made = {part: cls(**_below(self.values, part)) for part, cls in parts.items()}
-        cautions = tuple(self.cautions())
-        return Estimate(self.ship(self.model(made), cautions), tuple(self.numbers), cautions)
 
-    def model(self, made: Mapping[str, Any]) -> Model:
+    def settle(self, specs: Mapping[str, Spec]) -> None:
+        """Move what is least certain until the given revolutions hold the speed; then take every number anew.
+
+        Raises:
+            ShipError: nothing near enough does.
+        """
+        n_P = self.known.values["n_P"]
+        self.uncertain, self.pull = self.sigmas(), self.values[_PULL]
+        found = self.nearest(n_P, specs)
+        refuse(f"{self.path}: particulars", self.known.ship.speed, n_P,
+               revolutions(lambda n: self.surplus({}, n, specs), n_P), found)  # fmt: skip
+        self.agreed = found = found or Agreement({}, {})
+        ship, values, entries = self.moved(found.moves), dict(self.known.values), dict(self.known.entries)
+        for name in (name for name in found.moves if name in SHARES):
+            values[name] = float(getattr(ship, name))
+            entries[name] = Entry(entries[name].source + _met(found.moves[name]), values[name],
+                                  sigma=self.uncertain[name] * found.left[name])  # fmt: skip
+        self.known = replace(self.known, ship=ship, values=values, entries=entries)
+        self.take(specs)
+
+    def nearest(self, n_P: float, specs: Mapping[str, Spec]) -> Agreement | None:
+        """The least moves that make the revolutions hold the speed; where all is given as exact, none."""
+        if not self.uncertain:
+            return Agreement({}, {}) if abs(self.surplus({}, n_P, specs)) < _EXACT else None
+        return agree(lambda z: self.surplus(z, n_P, specs), tuple(self.uncertain))
+
+    def sigmas(self) -> dict[str, float]:
+        """Sigma of what thrust and resistance hang on: assumed particulars, and numbers that formulas gave."""
+        found = {name: SHARES[name] * self.known.values[name] for name in _FELT if name in self.known.assumed}
+        own = {n.path: n for n in self.numbers}
+        for path in ("hull.R_0", "propeller.w_P0", "propeller.t_P", _PULL):
+            if not {path, *(_PULLS if path == _PULL else ())} & set(self.known.given):
+                found[path] = _sigma(path, own[path].value, own[path].spread)[0] or 0.0
+        return found
+
+    def moved(self, moves: Mapping[str, float]) -> Particulars:
+        """The ship with some assumed particulars, and its wake, moved by so many sigmas."""
+        ship, known = self.known.ship, self.known.values
+        wake = moves.get("propeller.w_P0", 0.0) * self.uncertain.get("propeller.w_P0", 0.0)
+        found = {name: known[name] * (1.0 + z * SHARES[name]) for name, z in moves.items() if name in SHARES}
+        return replace(ship, **found, w_P0=ship.w_P0 + wake)
+
+    def surplus(self, moves: Mapping[str, float], n_P: float, specs: Mapping[str, Spec]) -> float:
+        """Thrust over resistance, less one, with everything moved by so many sigmas."""
+        ship, made = self.moved(moves), dict(self.values)
+        for path, found in self.candidates(ship).items():
+            if path in specs and path not in self.known.given:
+                factor = self.scale.factor(specs[path].unit)
+                made[path] = self.met(path, found[0][1], moves) * (factor if factor == factor else 1.0)
+        model = self.model(made | {"propeller.D_P": ship.D_P})
+        U, body = ship.speed, model.part("body")
+        rate = float(model.derivative((0.0, 0.0, 0.0, U, 0.0, 0.0), model.obey({"n_P": n_P}), CALM)[3])
+        return rate * float(body.m + body.m_x) / (0.5 * ship.rho * ship.L_pp * ship.d * U * U * made["hull.R_0"])
+
+    def met(self, path: str, value: float, moves: Mapping[str, float]) -> float:
+        """A number that was moved by so many sigmas; K_T as a whole by those of its first term."""
+        if path in _PULLS and _PULL in moves:
+            return value * (1.0 + moves[_PULL] * self.uncertain[_PULL] / self.pull)
+        return value + moves[path] * self.uncertain[path] if path in moves else value
+
+    def model(self, values: Mapping[str, float]) -> Any:
         """The ship of its parts: with one screw, or with two that turn opposite ways."""
+        made: dict[str, Any] = {part: cls(**_below(values, part)) for part, cls in self.parts.items()}
         if self.known.ship.screws == 1.0:
             return Mmg(**made)
         y_P, y_R = (self.known.values[key] for key in ("y_P", "y_R"))
@@ -173,12 +267,23 @@ class _Work:
                 hint = f"; {COPIED[path]} stands in [particulars]" if path in COPIED else ""
                 raise ShipError(f"{self.path}: given: {unknown(path, free, 'number')}{hint}")
 
-    def candidates(self) -> dict[str, list[tuple[Formula, float]]]:
+    def candidates(self, ship: Particulars) -> dict[str, list[tuple[Formula, float]]]:
         """Every formula's answer by path, the first to be used."""
         found: dict[str, list[tuple[Formula, float]]] = {}
         for formula in FORMULAS:
-            for path, value in formula.gives(self.known.ship).items():
+            for path, value in formula.gives(ship).items():
                 found.setdefault(path, []).append((formula, value))
+        return found
+
+    def inherited(self) -> dict[str, float]:
+        """Standard deviation of each number by the particulars that were assumed, in the units of the formulas."""
+        here = {path: found[0][1] for path, found in self.candidates(self.known.ship).items()}
+        found = dict.fromkeys(here, 0.0)
+        for name in SHARES:
+            if name in self.known.assumed:
+                left = self.agreed.left.get(name, 1.0)
+                for path, others in self.candidates(self.moved({name: left})).items():
+                    found[path] = math.hypot(found.get(path, 0.0), others[0][1] - here.get(path, others[0][1]))
         return found
 
     def take_given(self, path: str, meaning: Spec, found: list[tuple[Formula, float]]) -> None:
@@ -195,16 +300,21 @@ class _Work:
         (formula, value), *rest = found
         factor = self.scale.factor(meaning.unit)
         prime = factor == factor
+        outside = formula.outside(self.known.ship)
+        distinct = list(dict.fromkeys(float(f"{x:.9g}") for _, x in found))
+        spread = statistics.stdev(distinct) if len(distinct) > 1 else None
+        sigma, basis = _sigma(path, value, spread)
+        key = _PULL if path in _PULLS else path
+        value, z = self.met(path, value, self.agreed.moves), self.agreed.moves.get(key)
+        sigma = None if sigma is None else sigma * self.agreed.left.get(key, 1.0)
         if not meaning.low <= value * (factor if prime else 1.0) <= meaning.high:
             raise ShipError(
                 f"{self.path}: {formula.name} gives {path} = {value:.4g}, which is impossible for the {meaning.about}; "
                 "the ship is too far from its range: give the number in [given]"
             )
-        outside = formula.outside(self.known.ship)
-        distinct = list(dict.fromkeys(float(f"{x:.9g}") for _, x in found))
-        spread = statistics.stdev(distinct) if len(distinct) > 1 else None
-        sigma, basis = _sigma(path, value, spread)
-        source = self.wording(formula, found) + (f"; sigma: {basis}" if basis else "")
+        if added := self.added.get(path, 0.0):
+            sigma, basis = math.hypot(sigma or 0.0, added), "; ".join(filter(None, (basis, "assumed particulars")))
+        source = self.wording(formula, found) + (f"; sigma: {basis}" if basis else "") + ("" if z is None else _met(z))
         entry = Entry(source=source, given=value, prime=prime,
                       sigma=None if sigma is None else sigma * (factor if prime else 1.0))  # fmt: skip
         self.entries[path], self.values[path] = entry, resolve(entry, meaning.unit, self.scale) or 0.0
@@ -255,7 +365,11 @@ class _Work:
         if self.known.assumed:
             yield f"not given, so assumed: {', '.join(self.known.assumed)}"
         if "hull.R_0" not in self.known.given:
-            yield "hull.R_0 leaves wave resistance out and holds at the approach speed only"
+            yield "hull.R_0 holds at the approach speed only: waves grow faster than the square of the speed"
+        if moved := {n: z for n, z in self.agreed.moves.items() if abs(z) >= _TOLD}:
+            said = ", ".join(f"{name} by {z:+.2g} sigma" for name, z in moved.items())
+            n_P, U = 60.0 * self.known.values["n_P"], self.known.ship.speed * 3600 / 1852
+            yield f"so that {n_P:.4g} rpm hold {U:.4g} kn, moved: {said}"
         if self.known.ship.D_P > self.known.ship.H_R:
             yield "the propeller is larger than the rudder is high; eta is held at 1"
         if self.known.ship.screws == 2.0:
@@ -264,7 +378,7 @@ class _Work:
             yield f"a Froude number of {self.known.ship.ratios['F_n']:.2g}: {_BEYOND}"
         yield FIRST_LOOK
 
-    def ship(self, model: Model, cautions: tuple[str, ...]) -> Ship:
+    def ship(self, model: Any, cautions: tuple[str, ...]) -> Ship:
         values, entries = self.known.values, self.known.entries
         U, L, limit, most = values["speed"], values["L_pp"], values["delta_max"], entries["delta_max"]
         self.entries |= {
@@ -286,11 +400,18 @@ def _sigma(path: str, value: float, spread: float | None) -> tuple[float | None,
     """Sigma of an estimated number in its unit, and what it rests on in words."""
     known = {"difference of the formulas": spread, "scatter about KVLCC2 and KCS": SCATTER.get(path)}
     found = {basis: sigma for basis, sigma in known.items() if sigma is not None}
+    if path in SHARED and path in SCATTER:
+        found["scatter about KVLCC2 and KCS"] = SCATTER[path] * abs(value)
     if found:
         basis = max(found, key=lambda name: found[name])
         return found[basis], basis
     share, why = next((stated for start, stated in STATED.items() if path.startswith(start)), (0.0, ""))
     return (share * abs(value), f"assumed {share:.0%}, {why}") if share and value else (None, "")
+
+
+def _met(z: float) -> str:
+    """What the source of a number says that moved by so many sigmas."""
+    return f"; moved by {z:+.2g} sigma so that n_P holds the speed"
 
 
 def _below(values: Mapping[str, float], part: str) -> dict[str, float]:

@@ -130,11 +130,6 @@ def test_wake_and_thrust_of_one_screw_and_of_two(ship: Particulars) -> None:
     for double in (propeller.taylor_twin, resistance.twin_wake, resistance.twin_thrust_deduction):
         assert double(ship) == {}
     assert propeller.drift(ship) == {"propeller.C_1": 2.0, "propeller.x_P": -0.48}
-    surface = 1.7 * ship.L_pp * ship.d + ship.C_b * ship.L_pp * ship.B
-    assert resistance.wetted_surface(ship) == pytest.approx(surface)
-    assert resistance.resistance(ship)["hull.R_0"] == pytest.approx(
-        resistance.viscous(ship) * surface / (ship.L_pp * ship.d)
-    )
 
 
 def test_form_factor_with_the_centre_of_buoyancy() -> None:

@@ -49,7 +49,7 @@ class Air:
 
 @dataclass(frozen=True, kw_only=True)
 class Particulars:
-    """What is known or assumed of a ship, in SI; `reading.MEANING` describes each number."""
+    """What is known or assumed of a ship, in SI; `reading.MEANING` describes each number; i_E of zero is not known."""
 
     L_pp: float
     B: float
@@ -69,6 +69,11 @@ class Particulars:
     H_R: float
     aspect: float
     w_P0: float
+    C_WP: float
+    A_BT: float = 0.0
+    h_B: float = 0.0
+    A_T: float = 0.0
+    i_E: float = 0.0
     air: Air | None = None
     screws: float = 1.0
 
@@ -92,6 +97,7 @@ class Particulars:
         """The ratios by which ranges of validity are given."""
         return {
             "L/B": self.L_pp / self.B, "B/d": self.B / self.d, "d/B": self.d / self.B, "C_b": self.C_b,
+            "C_p": self.C_b / self.C_m,
             "F_n": self.speed / math.sqrt(9.80665 * self.L_pp), "P/D": self.pitch_ratio, "Z": self.blades,
             "A_E/A_0": self.area_ratio, "rudder aspect": self.aspect, "screws": self.screws,
         }  # fmt: skip

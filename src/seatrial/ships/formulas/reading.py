@@ -13,6 +13,7 @@ from .. import Entry, ShipError
 from ..numbers import number, read_document
 from . import Air, Particulars, table
 from .propeller import straight_wake
+from .stability import waterplane
 
 SCHEMA = "seatrial-particulars/1"
 TOP = ("schema", "name", "title", "particulars", "wind", "given", "notes")
@@ -33,10 +34,15 @@ ASSUMED: tuple[_Rule, ...] = (
     ("volume", lambda g: g["C_b"] * g["L_pp"] * g["B"] * g["d"], "C_b L_pp B d", None),
     ("x_G", lambda _: 0.0, "assumed: centre of gravity midship", None),
     ("C_m", lambda g: min(1.006 - 0.0056 * g["C_b"] ** -3.56, 0.995), "Kerlen 1970: 1.006 - 0.0056 C_b^-3.56", None),
+    ("C_WP", lambda g: waterplane(g["C_b"]), "assumed: (1 + 2 C_b)/3", None),
+    ("A_BT", lambda _: 0.0, "assumed: no bulb", None),
+    ("h_B", lambda g: 0.4 * g["d"] if g["A_BT"] else 0.0, "assumed: 0.4 d", None),
+    ("A_T", lambda _: 0.0, "assumed: no transom below the water", None),
+    ("i_E", lambda _: 0.0, "by Holtrop's formula", None),
     ("speed", lambda g: min(max((1.08 - g["C_b"]) / 1.68, 0.1), 0.35) * math.sqrt(9.80665 * g["L_pp"]),
-     "assumed: Froude number of C_b = 1.08 - 1.68 F_n, a rule of basic ship design for single screws", None),
+     "assumed: Froude number of C_b = 1.08 - 1.68 F_n, a rule of basic ship design for single screws", 0.15),
     ("D_P", lambda g: 0.54 * g["d"], "assumed: 0.54 d, mean of KVLCC2, KCS and Esso Osaka (0.42 to 0.73)", 0.17),
-    ("pitch_ratio", lambda _: 0.8, "assumed: mean of KVLCC2, KCS and Esso Osaka (0.72 to 1.0)", None),
+    ("pitch_ratio", lambda _: 0.8, "assumed: mean of KVLCC2, KCS and Esso Osaka (0.72 to 1.0)", 0.2),
     ("blades", lambda _: 4.0, "assumed", None),
     ("area_ratio", lambda _: 0.55, "assumed", None),
     ("A_R", lambda g: 0.01 * g["L_pp"] * g["d"] * (1 + 25 * (g["B"] / g["L_pp"]) ** 2) / g["screws"],
@@ -49,6 +55,8 @@ ASSUMED: tuple[_Rule, ...] = (
      "assumed: 35 deg to 30 deg of the other side in 28 s (SOLAS II-1/29), faster by Froude's law below 30 m", None),
 )  # fmt: skip
 """(number, rule, text for the ship file, sigma as a share of the value) in the order they depend on one another."""
+SHARES: Mapping[str, float] = {name: share for name, _, _, share in ASSUMED if share is not None}
+"""Sigma of particulars that are assumed, as a share of the value: judgements."""
 
 
 @dataclass(frozen=True)
