@@ -30,18 +30,42 @@ _PARTS = {
 
 def write_workbook(path: Path, rows: list[list[str]]) -> Path:
     """A workbook of one sheet of text cells, the first row its heads."""
+    return write_sheets(path, {"Sheet1": rows})
+
+
+def write_sheets(path: Path, sheets: dict[str, list[list[str]]]) -> Path:
+    """A workbook of sheets of text cells."""
+    parts = dict(_PARTS)
+    book, links = _PARTS["xl/workbook.xml"], _PARTS["xl/_rels/workbook.xml.rels"]
+    kinds = _PARTS["[Content_Types].xml"]
+    for one in range(2, len(sheets) + 1):
+        links = links.replace("</Relationships>", f"{_LINK.format(one)}</Relationships>")
+        kinds = kinds.replace("</Types>", f"{_KIND.format(one)}</Types>")
+    named = "".join(f'<sheet name="{name}" sheetId="{k}" r:id="r{k}"/>' for k, name in enumerate(sheets, start=1))
+    parts |= {"xl/workbook.xml": book.replace('<sheet name="Sheet1" sheetId="1" r:id="r1"/>', named)}
+    parts |= {"xl/_rels/workbook.xml.rels": links, "[Content_Types].xml": kinds}
+    parts |= {f"xl/worksheets/sheet{k}.xml": _sheet(rows) for k, rows in enumerate(sheets.values(), start=1)}
+    with zipfile.ZipFile(path, "w") as made:
+        for name, text in parts.items():
+            made.writestr(name, text)
+    return path
+
+
+_LINK = ('<Relationship Id="r{0}" Type="http://schemas.openxmlformats.org/officeDocument/2006/relationships/worksheet" '
+         'Target="worksheets/sheet{0}.xml"/>')  # fmt: skip
+_KIND = ('<Override PartName="/xl/worksheets/sheet{0}.xml" ContentType="application/vnd.openxmlformats-officedocument.'
+         'spreadsheetml.worksheet+xml"/>')  # fmt: skip
+
+
+def _sheet(rows: list[list[str]]) -> str:
     cells = "".join(
         f'<row r="{k}">' + "".join(
             f'<c r="{chr(65 + j)}{k}" t="inlineStr"><is><t>{text}</t></is></c>' for j, text in enumerate(row) if text
         ) + "</row>"
         for k, row in enumerate(rows, start=1)
     )  # fmt: skip
-    sheet = ('<?xml version="1.0"?><worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">'
-             f"<sheetData>{cells}</sheetData></worksheet>")  # fmt: skip
-    with zipfile.ZipFile(path, "w") as book:
-        for name, text in {**_PARTS, "xl/worksheets/sheet1.xml": sheet}.items():
-            book.writestr(name, text)
-    return path
+    return ('<?xml version="1.0"?><worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">'
+            f"<sheetData>{cells}</sheetData></worksheet>")  # fmt: skip
 
 
 _STYLES = {

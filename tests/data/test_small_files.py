@@ -13,8 +13,6 @@ import re
 import socket
 import sqlite3
 import struct
-import subprocess
-import sys
 import zipfile
 from collections.abc import Callable
 from contextlib import closing
@@ -25,6 +23,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from peaks import MEMORY, peak
 
 from seatrial.core.files import TomlError, toml_of
 from seatrial.core.unpacking import most, unpacked
@@ -42,13 +41,6 @@ from seatrial.environment.geojson import load_chart
 from seatrial.environment.grid import Size, grid_of
 from workbooks import voyage, write_workbook
 
-MEMORY, KILL = 500e6, 120.0
-DRIVER = (
-    "import sys\nfrom seatrial.cli.app import main\nstatus = main(sys.argv[1:])\n"
-    "with open('/proc/self/status') as told:\n"
-    "    print('PEAK', next(line.split()[1] for line in told if line.startswith('VmHWM')), file=sys.__stderr__)\n"
-    "sys.exit(status)"
-)
 MAPPING = (
     'schema = "seatrial-mapping/1"\ntime = { column = "t", unit = "s" }\n[channels.psi]\ncolumn = "h"\nunit = "deg"\n'
 )
@@ -397,15 +389,6 @@ def test_a_line_that_crosses_itself_is_told_by_its_sides(a: int, b: int) -> None
 
 
 Making = Callable[[Path], list[str]]
-
-
-def peak(arguments: list[str], folder: Path) -> tuple[int, float, str]:
-    """Exit status, peak of memory [bytes], and what was said, of a command."""
-    ran = subprocess.run([sys.executable, "-c", DRIVER, *arguments], cwd=folder, capture_output=True, text=True,
-                         timeout=KILL, check=False)  # fmt: skip
-    found = re.search(r"PEAK (\d+)\n?", ran.stderr)
-    assert found is not None, ran.stderr[-400:]
-    return ran.returncode, 1024.0 * int(found[1]), ran.stderr.replace(found[0], "")
 
 
 def _wide(folder: Path) -> list[str]:

@@ -9,10 +9,12 @@ from __future__ import annotations
 import io
 import math
 import zipfile
-import zlib
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from .errors import first_line
 
 _LEAST, _RATIO = 64 << 20, 100
 _MEMBERS = 10_000
@@ -52,23 +54,38 @@ def unpacked(content: bytes) -> dict[str, Any]:
             hold(archive, len(content))
             for member in archive.infolist():
                 with archive.open(member) as stream:
-                    _hold_array(member, stream)
+                    _hold_array(member.filename, member.file_size, stream)
         with np.load(io.BytesIO(content), allow_pickle=False) as found:
             return {name: found[name] for name in found.files}
     except ValueError:
         raise
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, KeyError, AttributeError, RuntimeError) as error:
-        raise ValueError(str(error) or type(error).__name__) from None
+    except Exception as error:  # whatever NumPy and zipfile raise on a damaged file
+        raise ValueError(first_line(error, 120) or type(error).__name__) from None
 
 
-def _hold_array(member: zipfile.ZipInfo, stream: Any) -> None:
+def array(content: bytes) -> NDArray[Any]:
+    """The array of an .npy file.
+
+    Raises:
+        ValueError: no such file, or a damaged one; objects, more values than its bytes hold.
+    """
+    try:
+        _hold_array("it", len(content), io.BytesIO(content))
+        return np.load(io.BytesIO(content), allow_pickle=False)
+    except ValueError:
+        raise
+    except Exception as error:  # whatever NumPy raises on a damaged header
+        raise ValueError(first_line(error, 120) or type(error).__name__) from None
+
+
+def _hold_array(name: str, size: int, stream: Any) -> None:
     version = np.lib.format.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
-        raise ValueError(f"{member.filename} is of version {version}")
+        raise ValueError(f"{name} is of version {version}")
     first = version == (1, 0)
     read = np.lib.format.read_array_header_1_0 if first else np.lib.format.read_array_header_2_0
     shape, _, kind = read(stream)
     if kind.hasobject:
-        raise ValueError(f"{member.filename} holds objects, not numbers")
-    if math.prod(shape) * kind.itemsize > (held := member.file_size - stream.tell()):
-        raise ValueError(f"{member.filename} is said to have the shape {shape}, and holds {held} bytes")
+        raise ValueError(f"{name} holds objects, not numbers")
+    if math.prod(shape) * max(kind.itemsize, 1) > (held := size - stream.tell()):
+        raise ValueError(f"{name} is said to have the shape {shape}, and holds {held} bytes")

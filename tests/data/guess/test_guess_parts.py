@@ -30,7 +30,7 @@ from seatrial.data.guess.logs import (
     _shared_end,
     _weight,
     leap,
-    read_table,
+    read_tables,
 )
 from seatrial.data.guess.naming import Meaning, meanings, parted, tokens, unit_in_name, unit_of
 from seatrial.data.guess.roles import sided, signals, trial_column
@@ -391,7 +391,7 @@ def test_noise_of_a_rudder_amidships_is_no_motion_beside_a_zigzag(tmp_path: Path
     for name, rudder in (("ahead", noise), ("zigzag", zigzag)):
         rows = "\n".join(f"{k},{angle:.1f}" for k, angle in enumerate(rudder))
         (tmp_path / f"{name}.csv").write_text(f"time [s],rudder [deg]\n{rows}\n", encoding="utf-8")
-    tables = [read_table(tmp_path / f"{name}.csv") for name in ("ahead", "zigzag")]
+    tables = [read_tables(tmp_path / f"{name}.csv")[0] for name in ("ahead", "zigzag")]
     assert _alike(tmp_path, tables, []).main.name == "zigzag.csv"
 
 

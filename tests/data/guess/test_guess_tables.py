@@ -13,7 +13,7 @@ from turning_log import at, fixes, table, trials, truth
 from seatrial.data import DataError
 from seatrial.data.guess import guess
 from seatrial.data.guess.layout import ungrouped
-from seatrial.data.guess.logs import _gapped, _of_one, _ship_column, read_table
+from seatrial.data.guess.logs import _gapped, _of_one, _ship_column, read_tables
 from seatrial.data.guess.naming import meanings
 from workbooks import write_workbook
 
@@ -53,7 +53,7 @@ def test_ships_that_take_turns_are_a_trial_each(tmp_path: Path) -> None:
 
 
 def test_the_column_of_the_ships_is_found_where_their_rows_alternate(tmp_path: Path) -> None:
-    both = read_table(alternating(tmp_path / "ais.csv"))
+    (both,) = read_tables(alternating(tmp_path / "ais.csv"))
     assert _ship_column(both) == "MMSI"
     one = _of_one(both, "MMSI")
     assert set(one.columns[0]) == {"257000001"}
@@ -145,13 +145,12 @@ def workbook(path: Path, empty: int) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("empty", [0, 1, 2])
-def test_sheets_beside_the_first_are_a_doubt_and_empty_rows_below_a_title_are_counted(
-    empty: int, tmp_path: Path
-) -> None:
+def test_sheets_alike_are_trials_and_empty_rows_below_a_title_are_counted(empty: int, tmp_path: Path) -> None:
     log = workbook(tmp_path / "log.xlsx", empty)
     found = guess(log)
     assert f"skip = {1 + empty}" in found.text
-    assert any('"Second" are tables too' in one for one in found.doubts)
-    for sheet in ("", 'sheet = "Second"\n'):
-        read = trials(log, sheet + found.text.replace(SCHEMA, "").replace('"?"', "1"))[0]
+    assert 'sheet = "*"' in found.text
+    both = trials(log, found.text.replace(SCHEMA, "").replace('"?"', "1"))
+    assert [one.name for one in both] == ["log_Sheet1", "log_Second"]
+    for read in both:
         assert read["psi"] == pytest.approx(truth()["psi"])

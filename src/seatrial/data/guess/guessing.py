@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import Array, DataError
 from ..importing import recognised
+from ..mapping.tables import NUMBERED
 from ..recognise import recognise
 from ..table import existing
 from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
@@ -90,6 +91,9 @@ _SOURCES = ("position", "ground", "log", "apparent", "heading")
 
 def _nothing(log: Log) -> str:
     """Why a table gives no channel, and what to do."""
+    if all(map(NUMBERED.fullmatch, log.main.table.heads)):
+        return (f"{len(log.main.table.heads)} columns without names; write a mapping that names them in their order: "
+                'columns = ["t", "psi", ...]')  # fmt: skip
     words = [one for one in log.main.columns if one.kind == "text" and 1 < len(set(one.cells)) < len(one.cells) / 3]
     values = [one for one in log.main.columns if one.kind == "number" and one.name.lower().strip("_") in _VALUES]
     if words and values:
@@ -242,6 +246,8 @@ def _table_entries(log: Log) -> Iterator[Entry]:
     if beside := log.main.table.beside:
         doubt = f"sheets {', '.join(map(quoted, beside))} are tables too; a mapping of their own with sheet reads them"
         yield Entry("", {}, Answer("", (doubt,)))
+    for said in log.main.table.apart:
+        yield Entry("", {}, Answer("", (f"not read: {said}",)))
     yield from _repeats(log)
     if log.pattern:
         keys = {"pattern": quoted(log.pattern), "join": quoted(log.join)}
@@ -308,9 +314,11 @@ def _time_entry(log: Log, verdict: Verdict) -> Entry:
         near = next((one for one in log.main.columns if one.kind in ("iso", "stamp", "clock")), None)
         if near is not None:
             cell = next(cell for cell in near.cells if cell.strip())
-            doubt = (f"{near.said} has times that are not read, such as '{cell}'; "
-                     f"write column = {quoted(near.head)} and "
-                     'their pattern, such as format = "%Y-%m-%dT%H:%M:%S CEST" with zone = "+02:00", in place of unit')
+            doubt = (
+                f"{near.said} has times that are not read, such as '{cell}'; "
+                f"write column = {quoted(near.head)} and "
+                'their pattern, such as format = "%Y-%m-%dT%H:%M:%S CEST" with zone = "+02:00", in place of unit'
+            )
         return Entry("", {"time": f'{{ column = "{ASK}", unit = "s" }}'}, Answer("", (doubt,)))
     keys, answer = dict(clock.keys), clock.answer
     unit = verdict.best.choice.get("unit of time")

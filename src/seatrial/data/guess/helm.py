@@ -99,7 +99,7 @@ def neutral_of(order: Signal, rudder: Signal | None) -> float:
 def from_neutral(signal: Signal, neutral: float, keys: dict[str, str], answer: Answer) -> tuple[dict[str, str], Answer]:
     """Keys and answer of a rudder that is read from its neutral."""
     turned = keys.get("sign") == "-1"
-    other = f'; with sign = {1 if turned else -1} offset is {-neutral if turned else neutral:g}'
+    other = f"; with sign = {1 if turned else -1} offset is {-neutral if turned else neutral:g}"
     doubt = f"its values lie about {neutral:g}, which is taken as midships{other}"
     keys = {**keys, "offset": f"{neutral if turned else -neutral:g}"}
     return keys, Answer(f"{answer.evidence}; midships at {neutral:g} {signal.unit or 'deg'}", (*answer.doubts, doubt))

@@ -43,7 +43,7 @@ class Layout:
         decimal: the decimal mark.
         skip: lines before the header.
         units_row: rows of units after the header.
-        sheet: of a workbook; empty for the first and for other files.
+        sheet: of a file of several tables; empty for the first and for texts, "*" where all alike are trials.
         thousands: mark between groups of three digits in any of its cells.
     """
 
@@ -67,7 +67,8 @@ class Table:
         units: what the row of units says of each; empty without one.
         columns: cells of each column.
         cut: whether the file has more rows.
-        beside: other sheets of the workbook that are tables.
+        beside: other sheets of the file that are tables.
+        apart: what else the file holds and is not read, in words.
     """
 
     path: Path
@@ -77,6 +78,7 @@ class Table:
     columns: tuple[tuple[str, ...], ...]
     cut: bool = False
     beside: tuple[str, ...] = ()
+    apart: tuple[str, ...] = ()
 
 
 def decoded(path: Path) -> tuple[str, str]:

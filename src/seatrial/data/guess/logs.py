@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import Array, DataError
 from ..formats import known_by_suffix
-from ..inside import read_frame, workbook
+from ..sheets import ARRAYS, PARQUET, WORKBOOKS, packed, sheets_of
 from ..table import existing
 from .cells import Column, columns_of
 from .clock import Clock, clocks
@@ -98,7 +98,7 @@ def _tables(paths: Sequence[Path]) -> tuple[list[Table], list[str]]:
     failed: list[str] = []
     for path in paths:
         try:
-            tables.append(read_table(path))
+            tables += read_tables(path)
         except DataError as error:
             failed.append(str(error))
     if not tables:
@@ -123,13 +123,14 @@ def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
     main, _ = max(longest, key=lambda one: (round(one[1][0] / span), len(one[0].table.columns[0])))
     others = tuple(one for one in topics if one is not main)
     pattern, join = "", "time"
-    if others and _pieces(topics):
+    if others and len({one.table.path for one in topics}) == len(topics) and _pieces(topics):
         pattern, join = f"*{main.table.path.suffix}", "rows"
         notes = [*notes, f"{len(tables)} files follow each other in time: pieces of one log"]
     elif others:
         notes = [
             *notes,
-            f"{len(tables)} files with the same columns, each a trial; what is said here is of {main.name}",
+            f"{len(tables)} {'files' if main.table.layout.sheet != '*' else 'sheets'} with the same columns, each a "
+            f"trial; what is said here is of {main.name}",
         ]
     clock = main.clock
     t = clock.t if clock else np.arange(len(main.table.columns[0]), dtype=float)
@@ -306,7 +307,7 @@ def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) 
 def _written(table: Table) -> tuple[object, ...]:
     """How a file is written; one mapping says it for all files of a trial."""
     suffix = table.path.suffix.lower()
-    return (suffix == ".parquet" or suffix in SHEETS, table.layout)
+    return (suffix in TABLES[len(TEXTS) :], table.layout)
 
 
 def _weight(found: Mapping[str, Signal]) -> float:
@@ -329,47 +330,49 @@ def _onto(t: Array, own: Array, signal: Signal) -> Array:
 
 
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc")
-SHEETS = (".xlsx", ".xlsm", ".xls")
-TABLES = (*TEXTS, *SHEETS, ".parquet")
+TABLES = (*TEXTS, *WORKBOOKS, *PARQUET, *ARRAYS)
 """Suffixes of the files that are looked at."""
 
 
-def read_table(path: Path) -> Table:
-    """One file as a table of text, at most `ROWS` rows of it.
+def read_tables(path: Path) -> list[Table]:
+    """One file as tables of text, at most `ROWS` rows of each; several where a workbook has sheets alike.
 
     Raises:
         DataError: it cannot be read, or it is no table.
     """
-    suffix = existing(path).suffix.lower()
-    if suffix == ".parquet":
-        return _parquet(path)
-    return _workbook(path) if suffix in SHEETS else read_text(path)
-
-
-def _parquet(path: Path) -> Table:
-    frame = read_frame(path)
-    head = frame.head(ROWS)
-    columns = tuple(tuple(_cell(value) for value in head[name].to_list()) for name in head.columns)
-    return Table(path, Layout(), tuple(head.columns), ("",) * len(columns), columns, frame.height > ROWS)
-
-
-def _workbook(path: Path) -> Table:
-    """The first sheet that holds a table; rows above the header are the lines before it."""
-    import polars
-
-    with workbook(path):
-        sheets: dict[str, Any] = polars.read_excel(
-            path, sheet_id=0, engine="calamine", has_header=False, infer_schema_length=0, raise_if_empty=False,
-            drop_empty_rows=False, drop_empty_cols=False,
-        )
-    found: list[tuple[str, Table]] = []
-    for k, (name, frame) in enumerate(sheets.items()):
+    if not packed(existing(path)):
+        return [read_text(path)]
+    sheets = sheets_of(path)
+    found: list[Table] = []
+    for name in sheets.names:
+        frame, sheet = sheets.one(name), name if name != sheets.names[0] else ""
         rows = [[_cell(value) for value in row] for row in frame.head(ROWS + 50).iter_rows()]
-        if (table := _of_sheet(path, name if k else "", rows)) is not None:
-            found.append((name, table))
+        if sheets.headed:
+            units = ("",) * frame.width
+            found.append(Table(path, Layout(sheet=sheet), tuple(frame.columns), units, tuple(zip(*rows, strict=True)),
+                               frame.height > ROWS, apart=sheets.apart))  # fmt: skip
+        elif (table := _of_sheet(path, sheet, rows)) is not None:
+            found.append(table)
     if not found:
         raise DataError(f"{path}: no sheet with a header and rows of numbers")
-    return replace(found[0][1], beside=tuple(name for name, _ in found[1:]))
+    return _alike_sheets(found, sheets.names[0])
+
+
+def _alike_sheets(tables: list[Table], first: str) -> list[Table]:
+    """The tables of the kind with most cells, beside the others."""
+    cells: dict[tuple[object, ...], int] = {}
+    for table in tables:
+        cells[_kind(table)] = cells.get(_kind(table), 0) + sum(map(len, table.columns))
+    kind = max(cells, key=lambda one: cells[one])
+    chosen = [table for table in tables if _kind(table) == kind]
+    beside = tuple(table.layout.sheet or first for table in tables if _kind(table) != kind)
+    every = [replace(table.layout, sheet="*") if len(chosen) > 1 else table.layout for table in chosen]
+    return [replace(table, layout=layout, beside=beside) for table, layout in zip(chosen, every, strict=True)]
+
+
+def _kind(table: Table) -> tuple[object, ...]:
+    """What sheets have in common that one mapping reads."""
+    return table.heads, table.units, replace(table.layout, sheet="")
 
 
 def _of_sheet(path: Path, sheet: str, rows: list[list[str]]) -> Table | None:
@@ -388,7 +391,7 @@ def _of_sheet(path: Path, sheet: str, rows: list[list[str]]) -> Table | None:
         units, head = rows[head], above[1]
     named = [k for k, cell in enumerate(rows[head]) if cell]
     body = [row for row in rows[first:] if any(row)]
-    columns = tuple(tuple(row[k] for row in body) for k in named)
+    columns = tuple(tuple(row[k] for row in body[:ROWS]) for k in named)
     layout = Layout(skip=head, units_row=1 if units else 0, sheet=sheet)
     said = tuple(units[k] for k in named) if units else ("",) * len(named)
     return Table(path, layout, tuple(rows[head][k] for k in named), said, columns)

@@ -237,6 +237,8 @@ def _check_need_of_heading(found: Mapping) -> None:
 
 def _check_files(found: Mapping) -> None:
     files = found.files
+    if files is not None and found.sheet == "*":
+        raise DataError('sheet = "*" makes each sheet a trial; it cannot stand beside files')
     named = {one.file: place for place, one in instruments(found) if one.file is not None}
     if files is None:
         if named:

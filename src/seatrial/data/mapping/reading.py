@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from .. import UNITS, Array, DataError, Trial
 from ..geodesy import Datum
 from ..prepare import cut, unbroken
+from ..sheets import packed, sheets_of
 from ..sidecar import CONVENTIONS
 from ..table import disorder, within
 from ..units import conversion
@@ -27,7 +28,7 @@ from .numbers import texts
 from .places import Midship
 from .recordings import name_of, piece, pieces
 from .schema import Channel, Clock, Cut, Mapping, Position, Sensor, Split
-from .tables import Table, opened, stacked
+from .tables import Table, heads_of, opened, stacked
 from .uses import uses
 
 _EXTRA = {"u_w": "m/s", "v_w": "m/s"}
@@ -56,12 +57,40 @@ def read(source: Path, mapping: Mapping) -> tuple[Trial, ...]:
         DataError: naming file, column and row of what is wrong.
     """
     name = name_of(source, mapping)
-    table = _rows_of(source, mapping)
     found: list[Trial] = []
-    for suffix, rows in list(groups(table, mapping)):
-        trial, clock = _trial(source, mapping, name + suffix, table if rows is None else table.rows(rows))
-        found += named_cuts(trial, mapping, source, name, clock) if mapping.trial else divided(trial, mapping.split)
+    for sheet, one, table, apart in _tables(source, mapping):
+        for suffix, rows in list(groups(table, one)):
+            part = table if rows is None else table.rows(rows)
+            trial, clock = _trial(source, one, name + sheet + suffix, part)
+            trial = trial.noting(*apart)
+            found += named_cuts(trial, one, source, name, clock) if one.trial else divided(trial, one.split)
     return tuple(found)
+
+
+EVERY = "*"
+"""The sheet that stands for each one that has a column of the mapping."""
+
+
+def _tables(source: Path, mapping: Mapping) -> Iterator[tuple[str, Mapping, Table, tuple[str, ...]]]:
+    """The tables of a recording whose times are rows: what the name of each ends in, its mapping, and what is left out.
+
+    Raises:
+        DataError: no sheet with a column of the mapping.
+    """
+    if mapping.sheet != EVERY:
+        yield "", mapping, _rows_of(source, mapping), ()
+        return
+    if not packed(source):
+        raise DataError(f"{source}: a text has no sheets; leave sheet out of the mapping")
+    sheets, wanted = sheets_of(source), uses(mapping)
+    names = [name for name in sheets.names if set(heads_of(sheets, mapping, name)) & {use.column for use in wanted}]
+    if not names:
+        raise DataError(f"{source}: no sheet with a column of the mapping; the sheets are {', '.join(sheets.names)}")
+    others = [name for name in sheets.names if name not in names]
+    apart = (f"sheets without its columns: {', '.join(others)}",) if others else ()
+    for name in names:
+        one = replace(mapping, sheet=name)
+        yield ending(name), one, opened(source, one, wanted, sheets), apart
 
 
 def _rows_of(source: Path, mapping: Mapping) -> Table:
@@ -326,7 +355,7 @@ def groups(table: Table, mapping: Mapping) -> Iterator[tuple[str, NDArray[np.int
     if mapping.split.scattered:
         for word in cells.unique(maintain_order=True).to_list():
             if word:
-                yield _ending(word), np.flatnonzero((cells == word).to_numpy())
+                yield ending(word), np.flatnonzero((cells == word).to_numpy())
         return
     edges = [0, *(np.flatnonzero(np.diff(code)) + 1).tolist(), len(code)]
     seen: set[str] = set()
@@ -338,10 +367,10 @@ def groups(table: Table, mapping: Mapping) -> Iterator[tuple[str, NDArray[np.int
             about = "one stretch is one trial; where rows of several take turns give scattered = true under split"
             raise DataError(f"{table.at(column, start)}: '{word:.40}' again, after others; {about}")
         seen.add(word)
-        yield _ending(word), np.arange(start, stop)
+        yield ending(word), np.arange(start, stop)
 
 
-def _ending(word: str) -> str:
+def ending(word: str) -> str:
     """What the name of a trial ends in, by the word of its rows."""
     return f"_{re.sub(r'[^A-Za-z0-9.-]+', '_', re.sub(r'[.]0$', '', word))}"
 

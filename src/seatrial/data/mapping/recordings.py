@@ -8,10 +8,11 @@ import re
 from pathlib import Path
 
 from .. import DataError
+from ..sheets import ARRAYS, PARQUET, WORKBOOKS
 from ..table import existing
 from .schema import Files, Mapping
 
-SUFFIXES = ((".csv", ".dat", ".tsv"), (".xlsx", ".xls", ".ods"), (".parquet",), (".txt", ".log"))
+SUFFIXES = ((".csv", ".dat", ".tsv"), WORKBOOKS, PARQUET, ARRAYS, (".txt", ".log", ".asc"))
 """Suffixes of tables: of a folder the first kind that it has."""
 
 _TRIAL, _GROUP = "{trial}", "(?P<trial>[^/]+)"

@@ -280,7 +280,8 @@ class Mapping(Described):
         skip: lines before the header.
         columns: names of the columns of a table without a header, in their order; "" for one that is not read.
         units_row: rows of units after the header; true is 1.
-        sheet: of a workbook; None for the first.
+        sheet: of a workbook, or structure of a file of arrays; None for the first, "*" where each one that has a column
+            of the mapping is a trial.
         missing: words of a missing value, beside the empty cell, nan, na and null.
         duplicates: which of the rows of one time counts.
     """

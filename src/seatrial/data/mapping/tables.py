@@ -1,4 +1,4 @@
-"""A file as a table of named columns, each of numbers or of texts, whatever it is: text, workbook or Parquet."""
+"""A file as a table of named columns, each of numbers or of texts, whatever it is: text, workbook or arrays."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.errors import first_line
 from ...core.parameters import unknown
 from .. import DataError
-from ..inside import read_frame, workbook
+from ..sheets import Sheets, packed, sheets_of
 from ..table import existing, once
 from ..units import KNOWN
 from .schema import Mapping
@@ -25,9 +24,11 @@ from .uses import Use
 if TYPE_CHECKING:
     import polars as pl
 
-WORKBOOKS, PARQUET = (".xlsx", ".xls", ".ods"), ".parquet"
 _ANGLES = ("position", "split")
 """Keys of columns that have no unit in their cells, or a reader of their own."""
+
+NUMBERED = re.compile(r"(?:.*\(:,)?[0-9]+\)?")
+"""Names of the columns of a matrix, which are none."""
 
 _NUMBER = re.compile(r"[-+]?[0-9]*[.,]?[0-9]")
 _BRACKETED = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
@@ -98,22 +99,39 @@ class Table:
         raise DataError(f"{self.path}: column '{column}', {self.word} {line}: {about}")
 
 
-def opened(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
+def opened(path: Path, mapping: Mapping, wanted: Sequence[Use], sheets: Sheets | None = None) -> Table:
     """The wanted columns of a file.
+
+    Args:
+        path: of the file.
+        mapping: how it is written.
+        wanted: the columns.
+        sheets: the tables of the file where they are open already, as one that is read sheet by sheet.
 
     Raises:
         DataError: a file that cannot be read, a column that is not there or there twice, rows of another length.
     """
-    suffix = existing(path).suffix.lower()
-    if suffix == PARQUET:
-        found = _of_frame(path, mapping, wanted, read_frame(path), None)
-    elif suffix in WORKBOOKS:
-        sheet = _sheet(path, mapping)
-        found = _of_frame(path, mapping, wanted, sheet, mapping.skip)
+    if packed(existing(path)):
+        book = sheets_of(path) if sheets is None else sheets
+        found = _of_frame(path, mapping, wanted, book.one(mapping.sheet), None if book.headed else mapping.skip)
+        if sheets is not None:
+            found = replace(found, word=f"sheet '{mapping.sheet}', row")
     else:
         found = _of_text(path, mapping, wanted)
     words = frozenset(("", "nan", "na", "null", *(word.strip().lower() for word in mapping.missing)))
     return _unspoken(replace(found, decimal=mapping.decimal, thousands=mapping.thousands, missing=words), wanted)
+
+
+def heads_of(sheets: Sheets, mapping: Mapping, name: str) -> list[str]:
+    """The names of the columns of a sheet; none where it ends before its header."""
+    frame = sheets.one(name)
+    if sheets.headed or mapping.columns:
+        return list(mapping.columns or frame.columns)
+    return _heads(frame, mapping.skip) if frame.height > mapping.skip else []
+
+
+def _heads(frame: pl.DataFrame, row: int) -> list[str]:
+    return ["" if cell is None else str(cell).strip() for cell in frame.row(row)]
 
 
 def _unspoken(table: Table, wanted: Sequence[Use]) -> Table:
@@ -167,14 +185,12 @@ def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
 def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.DataFrame, skip: int | None) -> Table:
     """The wanted columns of a frame, whose own names are the header, or the row after those that are skipped."""
     if skip is None:
-        if mapping.columns:
-            raise DataError(f"{path}: Parquet names its own columns; leave columns out of the mapping")
-        index = _places(path, "column names, row", 0, frame.columns, wanted)
-        first, units, heads = 0, 0, frame.columns
+        first, units, heads = 0, 0, _named(path, mapping, frame.columns)
+        index = _places(path, "column names, row", 0, heads, wanted)
     else:
         if frame.height <= skip:
             raise DataError(f"{path}: {frame.height} rows, and the mapping skips {skip}")
-        heads = mapping.columns or ["" if cell is None else str(cell).strip() for cell in frame.row(skip)]
+        heads = mapping.columns or _heads(frame, skip)
         if len(heads) != frame.width:
             raise DataError(f"{path}: {frame.width} columns, and columns of the mapping has {len(heads)}")
         index = _places(path, *_header(mapping, "row"), heads, wanted)
@@ -191,6 +207,21 @@ def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.Dat
     layout = Layout(b"", None, tuple(heads), lines, tuple(tuple(row) for row in rows), False)
     table = Table(path, body, lines, len(heads), "row", _stated(first - units, layout, index), header=first - units)
     return table if filled is None or filled.size == len(table) else table.rows(filled)
+
+
+def _named(path: Path, mapping: Mapping, heads: list[str]) -> Sequence[str]:
+    """The names of columns that the file gives, or those of the mapping where it gives numbers only.
+
+    Raises:
+        DataError: both give names, or another number of them.
+    """
+    if not mapping.columns:
+        return heads
+    if not all(map(NUMBERED.fullmatch, heads)):
+        raise DataError(f"{path}: the file names its own columns; leave columns out of the mapping")
+    if len(heads) != len(mapping.columns):
+        raise DataError(f"{path}: {len(heads)} columns, and columns of the mapping has {len(mapping.columns)}")
+    return mapping.columns
 
 
 def _every_null(frame: pl.DataFrame) -> Any:
@@ -229,22 +260,6 @@ def _stated(header: int, layout: Layout, index: Named[str, int]) -> dict[str, tu
             if text in KNOWN:
                 found[name] = text, header + below
     return found
-
-
-def _sheet(path: Path, mapping: Mapping) -> pl.DataFrame:
-    """Cells of a sheet as texts, from its first row."""
-    with workbook(path):
-        import fastexcel
-
-        book = fastexcel.read_excel(path)
-        names = book.sheet_names
-    name = names[0] if mapping.sheet is None else mapping.sheet
-    if name not in names:
-        raise DataError(f"{path}: {unknown(name, names, 'sheet')}")
-    try:
-        return book.load_sheet(name, header_row=None, skip_rows=0, dtypes="string").to_polars()
-    except Exception as error:
-        raise DataError(f"{path}: sheet '{name}' is not readable: {first_line(error, 120)}") from None
 
 
 _CELL = r"^([-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([^0-9\s.,].*|1/.*)$"
