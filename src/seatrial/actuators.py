@@ -189,7 +189,8 @@ def queue_length(dead_time: float, dt: float) -> int:
 
 
 _TABLES = {"n_P": "propeller", "delta": "rudder"}
-_NUMBERED = re.compile(r"_\d+$")
+NUMBERED = re.compile(r"_\d+$")
+"""The number of one of several alike, at the end of the name of its control."""
 
 
 def table(control: str) -> str:
@@ -205,7 +206,7 @@ class Actuators:
 
     def of(self, control: str) -> Servo:
         """The actuator of a control; rudder and propeller serve the numbered ones (delta_1, n_P_2) too."""
-        names = (table(control), table(_NUMBERED.sub("", control)))
+        names = (table(control), table(NUMBERED.sub("", control)))
         return next((self.by_name[name] for name in names if name in self.by_name), Actuator())
 
     @property

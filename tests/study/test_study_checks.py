@@ -189,3 +189,30 @@ def test_an_interrupt_while_it_loads_is_no_traceback() -> None:
             "sys.meta_path.insert(0, Stop()); sys.exit(main())")  # fmt: skip
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (130, "interrupted\n")
+
+
+def test_a_study_lays_its_actuators_over_those_of_the_ship(study: Callable[..., Path]) -> None:
+    """In its units, key by key; what it does not name stays as the file has it, and another value is another run."""
+    servo, key = load("qiuxin5").actuators, next(iter(load("qiuxin5").actuators.by_name))
+    table = f'[actuators.{key}]\nlag = {{ value = 2.5, unit = "s", source = "logs" }}\n[data]'
+    found = read_study(study("[data]", table))
+    assert found.problem.ship.actuators.by_name[key].lag == pytest.approx(2.5)
+    assert found.problem.ship.actuators.by_name[key].rate == servo.by_name[key].rate
+    assert found.digest != read_study(study()).digest
+    assert read_study(study()).problem.ship.actuators == servo
+
+
+@pytest.mark.parametrize(("line", "words"), [
+    ('rate = { value = 2.0, unit = "kg", source = "logs" }', "kg"),
+    ("rate = { value = 2.0 }", "no source"),
+    ("pace = 2.0", "pace"),
+])  # fmt: skip
+def test_actuators_that_a_ship_file_could_not_have_are_refused(
+    study: Callable[..., Path], line: str, words: str
+) -> None:
+    key = next(iter(load("qiuxin5").actuators.by_name))
+    path = study("[data]", f"[actuators.{key}]\n{line}\n[data]")
+    with pytest.raises(StudyError, match=words) as told:
+        read_study(path)
+    assert str(told.value).startswith(f"{path}: actuators.{key}")
+    assert "\n" not in str(told.value)

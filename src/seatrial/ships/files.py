@@ -50,17 +50,18 @@ def variants() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in (FOLDER / "variants").glob("*.toml")))
 
 
-def load(name_or_path: str | Path, *, trust: Trust = False) -> Ship:
+def load(name_or_path: str | Path, *, over: Mapping[str, Any] | None = None, trust: Trust = False) -> Ship:
     """Read a ship of the library by name, or a ship file (a saved fit is one) by path.
 
     Args:
+        over: tables that are laid over those of the file, key by key, as a ship that is `like` it does.
         trust: modules outside the package whose code the file may run by naming their classes; True for any.
 
     Raises:
         ShipError: no such ship; a key, unit, type or number that cannot be used, in one line.
     """
     path = _find(name_or_path)
-    document = _whole(path)
+    document = _over(_whole(path), over or {})
     with trusting(trust):
         return _Reading(path, document).ship()
 

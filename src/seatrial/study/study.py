@@ -126,7 +126,7 @@ def read_study(path: str | Path, *, trust: Trust = False, suspects: bool = False
 def _read(here: Path, suspects: bool) -> Study:
     document = _document(here)
     said = filled(StudyFile, document, here, StudyError)
-    ship = read_ship(here, said.ship)
+    ship = read_ship(here, said.ship, said.actuators)
     virtual, (train, validation, test) = _made(here, said) if said.virtual else (None, read_data(here, said.data, ship))
     try:
         free, fixed = freedom(ship.model, said.free, stated(ship))
@@ -183,7 +183,7 @@ def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
 
 def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], said: Any) -> str:
     """Fingerprint of everything that decides what a run leaves in its folder, the report too."""
-    parts = "".join(map(repr, (said.title, said.report, said.rival, said.virtual)))
+    parts = "".join(map(repr, (said.title, said.report, said.rival, said.virtual, said.actuators)))
     found = hashlib.sha256(f"{__version__} {digest(problem, estimator)}{parts}".encode())
     include(found, "test", test)
     return found.hexdigest()[:16]
@@ -208,17 +208,25 @@ def _shared(path: Path, name: str) -> Any:
     return cast("dict[str, Any]", table)
 
 
-def read_ship(path: Path, name: str) -> Ship:
+def read_ship(path: Path, name: str, actuators: Mapping[str, Any] | None = None) -> Ship:
     """The ship that the study at `path` names: a file beside it, or one of the library.
 
+    Args:
+        actuators: tables of actuators that the study lays over those of the file.
+
     Raises:
-        StudyError: neither.
+        StudyError: neither, or a key or number that a ship file may not have either.
     """
     beside = path.parent / name
+    file = beside if name.endswith(".toml") and beside.is_file() else name
     try:
-        return load(beside if name.endswith(".toml") and beside.is_file() else name)
+        return load(file, over={"actuators": actuators} if actuators else None)
     except ShipError as error:
-        raise StudyError(f"{path}: ship: {error}") from None
+        try:
+            load(file)
+        except ShipError:
+            raise StudyError(f"{path}: ship: {error}") from None
+        raise StudyError(f"{path}: {str(error).rpartition('.toml: ')[2]}") from None  # of a table of the study
 
 
 def _rival(path: Path, names: Sequence[str], free: tuple[Free, ...]) -> tuple[Free, ...]:

@@ -21,6 +21,7 @@ from ...data.folder import Folder
 from ...data.kinds import Kind, recognised
 from ...data.prepare import derivable, drop_trailing_gaps
 from ...identify import StudyError
+from ...identify.components.actuation import shown
 from ...models import STATES, Sampled
 from ...ships import Ship
 from ...simulate.begun import begun, too_little
@@ -122,6 +123,7 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
     }
     text = text_of(
         ship=name, family=type(ship.model).__name__, root=root, format=format,
+        actuators=tuple(shown(ship, tuple(usable.values()))),
         mapping=_relative(mapping, out) if mapping else "", files=files, kinds=kinds, train=train, test=test,
         left_out={} if parts else left_out, free=free,
         limits=limits(ship, [path for *_, paths in free for path in paths]), sampled=isinstance(ship.model, Sampled),

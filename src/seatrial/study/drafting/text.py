@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from ...data.kinds import Kind
+from ...identify.components.actuation import Shown
 
 _WINDOW = 10.0
 """Length of a prediction between restarts, in times in which the ship covers its length."""
@@ -21,7 +22,8 @@ Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
 
 
 def text_of(
-    *, ship: str, family: str, root: str, format: str, mapping: str, files: Mapping[str, str],
+    *, ship: str, family: str, actuators: Sequence[Shown], root: str, format: str, mapping: str,
+    files: Mapping[str, str],
     kinds: Mapping[str, Kind], train: Mapping[str, Sequence[str]], test: Mapping[str, Sequence[str]],
     left_out: Mapping[str, str], free: Freedom, limits: Mapping[str, Mapping[str, float]], sampled: bool, timed: bool,
     clock: float, duration: float, windy: bool,
@@ -31,6 +33,7 @@ def text_of(
 
     Args:
         ship: as the study names it; `family` is the class of its model.
+        actuators: what the recordings show of them that the ship file has otherwise.
         root, format, mapping: of the recordings, the last two empty where there are none.
         files: place of each recording below the root.
         kinds: of the recordings.
@@ -53,7 +56,7 @@ def text_of(
         *([f"format = {_quoted(format)}"] if format else []), *([f"mapping = {_quoted(mapping)}"] if mapping else []),
         *_list("train", "kinds are those of `seatrial trials`", train, kinds, files),
         *_list("test", f"whole recordings of each kind, {order}; the fit does not see them", test, kinds, files),
-        *_left_out(left_out, files), "", *_freedom(free, limits, windy), "",
+        *_left_out(left_out, files), "", *_actuators(actuators), *_freedom(free, limits, windy), "",
     ]  # fmt: skip
     if sampled:
         return "\n".join((*lines, "[estimator]", 'type = "arx_fit:ArxRegression"', ""))
@@ -82,6 +85,16 @@ def _list(
 def _left_out(left_out: Mapping[str, str], files: Mapping[str, str]) -> list[str]:
     """Comments on what is in neither list."""
     return [f"# left out: {files[name]}: {why}" for name, why in left_out.items()]
+
+
+def _actuators(some: Sequence[Shown]) -> list[str]:
+    """Tables of actuators, laid over those of the ship file."""
+    out: list[str] = []
+    for name in dict.fromkeys(one.table for one in some):
+        out.append(f"[{name}] # as these recordings show it, over what the ship file has")
+        out += [f"{one.entry} # {one.words}" for one in some if one.table == name]
+        out.append("")
+    return out
 
 
 def _freedom(free: Freedom, limits: Mapping[str, Mapping[str, float]], windy: bool) -> list[str]:
