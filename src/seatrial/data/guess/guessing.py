@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import Array, DataError
 from ..importing import recognised
+from ..mapping.schema import Long
 from ..mapping.tables import NUMBERED
 from ..recognise import recognise
 from ..table import existing
@@ -94,17 +95,8 @@ def _nothing(log: Log) -> str:
     if all(map(NUMBERED.fullmatch, log.main.table.heads)):
         return (f"{len(log.main.table.heads)} columns without names; write a mapping that names them in their order: "
                 'columns = ["t", "psi", ...]')  # fmt: skip
-    words = [one for one in log.main.columns if one.kind == "text" and 1 < len(set(one.cells)) < len(one.cells) / 3]
-    values = [one for one in log.main.columns if one.kind == "number" and one.name.lower().strip("_") in _VALUES]
-    if words and values:
-        names = ", ".join(sorted(set(words[-1].cells))[:_OTHERS])
-        return (f"a long table, with one value a row: {words[-1].said} names it ({names}); "
-                f"make it wide first, a column each (pandas, polars: pivot by {words[-1].said})")  # fmt: skip
     heads = ", ".join(one.said for one in log.main.columns[:_SHOWN])
     return f"no column is known as a quantity of a ship's motion ({heads}); write a mapping (docs/data.md)"
-
-
-_VALUES = ("value", "values", "wert", "verdi", "val", "reading", "data")
 
 
 def _once_named(log: Log, entry: Entry) -> Entry:
@@ -248,6 +240,8 @@ def _table_entries(log: Log) -> Iterator[Entry]:
         yield Entry("", {}, Answer("", (doubt,)))
     for said in log.main.table.apart:
         yield Entry("", {}, Answer("", (f"not read: {said}",)))
+    if (long := log.main.table.long) is not None:
+        yield _long_entry(long)
     yield from _repeats(log)
     if log.pattern:
         keys = {"pattern": quoted(log.pattern), "join": quoted(log.join)}
@@ -260,6 +254,16 @@ def _table_entries(log: Log) -> Iterator[Entry]:
         yield Entry("split", {"column": quoted(column.head)}, Answer(f"{column.said} numbers the trials of one file"))
     elif (gap := leap(log.t)) is not None:
         yield Entry("split", {"gap": f"{gap:g}"}, Answer("time leaps between the trials of one file [s]"))
+
+
+def _long_entry(long: Long) -> Entry:
+    keys = {"name": listed(long.name), "value": quoted(long.value)}
+    keys |= {"unit": quoted(long.unit)} if long.unit else {}
+    doubts: tuple[str, ...] = ()
+    if long.hold:
+        keys["hold"] = listed(long.hold)
+        doubts = ("written when it changes, it seems, and held until the next value; else leave out hold",)
+    return Entry("long", keys, Answer("one value a row; columns below are names", doubts))
 
 
 def _layout_entry(log: Log) -> Entry:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from .. import DataError
+from ..mapping.schema import Long
 from ..table import existing, quoted_cells
 from .naming import unit_of
 
@@ -69,6 +70,7 @@ class Table:
         cut: whether the file has more rows.
         beside: other sheets of the file that are tables.
         apart: what else the file holds and is not read, in words.
+        long: how it was made of a table with one value a row; None for one of a column a quantity.
     """
 
     path: Path
@@ -79,6 +81,7 @@ class Table:
     cut: bool = False
     beside: tuple[str, ...] = ()
     apart: tuple[str, ...] = ()
+    long: Long | None = None
 
 
 def decoded(path: Path) -> tuple[str, str]:
@@ -153,8 +156,8 @@ def split_line(line: str, delimiter: str) -> list[str]:
     return [cell.strip().strip('"').strip() for cell in quoted_cells(line, delimiter)]
 
 
-def read_text(path: Path) -> Table:
-    """A table of text with the layout that makes most of its cells values.
+def read_text(path: Path, most: int = ROWS) -> Table:
+    """A table of text with the layout that makes most of its cells values, and so many of its rows at most.
 
     Raises:
         DataError: not text, no rows of numbers, or no header above them.
@@ -174,7 +177,7 @@ def read_text(path: Path) -> Table:
     if first is None:
         raise DataError(f"{path}: no rows of numbers found; is it a table?")
     heads, skip, units = _header(path, lines, first, delimiter, count)
-    rows = [cells for line in lines[first : first + ROWS] if line.strip()
+    rows = [cells for line in lines[first : first + most] if line.strip()
             and len(cells := split_line(line, delimiter)) == count]  # fmt: skip
     if len(rows) < 2:
         raise DataError(f"{path}: {len(rows)} rows of numbers; a trial needs at least 2")
@@ -182,7 +185,7 @@ def read_text(path: Path) -> Table:
     grouped = any(ungrouped(column, mark) is not column for column in columns)
     layout = Layout(encoding, delimiter, mark, skip, 1 if units else 0, "", "," if mark == "." else ".")
     layout = layout if grouped else replace(layout, thousands="")
-    return Table(path, layout, tuple(heads), tuple(units) or ("",) * count, columns, len(lines) - first > ROWS)
+    return Table(path, layout, tuple(heads), tuple(units) or ("",) * count, columns, len(lines) - first > most)
 
 
 def _share(lines: list[str], delimiter: str, mark: str) -> float:

@@ -20,6 +20,7 @@ from .clock import Clock, clocks
 from .layout import ROWS, Layout, Table, is_value, read_text
 from .naming import tokens, unit_of
 from .roles import Signal, sided, signals, trial_column
+from .rows_of_names import widened
 
 _ANGLES = ("heading", "yaw", "cog", "gamma_A", "gamma_T", "wind_direction", "alpha")
 _FEWEST = 20
@@ -98,7 +99,7 @@ def _tables(paths: Sequence[Path]) -> tuple[list[Table], list[str]]:
     failed: list[str] = []
     for path in paths:
         try:
-            tables += read_tables(path)
+            tables += map(widened, read_tables(path))
         except DataError as error:
             failed.append(str(error))
     if not tables:

@@ -40,6 +40,7 @@ def read_mapping(path: Path) -> Mapping:
             (_check_clock if clock.step is None else _check_step)(place, clock)
         _check_instruments(found)
         _check_files(found)
+        _check_long(found)
         _check_trials(found)
         for one in found.trial:
             check_meta(Path(f"trial '{one.name}'"), {"kind": one.kind, "set_points": dict(one.set_points)})
@@ -257,6 +258,21 @@ def _check_files(found: Mapping) -> None:
     stray = next((name for name in files.clocks if name not in named and name != files.pattern), None)
     if stray is not None:
         raise DataError(f"files.clocks: {unknown(stray, [n for n in named if n], 'file of a channel')}")
+
+
+def _check_long(found: Mapping) -> None:
+    long = found.long
+    if long is None:
+        return
+    if not long.name:
+        raise DataError("long.name is empty; it names the column of the names")
+    if found.files is not None or found.sheet == "*" or found.split.column is not None or found.time.step is not None:
+        raise DataError('long is of one table with a clock; it cannot stand beside files, sheet = "*", split.column or '
+                        "time.step")  # fmt: skip
+    wanted = {use.column for use in uses(found)}
+    stray = next((name for name in long.hold if name not in wanted), None)
+    if stray is not None:
+        raise DataError(f"long.hold: {unknown(stray, sorted(wanted), 'column of the mapping')}")
 
 
 def _check_trials(found: Mapping) -> None:

@@ -23,6 +23,7 @@ from ..units import conversion
 from .checked import instruments
 from .clocks import Stamps, moment, stamps
 from .joining import Series, in_order, joined, reach, single
+from .long import widened
 from .measured import measured
 from .numbers import texts
 from .places import Midship
@@ -97,6 +98,8 @@ def _rows_of(source: Path, mapping: Mapping) -> Table:
     """The table whose times are the rows; of several pieces, one after the other."""
     own = mapping.files is not None and mapping.files.pattern in mapping.files.clocks
     wanted = [u for u in uses(mapping) if _of(mapping, u.file) is None and not (own and u.key.startswith("time."))]
+    if mapping.long is not None:
+        return widened(source, mapping, mapping.long)
     if mapping.files is None:
         return opened(source, mapping, wanted)
     if mapping.files.join == "time":

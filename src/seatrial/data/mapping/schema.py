@@ -262,6 +262,23 @@ class Split:
     scattered: bool = False
 
 
+@dataclass(frozen=True)
+class Long:
+    """A long table: a row has a time, the name of a quantity, and its value; columns of the mapping are names.
+
+    Attributes:
+        name: columns of the name; those of several are joined by a dot.
+        value: column of the value.
+        unit: column of its unit.
+        hold: names whose value is written when it changes, and holds until the next.
+    """
+
+    name: Words
+    value: str
+    unit: str | None = None
+    hold: Words = ()
+
+
 @dataclass(frozen=True, kw_only=True)
 class Mapping(Described):
     """A mapping file.
@@ -272,6 +289,7 @@ class Mapping(Described):
         frame: the axes of the velocities.
         position, ground, log, apparent, heading: instruments that give no channel of a trial as it is.
         files: the files of one trial; None for one file.
+        long: of a table of one value a row; None for one of a column a quantity.
         trial, split: where a log is divided.
         delimiter: what separates cells; "whitespace" for any white space.
         decimal: the decimal mark.
@@ -295,6 +313,7 @@ class Mapping(Described):
     apparent: Apparent | None = None
     heading: Heading | None = None
     files: Files | None = None
+    long: Long | None = None
     trial: tuple[Cut, ...] = ()
     split: Split = Split()
     delimiter: str = ","

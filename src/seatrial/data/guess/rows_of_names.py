@@ -1,0 +1,123 @@
+"""Long tables, of one value a row, as the guess sees them: a column for each name, a row for each time."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ..mapping.long import JOINT
+from ..mapping.schema import Long
+from ..sheets import packed
+from .cells import Column, columns_of
+from .clock import Clock, clocks
+from .layout import ROWS, Table, read_text
+from .naming import meanings, tokens
+
+_VALUES = frozenset(("value", "values", "wert", "verdi", "val", "reading", "valeur", "valor", "waarde", "atai"))
+_NAMES = frozenset(("name", "names", "path", "field", "measurement", "tag", "tagname", "variable", "signal", "channel",
+                    "sensor", "topic", "key", "metric", "parameter", "item", "quantity", "series"))  # fmt: skip
+_FEWEST, _KNOWN, _TIMES = 2, 0.5, 8
+"""Names of quantities at least, how well one is known, and how often one stands there."""
+
+_MOST, _SHOWN = 1_000_000, 4
+_UNEVEN = 2.0
+_HELD = ("delta", "n_P", "alpha", "throttle", "force")
+
+
+def widened(table: Table) -> Table:
+    """A long table as a wide one in the order of time; any other as it is."""
+    if table.cut and not packed(table.path) and any(_VALUES & set(tokens(head)) for head in table.heads):
+        table = read_text(table.path, _MOST)  # the rows of one name may come before those of another
+    found = _columns(table)
+    if found is None:
+        return table
+    names, value, unit, clock = found
+    said = [JOINT.join(parts) for parts in zip(*(column.cells for column in names), strict=True)]
+    long = Long(tuple(column.head for column in names), value.head, unit.head if unit else None)
+    heads = list(dict.fromkeys(said))
+    times = [column for column in columns_of(table) if column.head in clock.heads]
+    rows: dict[tuple[str, ...], dict[str, str]] = {}
+    for word, cell, *when in zip(said, value.cells, *(column.cells for column in times), strict=True):
+        rows.setdefault(tuple(when), {}).setdefault(word, cell)
+    columns = tuple(zip(*((*when, *(row.get(head, "") for head in heads)) for when, row in rows.items()), strict=True))
+    columns = tuple(cells[:ROWS] for cells in columns)
+    units = dict(zip(said, unit.cells, strict=True)) if unit else {}
+    wide = replace(
+        table, heads=(*(column.head for column in times), *heads), columns=columns,
+        cut=len(rows) > ROWS, apart=(*table.apart, *_beside(table, {*clock.heads, *long.name, long.value, long.unit})),
+        units=(*(table.units[table.heads.index(column.head)] for column in times), *(units.get(h, "") for h in heads)),
+    )  # fmt: skip
+    return _in_order(wide, long)
+
+
+def _beside(table: Table, known: Collection[str | None]) -> Iterator[str]:
+    """Columns of a few words beside the values, such as their quality."""
+    for column in columns_of(table):
+        words = sorted(set(column.cells))
+        if column.head not in known and column.kind == "text" and len(words) > 1 and _repeated(column):
+            yield f"{column.said} ({', '.join(words[:_SHOWN])}), which may say that a value is none"
+
+
+def _in_order(wide: Table, long: Long) -> Table:
+    """The table by its clock, with the names of those of its quantities that are written when they change."""
+    clock = next(iter(clocks(columns_of(wide))), None)
+    if clock is None:
+        return replace(wide, long=long)
+    order = np.argsort(clock.t, kind="stable")
+    wide = replace(wide, columns=tuple(tuple(cells[k] for k in order) for cells in wide.columns))
+    t = clock.t[order]
+    held = [column.head for column in columns_of(wide)
+            if column.means and column.means[0].role in _HELD and _on_change(column, t)]  # fmt: skip
+    return replace(wide, long=replace(long, hold=tuple(held)))
+
+
+def _on_change(column: Column, t: np.ndarray) -> bool:
+    """Whether a value is written when it changes: at uneven times, and never twice the same."""
+    good = np.isfinite(column.values)
+    at, values = t[good], column.values[good]
+    if at.size < _FEWEST or at.size > 0.5 * t.size:
+        return False
+    steps = np.diff(at)
+    return bool((np.diff(values) != 0.0).all() and np.quantile(steps, 0.9) > _UNEVEN * np.quantile(steps, 0.1))
+
+
+def _columns(table: Table) -> tuple[list[Column], Column, Column | None, Clock] | None:
+    """Columns of names, of values and of units, and the clock of the rows of one name; None where it is none."""
+    columns = columns_of(table)
+    words = [one for one in columns if one.kind == "text" and _repeated(one)]
+    value = next((one for one in columns if _VALUES & set(tokens(one.name))), None)
+    plain = [one for one in columns if one.kind == "number" and not one.means and one.score("time") < _KNOWN]
+    value = plain[0] if value is None and len(plain) == 1 else value
+    unit = next((one for one in columns if one.name.lower().strip("_") in ("unit", "units", "einheit", "enhet")), None)
+    names = [one for one in words if one is not value and one is not unit and set(tokens(one.name)) & _NAMES]
+    names = names or [one for one in words if one is not value and one is not unit]
+    names = [one for one in names if len(set(one.cells)) > 1]
+    if value is None or not names:
+        return None
+    chosen = _fewest(names)
+    said = [JOINT.join(parts) for parts in zip(*(column.cells for column in chosen), strict=True)]
+    known = {role for word in set(said) if (found := meanings(word)) and found[0].score > _KNOWN
+             for role in (found[0].role,)}  # fmt: skip
+    if len(known) < _FEWEST:
+        return None
+    most = Counter(said).most_common(1)[0][0]
+    rows = [k for k, word in enumerate(said) if word == most]
+    own = replace(table, columns=tuple(tuple(cells[k] for k in rows) for cells in table.columns))
+    clock = next(iter(clocks([one for one in columns_of(own) if one.head != value.head])), None)
+    return None if clock is None else (chosen, value, unit, clock)
+
+
+def _repeated(column: Column) -> bool:
+    """Whether a column holds a few words, each of them often."""
+    words = set(column.cells)
+    return len(words) * _TIMES <= len(column.cells)
+
+
+def _fewest(names: list[Column]) -> list[Column]:
+    """The columns that tell quantities apart: one where it tells as many as all, else all of them."""
+    whole = len(set(zip(*(one.cells for one in names), strict=True)))
+    single = [one for one in names if len(set(one.cells)) == whole]
+    return single[-1:] or names
