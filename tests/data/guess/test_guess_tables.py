@@ -62,6 +62,16 @@ def test_the_column_of_the_ships_is_found_where_their_rows_alternate(tmp_path: P
     assert _of_one(one, "") is one
 
 
+def test_a_column_of_row_numbers_without_a_name_is_no_ship(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+    rows = {"": list(range(true.t.size)), "t [s]": list(true.t), "lat": list(latitude), "lon": list(longitude),
+            "heading [deg]": list(np.degrees(true["psi"]) % 360.0)}  # fmt: skip
+    (one,) = read_tables(table(tmp_path / "log.csv", rows))
+    assert _of_one(one, _ship_column(one)) is one
+    assert 'column = "t [s]"' in guess(tmp_path / "log.csv").text
+
+
 @pytest.mark.slow
 def test_the_guess_divides_ships_and_its_import_takes_it(tmp_path: Path) -> None:
     log = alternating(tmp_path / "ais.csv")

@@ -1,6 +1,7 @@
 """Recordings of several manoeuvres: a zigzag and a turn with a straight course between them, and what is one."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,6 +59,15 @@ def test_two_manoeuvres_are_told_with_their_times_and_separated_by_mend() -> Non
 @pytest.mark.parametrize("names", [("zigzag",), ("turning",), ("straight", "zigzag"), ("turning", "straight")])
 def test_one_manoeuvre_stays_whole(names: tuple[str, ...]) -> None:
     assert parts(_joined(*names)) == ()
+
+
+@pytest.mark.slow
+def test_the_times_of_parts_are_those_of_a_clock_that_began_before() -> None:
+    log = _joined("zigzag", "straight", "zigzag")
+    later = replace(log, t=log.t + 1444.0)
+    assert [(one.kind, one.start - 1444.0, one.stop - 1444.0) for one in parts(later)] == [
+        (one.kind, one.start, one.stop) for one in parts(log)
+    ]
 
 
 @pytest.mark.slow

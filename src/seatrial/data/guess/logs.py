@@ -153,7 +153,7 @@ def _ship_column(table: Table) -> str:
 
 def _of_one(table: Table, ship: str) -> Table:
     """The rows of the ship that has most of them; the table as it is without a column of ships."""
-    if ship not in table.heads:
+    if not ship or ship not in table.heads:
         return table
     cells = table.columns[table.heads.index(ship)]
     most = Counter(cells).most_common(1)[0][0]

@@ -52,9 +52,9 @@ def parts(trial: Trial, whole: Kind | None = None) -> tuple[Part, ...]:
     if isinstance(seen, str) or kind.name in _WHOLE:
         return ()
     rests = [one for one in seen.holds if _rests(seen, one)]
-    kept = _KEPT * seen.clock
-    starts = [seen.t[0], *(seen.t[one.last] - kept for one in rests)]
-    stops = [*(seen.t[one.first] + kept for one in rests), seen.t[-1]]
+    kept, t = _KEPT * seen.clock, seen.t + trial.t[0]
+    starts = [t[0], *(t[one.last] - kept for one in rests)]
+    stops = [*(t[one.first] + kept for one in rests), t[-1]]
     found: list[Part] = []
     for start, stop in zip(starts, stops, strict=True):
         own = trial.rows((trial.t >= start) & (trial.t <= stop))
