@@ -13,9 +13,11 @@ from seatrial.core.parameters import Free, values
 from seatrial.data import Array, Trial
 from seatrial.environment import Uniform
 from seatrial.identify import Estimator, Fit, Loss, Nuisance, Problem, StudyError
+from seatrial.identify.diagnosis.stages import started
 from seatrial.identify.population.evolution import Evolution
 from seatrial.identify.shooting.logo import Shooting
 from seatrial.identify.trajectory.multistart import MultiStart
+from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.identify.tuning.fine_tuning import FineTuning
 from seatrial.manoeuvres.turning import Turning
@@ -152,6 +154,23 @@ def test_a_named_error_is_estimated_with_its_prior() -> None:
     assert np.abs(_z(fit)).max() < 3.5
     held = Trajectory().fit(_problem(trials, Nuisance(common={"offset.delta": 1e-6})))
     assert abs(held.nuisances["*"]["offset.delta"]) < 0.1 * DEG
+
+
+def test_a_fit_that_goes_on_begins_with_the_errors_that_the_last_one_found() -> None:
+    """From parameters of a fit with a rudder offset, without it: the fit would begin anew, or blow up."""
+    trials = _logs(_shifted("delta", 3.0 * DEG))
+    posed = _problem(trials, Nuisance(common={"offset.delta": math.inf}))
+    fit = Trajectory().fit(posed)
+    on = started(posed, fit)
+    objective = TrajectoryObjective.like(on, Trajectory())
+    p = objective.extended(on.vector.start, begun=True)
+    assert p[-1] == fit.nuisances["*"]["offset.delta"] != 0.0
+    eta = np.zeros((1, objective.nuisances))
+    there = fit.objective
+    (end,) = objective.settled(p[None], eta)[0].cost
+    assert end == pytest.approx(there, rel=1e-3)
+    (without,) = objective.settled(objective.extended(on.vector.start)[None], eta)[0].cost
+    assert without > 2.0 * there
 
 
 def test_an_outlier_is_left_out_and_listed() -> None:

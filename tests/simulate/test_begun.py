@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import DataError, Trial
-from seatrial.simulate.begun import begun, too_little, untold
+from seatrial.simulate.begun import begun, drift, too_little, untold
 
 T = np.arange(0.0, 60.0, 0.5)
 R, U, V = 0.02, 3.0, -0.4
@@ -92,3 +92,43 @@ def test_too_little_is_refused_with_what_would_do(names, told):
 def test_an_empty_channel_is_no_reading():
     trial, _ = _circle("x", "y", "psi", "u", u=np.full(T.size, np.nan))
     assert untold(trial) == ("u", "v_m", "r")
+
+
+CURRENT = 0.41, -0.23
+"""North and east [m/s]."""
+
+
+def _swaying(seed, heading, turn, current=CURRENT, noise=0.0, sway=-11.0):
+    """A ship that weaves about a heading, or circles, and sways against its turn; seen from the ground."""
+    psi = heading + (0.35 * np.sin(0.15 * T) if turn == 0.0 else turn * T)
+    r = 0.0525 * np.cos(0.15 * T) if turn == 0.0 else np.full(T.size, turn)
+    north, east = current
+    u = 3.0 + north * np.cos(psi) + east * np.sin(psi)
+    v_m = sway * r - north * np.sin(psi) + east * np.cos(psi)
+    v_m = v_m + np.random.default_rng(seed).normal(0.0, noise, T.size)
+    return Trial(f"{seed}", T, {"psi": psi, "r": r, "u": u, "v_m": v_m})
+
+
+def test_a_drift_is_the_current_that_headings_tell_apart():
+    trials = [_swaying(1, 0.2, 0.0), _swaying(2, 2.4, 0.0), _swaying(3, 4.0, 0.03)]
+    assert drift(trials) == pytest.approx(CURRENT, abs=1e-9)
+    noisy = [_swaying(k, heading, 0.0, noise=0.2) for k, heading in enumerate((0.2, 1.9, 3.1, 5.0))]
+    # four times 120 rows of .2 m/s, half of them for each component
+    assert drift(noisy) == pytest.approx(CURRENT, abs=3 * 0.2 / np.sqrt(240))
+
+
+def test_a_turn_is_no_drift():
+    """Two circles to either side in still water: their sway follows r alone."""
+    assert drift([_swaying(1, 0.0, 0.1, (0.0, 0.0)), _swaying(2, 0.0, -0.1, (0.0, 0.0))]) == pytest.approx((0.0, 0.0))
+
+
+def test_headings_all_alike_tell_no_drift():
+    straight = [Trial(f"{k}", T, {"psi": np.full(T.size, 0.3), "r": np.zeros(T.size), "u": np.full(T.size, 3.0),
+                                  "v_m": np.full(T.size, 0.2)}) for k in range(3)]  # fmt: skip
+    assert drift(straight) == (0.0, 0.0)
+
+
+def test_gaps_of_a_log_say_nothing_of_a_drift():
+    trials = [_swaying(1, 0.2, 0.0), _swaying(2, 2.4, 0.0), _swaying(3, 4.0, 0.03)]
+    torn = [trial.having(v_m=np.where(np.arange(T.size) % 7 == 3, np.nan, trial["v_m"])) for trial in trials]
+    assert drift(torn) == pytest.approx(CURRENT, abs=1e-9)

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 from ..data import Array, Trial
 from ..models import ROLL, STATES
 from ..models.rolling import GRAVITY
+from ..simulate.begun import drift
 from ..simulate.replay import logged
 from . import Nuisance, Problem, StudyError
 
 Index = NDArray[np.intp]
 CURRENT = ("environment.current_x", "environment.current_y")
 """Parameters of a compiled system that hold a constant current north and east [m/s]."""
+_SHARED = ("current.north", "current.east")
 EVERY = "*"
 """Stands for the name of a trial where errors of instruments are the same in every trial (`Nuisance.common`)."""
 # Heel [rad] of an unlogged start; its rate is that times the root of g/L, about a roll frequency of any ship.
@@ -83,6 +85,18 @@ def held(problem: Problem) -> bool:
     """Whether the problem has nuisance parameters other than initial states."""
     own = problem.nuisance
     return bool(own.current or own.bias or own.common)
+
+
+def first_errors(nuisance: Nuisance, trials: Sequence[Trial]) -> list[float]:
+    """Where the search for the errors of instruments that all trials share begins: as the problem says, else zero.
+
+    A current begins with what the sway over ground says of it: in one that is left out, a slow ship would drift at
+    angles at which its polynomials mean nothing.
+    """
+    known = dict(nuisance.begun)
+    if all(name in nuisance.common and name not in known for name in _SHARED):
+        known |= dict(zip(_SHARED, drift(trials), strict=True))
+    return [known.get(name, 0.0) for name in nuisance.common]
 
 
 @dataclass(frozen=True)

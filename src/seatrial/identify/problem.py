@@ -56,6 +56,7 @@ class Nuisance:
         common: standard deviation of errors of instruments that are the same in every trial, by name as in `suspects`;
             inf: no prior.
         suspects: "auto" also estimates, one after the other, those errors of instruments that the residuals call for.
+        begun: where the search for some of `common` begins, by name; see `TrajectoryObjective.first` for the others.
     """
 
     initial: Mapping[str, float] = field(default_factory=dict[str, float])
@@ -63,6 +64,7 @@ class Nuisance:
     bias: Mapping[str, float] = field(default_factory=dict[str, float])
     common: Mapping[str, float] = field(default_factory=dict[str, float])
     suspects: str = ""
+    begun: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True, repr=False)

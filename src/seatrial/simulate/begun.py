@@ -5,7 +5,7 @@ What is made up is no measurement: it is where the search for an initial state b
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from .steering import logged
 
 # A slope is taken over this share of a trial to either side: what it is for is a first value.
 _SHARE = 0.02
+# Headings tell a current apart where their terms differ from a common one by this share.
+_TOLD = 0.1
 
 
 def untold(trial: Trial) -> tuple[str, ...]:
@@ -66,6 +68,25 @@ def begun(trial: Trial) -> tuple[Array, NDArray[np.bool_]]:
         good = np.asarray(np.maximum.accumulate(read).all(axis=1) & np.maximum.accumulate(read[::-1])[::-1].all(axis=1))
     made = _made(trial.t, told)
     return np.column_stack([told.get(name, made[name]) for name in STATES]), good
+
+
+def drift(trials: Iterable[Trial]) -> tuple[float, float]:
+    """A current north and east [m/s] that all trials share, as their sway over ground says it.
+
+    A ship that turns sways against its turn, about as its rate of turn; what it sways besides follows the heading as a
+    current does: v_m = a r + C_e cos psi - C_n sin psi, by least squares over all rows.  Zero where the headings are
+    too alike to tell.
+    """
+    rows = [states[good] for states, good in map(begun, trials)]
+    _, _, psi, _, sway, r = np.concatenate(rows).T
+    terms = np.column_stack([r, -np.sin(psi), np.cos(psi)])
+    size = np.sqrt((terms**2).mean(axis=0))
+    terms = terms / np.where(size > 0.0, size, 1.0)
+    found, _, rank, _ = np.linalg.lstsq(terms, sway, rcond=_TOLD)
+    if rank < np.count_nonzero(size):
+        return 0.0, 0.0
+    north, east = (found / np.where(size > 0.0, size, 1.0))[1:]
+    return float(north), float(east)
 
 
 def _made(t: Array, told: Mapping[str, Array]) -> dict[str, Array]:

@@ -94,7 +94,7 @@ def refuse_copies(problem: Problem, settings: Settings) -> None:
     if not problem.nuisance.common or np.isfinite(list(problem.nuisance.common.values())).all():
         return
     objective = TrajectoryObjective.like(problem, settings)
-    p = objective.extended(problem.vector.start)
+    p = objective.extended(problem.vector.start, begun=True)
     with np.errstate(all="ignore"):
         normal = objective.normal(p, np.zeros(objective.nuisances))
     if not np.isfinite(normal.H).all():

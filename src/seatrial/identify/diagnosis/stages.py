@@ -18,6 +18,7 @@ from typing import Any
 
 from .. import Fit, FitError, Loss, Problem, Progress, StudyError
 from ..noise import noise, screened
+from ..nuisance import EVERY
 from ..record import Settings, compared_as, scales
 from ..trajectory.local import WINDOW, Cut, local
 from .apart import refuse_copies
@@ -61,7 +62,7 @@ def in_stages(
         nonlocal stages
         further = checkpoint.with_suffix(f".{stages}{checkpoint.suffix}") if checkpoint and stages else checkpoint
         stages += 1
-        return _as_declared(fit(estimator, _started(posed, last), progress=progress, checkpoint=further), posed)
+        return _as_declared(fit(estimator, started(posed, last), progress=progress, checkpoint=further), posed)
 
     found = test.suspected(again(problem), problem)
     while own.suspects and stages <= _MOST and (name := _worth(found)):
@@ -124,7 +125,7 @@ class _Test:
             return ()
         short = self._cut(WINDOW, None)
         try:
-            then = local(_started(problem, fit), short)
+            then = local(started(problem, fit), short)
         except FitError:
             return ()
         tested = diagnosed(then, problem, short, self.rejected, widen=self.widen).diagnosis
@@ -136,16 +137,20 @@ class _Test:
     def followed(self, fit: Fit, problem: Problem) -> Fit:
         """The optimum of a search under other weights, by Gauss-Newton steps on the same windows."""
         own = replace(problem, free=fit.free)
-        return _as_declared(local(_started(own, fit), self._cut(self._window(problem), self.settings.every)), own)
+        return _as_declared(local(started(own, fit), self._cut(self._window(problem), self.settings.every)), own)
 
     def _cut(self, window: float, every: int | None) -> Cut:
         own = self.settings
         return Cut(window, every, own.dt, own.method, own.threads, getattr(own, "initial", "free"))
 
 
-def _started(posed: Problem, last: Fit | None) -> Problem:
-    """The problem, started where the last fit ended."""
-    return posed if last is None else replace(posed, free=posed.vector.started(last.vector.by_path(last.values)))
+def started(posed: Problem, last: Fit | None) -> Problem:
+    """The problem, started where the last fit ended, with the errors of instruments that it found."""
+    if last is None:
+        return posed
+    common = {name: value for name, value in last.nuisances.get(EVERY, {}).items() if name in posed.nuisance.common}
+    return replace(posed, free=posed.vector.started(last.vector.by_path(last.values)),
+                   nuisance=replace(posed.nuisance, begun=common))  # fmt: skip
 
 
 def _as_declared(fit: Fit, posed: Problem) -> Fit:

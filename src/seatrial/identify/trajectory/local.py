@@ -38,7 +38,7 @@ def local(problem: Problem, settings: Cut) -> Fit:
         FitError: the model blows up at the start.
     """
     objective = TrajectoryObjective.like(problem, settings)
-    p, eta = objective.extended(problem.vector.start), np.zeros(objective.nuisances)
+    p, eta = objective.extended(problem.vector.start, begun=True), np.zeros(objective.nuisances)
     state = State(p, eta, objective.cost(p, eta))
     if not np.isfinite(state.cost):
         raise FitError("the model blows up; " + objective.failure(state.p))

@@ -23,7 +23,7 @@ from ...simulate.approach import substeps
 from ...simulate.lanes import Kernel, Lanes, Steps, run, slopes
 from ...simulate.loop import open_loop, open_loop_parameters
 from .. import Problem, StudyError
-from ..nuisance import Index, Layout, begun_as, held
+from ..nuisance import Index, Layout, begun_as, first_errors, held
 from ..record import Settings, Windows, cut_as, windows
 from .gauss_newton import STILL, Block, Mask, Normal, State, descend
 from .suspects import Suspect, named
@@ -172,9 +172,10 @@ class TrajectoryObjective:
         wide = np.where(np.isfinite(self.deviation), self.deviation, np.maximum(1e3 * others, 1.0))
         return np.append(vector.held(free), self.deviation**-2.0), np.append(vector.reach(free), wide)
 
-    def extended(self, p: Array) -> Array:
-        """Parameters, then errors of instruments, these zero; of one problem or of many."""
-        return np.concatenate([p, np.zeros((*p.shape[:-1], len(self.common)))], axis=-1)
+    def extended(self, p: Array, begun: bool = False) -> Array:
+        """Parameters, then errors of instruments: zero, or where their search begins; of one problem or of many."""
+        own = first_errors(self.problem.nuisance, self.problem.trials) if begun else np.zeros(len(self.common))
+        return np.concatenate([p, np.broadcast_to(own, (*p.shape[:-1], len(self.common)))], axis=-1)
 
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of `p`; the errors of instruments have none."""

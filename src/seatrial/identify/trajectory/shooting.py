@@ -154,7 +154,7 @@ class Trajectory:
     ) -> None:  # fmt: skip
         """Go down from every start that is not done, all together; through a pool some in each piece."""
         if not resume.states:
-            p = objective.extended(self.drawn(problem.vector))
+            p = objective.extended(self.drawn(problem.vector), begun=True)
             eta = np.zeros((len(p), objective.nuisances))
             begun = State.begin(p, eta, objective.costs(p, eta, np.arange(len(p))))
             resume.states |= {k: begun.of(k) for k in range(len(p))}
