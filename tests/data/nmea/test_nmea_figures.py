@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from datetime import date
 from pathlib import Path as FilePath
 from typing import Any
@@ -25,14 +26,14 @@ from seatrial.data.formats.nmea import (
 )
 from seatrial.data.geodesy import Datum
 from seatrial.data.nmea import ais
-from seatrial.data.nmea.clocks import Reading, timed
+from seatrial.data.nmea.clocks import PIECES, Spoken, timed
 from seatrial.data.nmea.framing import LARGEST, TOKEN, Line, NmeaError, Tag, datagram, read_line, split, tag_block
 from seatrial.data.nmea.heard import hear
 from seatrial.data.nmea.readings import readings
 from seatrial.data.nmea.sentences import SENTENCES, Clock, Day, Number, Whole, Word, checksum
 from seatrial.data.nmea.sentences import Place as Angle
 from seatrial.data.nmea.ship import Fittings, clock, compass, lines
-from seatrial.data.nmea.stamping import form_of
+from seatrial.data.nmea.stamping import around, form_of
 
 KNOT, DEGREE = 1852.0 / 3600.0, math.pi / 180.0
 
@@ -273,8 +274,9 @@ def test_rudders_and_shafts_are_numbered_from_port() -> None:
 
 def test_stamps_are_seconds_milliseconds_or_dates() -> None:
     def read(*texts: bytes) -> list[float | None]:
-        form = form_of([(text, b"") for text in texts])
-        return [] if form is None else [form.seconds(text, b"") for text in texts]
+        tried = around([(text, b"") for text in texts])
+        form = form_of(tried)
+        return [] if form is None else [one if one == one else None for one in form.seconds(tried).tolist()]
 
     assert read(b"12.5 ", b"13. ") == [12.5, 13.0]
     assert read(b"1800000000000,", b"1800000000500,") == [1_800_000_000.0, 1_800_000_000.5]
@@ -285,9 +287,13 @@ def test_stamps_are_seconds_milliseconds_or_dates() -> None:
     assert read(b"nothing") == []
 
 
+def spoken(source: str, lines: Sequence[int], stamps: Sequence[float], **values: Sequence[float]) -> Spoken:
+    return Spoken(source, tuple(values), PIECES * np.array(lines), np.array(list(values.values())), np.array(stamps))
+
+
 def test_a_line_without_a_stamp_has_that_of_both_its_neighbours() -> None:
-    found = [Reading(k, "HEHDT", {"a": float(k)}, stamp) for k, stamp in enumerate((1.0, None, 1.0, None, 2.0, 3.0))]
-    when = timed("log", found, False)
+    found = spoken("HEHDT", range(6), (1.0, np.nan, 1.0, np.nan, 2.0, 3.0), a=[float(k) for k in range(6)])
+    when = timed("log", [found], False)
     assert [one.tolist() for one in when.told["HEHDT"]["a"]] == [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0]]
     assert when.untimed == 1
     assert when.steps == ("2 of 6 sentences have no stamp: 1 of them get that of the lines around them, 1 are left out",
@@ -295,17 +301,17 @@ def test_a_line_without_a_stamp_has_that_of_both_its_neighbours() -> None:
 
 
 def test_sentences_are_spread_between_the_clocks_also_over_midnight() -> None:
-    def at(clock: float, **more: float) -> list[Reading]:
-        own = Reading(1, "GPZDA", {"time_of_day": clock, **more})
-        return [own, *(Reading(1, "HEHDT", {"psi": k}) for k in (0.0, 1.0))]
+    def told(lines: Sequence[int], clock: Sequence[float], day: Sequence[float]) -> list[Spoken]:
+        heads = [line + k for line in lines for k in (1, 2)]
+        return [spoken("GPZDA", lines, [np.nan] * len(lines), time_of_day=clock, day=day),
+                spoken("HEHDT", heads, [np.nan] * len(heads), psi=[0.0, 1.0] * len(lines))]  # fmt: skip
 
-    found = [*at(86399.0, day=0.0), *at(0.0, day=86400.0), *at(3.0, day=86400.0)]
-    when = timed("log", found, False)
+    when = timed("log", told([1, 4, 7], [86399.0, 0.0, 3.0], [0.0, 86400.0, 86400.0]), False)
     assert when.told["HEHDT"]["psi"][0].tolist() == [86399.0, 86399.5, 86400.0, 86401.5, 86403.0, 86404.5]
     assert when.told["HEHDT"]["psi"][1].tolist() == [0.0, 1.0] * 3
     assert when.epoch == 0.0
     with pytest.raises(DataError, match="no time: the clock of GPZDA stands still"):
-        timed("log", at(5.0), False)
+        timed("log", told([1], [5.0], [0.0]), False)
 
 
 def test_rows_are_those_of_the_quickest_and_others_go_to_the_nearest() -> None:

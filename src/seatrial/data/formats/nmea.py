@@ -23,8 +23,6 @@ logs, is one; every key may be left out:
 from __future__ import annotations
 
 import math
-import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
@@ -36,21 +34,16 @@ from ...core.files import write_whole
 from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
-from ..nmea.clocks import Reading, timed
-from ..nmea.framing import TOKEN, read_line
-from ..nmea.heard import hear, pieces
-from ..nmea.readings import KINDS, readings
-from ..nmea.sentences import NmeaError
+from ..nmea.clocks import timed
+from ..nmea.lines import listen
+from ..nmea.readings import KINDS
 from ..nmea.sources import GROUPS, Choice, Series, chosen
-from ..nmea.stamping import form_of
 from ..prepare import nearest_rows
 from ..sidecar import CONVENTIONS, UNPLACED, Described, read_described
-from ..table import existing
 
 name = "nmea"
 suffixes = (".nmea",)
 _SCHEMA = "seatrial-nmea/1"
-_TAG = re.compile(rb"\\[^\\]{3,200}\\\s*$")
 
 _PLAIN = ("U_A", "gamma_A", "U_T", "gamma_T", "U_C", "gamma_C", "depth", "phi", "theta", "x", "y")
 """Readings that are channels as they are."""
@@ -282,42 +275,19 @@ class Log:
     ignored: Mapping[str, int] = field(default_factory=dict[str, int])
 
 
-@dataclass
-class _Lines:
-    """What the lines of a log hold: readings, sentences of other kinds, and lines that are none."""
-
-    found: list[Reading] = field(default_factory=list[Reading])
-    dated: bool = False
-    about: str = ""
-    others: Counter[str] = field(default_factory=Counter[str])
-    bare: int = 0
-    wrong: int = 0
-    first: str = ""
-
-    def refuse(self, number: int, why: object) -> None:
-        """Count a line that is no sentence."""
-        self.wrong += 1
-        self.first = self.first or f"line {number}: {why}"
-
-
 def _read_log(path: Path, aboard: Aboard) -> Log:
     """Readings of a log by quantity.
 
     Raises:
         DataError: not readable, more invalid lines than sentences, no time, or a clock that goes back.
     """
-    try:
-        data = existing(path).read_bytes()
-    except OSError as error:
-        raise DataError(f"{path}: not readable: {error.strerror}") from None
-    lines = data.replace(TOKEN, b"").splitlines()
-    read = _read_lines(lines)
-    if len(read.found) <= read.wrong:
+    read = listen(path)
+    if read.sentences <= read.wrong:
         said = f"; {read.first}" if read.first else ""
         kinds = f" of a kind that is read ({', '.join(KINDS[:6])} ...)" if read.others else ""
-        raise DataError(f"{path}: {len(read.found)} sentences{kinds}, {read.wrong} lines that are none; "
+        raise DataError(f"{path}: {read.sentences} sentences{kinds}, {read.wrong} lines that are none; "
                         f"is it a log of NMEA 0183?{said}")  # fmt: skip
-    steps = [f"{read.wrong} of {len(lines)} lines are no valid sentence, the first: {read.first}"] if read.wrong else []
+    steps = [f"{read.wrong} of {read.all} lines are no valid sentence, the first: {read.first}"] if read.wrong else []
     if read.bare:
         steps.append(f"{read.bare} sentences have no checksum, and are taken as they are")
     if read.others:
@@ -330,7 +300,7 @@ def _read_log(path: Path, aboard: Aboard) -> Log:
     ends = [float(t[k]) for one in told.values() for t, _ in one.values() for k in (0, -1)]
     series, choices = chosen(told, preferred(path, aboard, told), max(ends) - min(ends))
     steps += [f"{one.group}: {one}" for one in choices if one.others]
-    counts = {"all": len(lines), "invalid": read.wrong, "untimed": when.untimed}
+    counts = {"all": read.all, "invalid": read.wrong, "untimed": when.untimed}
     return Log(series, steps, when.epoch, counts, choices, dict(sorted(read.others.items())))
 
 
@@ -346,51 +316,6 @@ def preferred(path: Path, aboard: Aboard, told: Mapping[str, object]) -> Mapping
         if source not in told:
             raise DataError(f"{path}: prefer.{group}: {unknown(source, told, 'source')}")
     return aboard.prefer
-
-
-def _read_lines(lines: Sequence[bytes]) -> _Lines:
-    """The sentences of the lines, with their stamps."""
-    out = _Lines()
-    parted = [list(pieces(line)) for line in lines]
-    form = form_of([(_untagged(parts[0].before), parts[0].behind) for parts in parted if parts])
-    out.dated, out.about = form is not None and form.dated, form.about if form else ""
-    for number, (line, parts) in enumerate(zip(lines, parted, strict=True), 1):
-        if not parts:
-            # a remark, or the names of the columns of a table above its first sentence
-            if line.strip() and not line.lstrip().startswith((b"#", b";", b"%", b"//")) and (out.found or out.wrong):
-                out.refuse(number, "no sentence")
-            continue
-        before, stamp = parts[0].before, None
-        try:
-            tag = read_line(_TAG.search(before)[0].strip() + b"$").tag if _TAG.search(before) else None  # type: ignore[index]
-        except NmeaError as error:
-            out.refuse(number, error)
-            continue
-        if tag is not None and tag.time is not None:
-            stamp, out.dated = tag.time, True
-        elif form is not None:
-            stamp = form.seconds(_untagged(before), parts[-1].behind if form.behind else parts[0].behind)
-        for part in parts:
-            _take(out, number, part.sentence, stamp)
-    return out
-
-
-def _untagged(before: bytes) -> bytes:
-    return _TAG.sub(b"", before)
-
-
-def _take(out: _Lines, number: int, sentence: bytes, stamp: float | None) -> None:
-    try:
-        heard = hear(sentence)
-    except NmeaError as error:
-        out.refuse(number, error)
-        return
-    said = readings(heard)
-    if said:
-        out.found.append(Reading(number, heard.source, said, stamp))
-        out.bare += not heard.checked
-    elif heard.kind not in KINDS:
-        out.others[heard.kind] += 1
 
 
 def true_headings(

@@ -12,10 +12,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import Array, DataError
+from .digits import Places
 from .sources import Series
 from .stamping import unwrapped_days
+
+PIECES = 1 << 16
+"""Sentences of a line at most; a place in a log is the number of the line times this, and which of them it is."""
 
 _DAY = 86400.0
 _ROLL = 1024 * 7 * _DAY
@@ -29,21 +34,29 @@ _NO_CLOCK = ("ZDA",)
 """Its time is that of a pulse or of sending, and not of a fix: it serves where no fix has a clock."""
 
 
-@dataclass
-class Reading:
-    """The readings of one sentence.
+@dataclass(frozen=True)
+class Spoken:
+    """What one source tells by one set of names.
 
     Attributes:
-        line: its number.
         source: talker and kind.
-        values: as `readings.readings` has them.
-        stamp: of its line [s].
+        names: of the readings, as `readings.readings` has them.
+        place: in the log, rising, see `PIECES`.
+        values: names by places.
+        stamp: of the lines [s]; NaN where one has none.
     """
 
-    line: int
     source: str
-    values: Mapping[str, float]
-    stamp: float | None = None
+    names: tuple[str, ...]
+    place: Places
+    values: Array
+    stamp: Array
+
+    def __len__(self) -> int:
+        return len(self.place)
+
+    def __getitem__(self, name: str) -> Array:
+        return self.values[self.names.index(name)]
 
 
 @dataclass(frozen=True)
@@ -63,70 +76,95 @@ class Timed:
     steps: tuple[str, ...]
 
 
-def timed(where: object, found: Sequence[Reading], dated: bool) -> Timed:
+def timed(where: object, found: Sequence[Spoken], dated: bool) -> Timed:
     """Times of all readings.
 
     Args:
         where: of the log, which errors begin with.
-        found: in the order of their lines.
+        found: what each source tells.
         dated: whether stamps count from 1970.
 
     Raises:
         DataError: no time, or a clock that goes back.
     """
     clock = _clock_of(found)
-    stamped = sum(one.stamp is not None for one in found)
-    most = 2 * stamped > len(found)
+    stamped, count = sum(int(np.isfinite(one.stamp).sum()) for one in found), sum(map(len, found))
+    most = 2 * stamped > count
     if clock is None and not most:
-        raise DataError(f"{where}: no time: a TAG block with c: or a stamp on {stamped} of {len(found)} lines, and no "
+        raise DataError(f"{where}: no time: a TAG block with c: or a stamp on {stamped} of {count} lines, and no "
                         "clock that goes on in RMC, GGA, GNS, GLL, PASHR or ZDA")  # fmt: skip
-    now, midnights = _ticks(where, found, clock) if clock else ({}, Counter[float]())
-    own = _own(found, now)
+    ticks = _ticks(where, found, clock) if clock else _NONE
+    own = [_own(one, ticks) for one in found]
     steps = list[str]()
-    midnight = midnights.most_common(1)[0][0] if midnights else None
+    midnight = _midnight(found, ticks, clock)
     if clock is None or (most and _tells(found)):
-        times, lost = _stamped(found, dated)
+        times = _stamped(found, dated)
+        lost = sum(int(np.isnan(one).sum()) for one in times)
         if lost:
-            bare = len(found) - stamped
-            steps.append(f"{bare} of {len(found)} sentences have no stamp: {bare - lost} of them get that of the lines "
+            bare = count - stamped
+            steps.append(f"{bare} of {count} sentences have no stamp: {bare - lost} of them get that of the lines "
                          f"around them, {lost} are left out")  # fmt: skip
         times, midnight = _onto(times, own, midnight, dated, steps)
     else:
-        why = f"{len(found) - stamped} of {len(found)} lines have none" if not most else "coarser than the readings"
+        why = f"{count - stamped} of {count} lines have none" if not most else "coarser than the readings"
         steps += [f"stamps of lines left aside: {why}"] * bool(stamped)
         steps.append(f"time by the clock in {clock}; sentences without one spread between its fixes")
-        times, lost = _between(found, now), 0
-    return Timed(_told(found, {**times, **own}, steps), midnight, lost, tuple(steps))
+        times, lost = _between(found, ticks), 0
+    times = [np.where(np.isnan(mine), one, mine) for mine, one in zip(own, times, strict=True)]
+    return Timed(_told(found, times, steps), midnight, lost, tuple(steps))
 
 
-def _told(found: Sequence[Reading], times: Mapping[int, float], steps: list[str]) -> dict[str, dict[str, Series]]:
+@dataclass(frozen=True)
+class _Ticks:
+    """Times of the clock by its places, since 0 o'clock of the first day [s], and how many days later each is."""
+
+    place: Places
+    t: Array
+    days: Places
+
+    def last(self, place: Places) -> NDArray[np.intp]:
+        """Number of the tick at or before each place; -1 before the first."""
+        return np.searchsorted(self.place, place, side="right") - 1
+
+
+_NONE = _Ticks(np.zeros(0, np.int64), np.zeros(0), np.zeros(0, np.int64))
+
+
+def _told(found: Sequence[Spoken], times: Sequence[Array], steps: list[str]) -> dict[str, dict[str, Series]]:
     """Series by source and name; of two readings of one source at one time the later line counts."""
-    told: dict[str, dict[str, dict[float, float]]] = defaultdict(lambda: defaultdict(dict))
+    parts: dict[tuple[str, str], list[tuple[Places, Array, Array]]] = defaultdict(list)
+    first: dict[tuple[str, str], tuple[int, int]] = {}
+    for one, t in zip(found, times, strict=True):
+        there = np.flatnonzero(np.isfinite(t))
+        for k, name in enumerate(one.names):
+            if len(there) and name not in ("time_of_day", "time_of_none", "day"):
+                key, begun = (one.source, name), (int(one.place[there[0]]), k)
+                parts[key].append((one.place[there], t[there], one.values[k, there]))
+                first[key] = min(first.get(key, begun), begun)
+    told: dict[str, dict[str, Series]] = {}
     again = 0
-    for k, one in enumerate(found):
-        t = times.get(k)
-        if t is None:
-            continue
-        for name, value in one.values.items():
-            if name not in ("time_of_day", "time_of_none", "day"):
-                kept = told[one.source][name]
-                again += t in kept and kept[t] != value
-                kept[t] = value
+    for source, name in sorted(first, key=lambda key: first[key]):
+        place, t, values = (np.concatenate(some) for some in zip(*parts[source, name], strict=True))
+        order = np.lexsort((place, t))
+        t, values = t[order], values[order]
+        same = np.diff(t) == 0.0
+        again += int(np.count_nonzero(same & (np.diff(values) != 0.0)))
+        last = np.append(~same, True)
+        told.setdefault(source, {})[name] = t[last], values[last]
     if again:
         steps.append(f"{again} readings at the time of another one of their kind: the later one counts")
-    return {source: {name: _series(kept) for name, kept in one.items()} for source, one in told.items()}
+    return told
 
 
-def _series(kept: Mapping[float, float]) -> Series:
-    t: Array = np.array(sorted(kept), dtype=np.float64)
-    return t, np.array([kept[one] for one in t.tolist()], dtype=np.float64)
-
-
-def _clock_of(found: Sequence[Reading]) -> str | None:
+def _clock_of(found: Sequence[Spoken]) -> str | None:
     """The source whose clock the log goes by: that with most readings, a fix before a pulse; None without one."""
-    count = Counter(one.source for one in found if "time_of_day" in one.values)
-    if not count:  # a receiver without a fix still has a clock
-        count = Counter(one.source for one in found if "time_of_none" in one.values)
+    count = Counter[str]()
+    for name in ("time_of_day", "time_of_none"):  # a receiver without a fix still has a clock
+        for one in found:
+            if name in one.names:
+                count[one.source] += len(one)
+        if count:
+            break
     if not count:
         return None
     fixes = {source: n for source, n in count.items() if not source.endswith(_NO_CLOCK)}
@@ -134,36 +172,33 @@ def _clock_of(found: Sequence[Reading]) -> str | None:
     return max(among, key=lambda source: (among[source], source.endswith("RMC"), source))
 
 
-def _ticks(where: object, found: Sequence[Reading], clock: str) -> tuple[dict[int, float], Counter[float]]:
-    """Times of the clock by the place of its sentence, since 0 o'clock of the first day, and the dates that are told.
+def _ordered(parts: Sequence[tuple[Places, Array]]) -> tuple[Places, Array]:
+    """Places and values of several sources in the order of the log."""
+    place, values = (np.concatenate(some) for some in zip(*parts, strict=True))
+    order = np.argsort(place, kind="stable")
+    return place[order], values[order]
+
+
+def _ticks(where: object, found: Sequence[Spoken], clock: str) -> _Ticks:
+    """The clock of a source.
 
     Raises:
         DataError: it goes back, or stands still from beginning to end.
     """
-    now: dict[int, float] = {}
-    midnights: Counter[float] = Counter()
-    last: float | None = None
-    days = 0
-    name = "time_of_day" if any("time_of_day" in one.values for one in found) else "time_of_none"
-    for k, one in enumerate(found):
-        if "day" in one.values and last is not None and one.source != clock:
-            midnights[one.values["day"] - _DAY * days] += 1
-        if one.source != clock or name not in one.values:
-            continue
-        t = one.values[name] + _DAY * days
-        if last is not None and t < last - 0.5 * _DAY:  # midnight
-            days, t = days + 1, t + _DAY
-        if last is not None and t < last:
-            raise DataError(
-                f"{where}: line {one.line}: the clock of {clock} goes back by {last - t:.6g} s, from {_said(last)} to "
-                f"{_said(t)}; cut the log there into two, or take out what was logged twice"
-            )
-        if "day" in one.values:
-            midnights[one.values["day"] - _DAY * days] += 1
-        now[k], last = t, t
-    if len(set(now.values())) < 2:
+    name = "time_of_day" if any("time_of_day" in one.names for one in found) else "time_of_none"
+    place, t = _ordered([(one.place, one[name]) for one in found if one.source == clock and name in one.names])
+    days = np.cumsum(np.append(False, np.diff(t) < -0.5 * _DAY))
+    t = t + _DAY * days
+    back = np.flatnonzero(np.diff(t) < 0.0)
+    if len(back):
+        last, now = float(t[back[0]]), float(t[back[0] + 1])
+        raise DataError(
+            f"{where}: line {place[back[0] + 1] // PIECES}: the clock of {clock} goes back by {last - now:.6g} s, from "
+            f"{_said(last)} to {_said(now)}; cut the log there into two, or take out what was logged twice"
+        )
+    if t[0] == t[-1]:
         raise DataError(f"{where}: no time: the clock of {clock} stands still, and most lines have no stamp")
-    return now, midnights
+    return _Ticks(place, t, days)
 
 
 def _said(t: float) -> str:
@@ -171,94 +206,80 @@ def _said(t: float) -> str:
     return f"{int(minutes) // 60:02d}:{int(minutes) % 60:02d}:{seconds:05.2f}"
 
 
-def _own(found: Sequence[Reading], now: Mapping[int, float]) -> dict[int, float]:
-    """Times of sentences that carry that of their fix, on the day of the clock around them."""
-    out: dict[int, float] = {}
-    current = next(iter(now.values()), None)
-    for k, one in enumerate(found):
-        current = now.get(k, current)
-        t = one.values.get("time_of_day")
-        if t is not None and current is not None and not one.source.endswith(_NO_CLOCK):
-            out[k] = t + _DAY * round((current - t) / _DAY)
-    return out
+def _midnight(found: Sequence[Spoken], ticks: _Ticks, clock: str | None) -> float | None:
+    """The midnight before the first tick that most dates tell, seconds since 1970; None without any."""
+    dates = list[tuple[Places, Array]]()
+    for one in found:
+        if "day" not in one.names:
+            continue
+        last = ticks.last(one.place)
+        told = last >= 0 if one.source != clock else np.isin(one.place, ticks.place)
+        dates.append((one.place[told], one["day"][told] - _DAY * ticks.days[last[told]]))
+    if not sum(len(place) for place, _ in dates):
+        return None
+    days, first, count = np.unique(_ordered(dates)[1], return_index=True, return_counts=True)
+    return float(days[np.lexsort((first, -count))[0]])
 
 
-def _between(found: Sequence[Reading], now: Mapping[int, float]) -> dict[int, float]:
+def _own(one: Spoken, ticks: _Ticks) -> Array:
+    """Times of sentences that carry that of their fix, on the day of the clock around them; else NaN."""
+    if not len(ticks.t) or "time_of_day" not in one.names or one.source.endswith(_NO_CLOCK):
+        return np.full(len(one), np.nan)
+    t, now = one["time_of_day"], ticks.t[np.maximum(ticks.last(one.place), 0)]
+    return t + _DAY * np.round((now - t) / _DAY)
+
+
+def _between(found: Sequence[Spoken], ticks: _Ticks) -> list[Array]:
     """Times without stamps: those of one source between two times of the clock are spread over them evenly.
 
-    Where a source speaks before the first fix and not after the last one, it speaks before each: the last of its
-    readings between two fixes is that of the later one.
+    One that tells one shaft after the other is not told twice.  Where a source speaks before the first fix and not
+    after the last one, it speaks before each: the last of its readings between two fixes is that of the later one.
     """
-    groups: list[tuple[float, list[int]]] = []
-    early: list[int] = []
-    for k in range(len(found)):
-        t = now.get(k)
-        if t is not None and (not groups or t > groups[-1][0]):
-            groups.append((t, []))
-        (groups[-1][1] if groups else early).append(k)
-    ends = [*(t for t, _ in groups[1:]), 2.0 * groups[-1][0] - groups[-2][0]]
-    first = groups[0][0]
-    spans = [(2.0 * first - groups[1][0], first, early), *((t, end, one) for (t, one), end in
-                                                           zip(groups, ends, strict=True))]  # fmt: skip
-
-    def key(k: int) -> tuple[str, tuple[str, ...]]:
-        # one that tells one shaft after the other is not told twice
-        return found[k].source, tuple(found[k].values)
-
-    before = {key(k) for k in early} - {key(k) for k in groups[-1][1]}
-    out: dict[int, float] = {}
-    for start, end, group in spans:
-        many, seen = Counter(map(key, group)), Counter[tuple[str, tuple[str, ...]]]()
-        for k in group:
-            this = key(k)
-            out[k] = start + (end - start) * (seen[this] + (this in before)) / many[this]
-            seen[this] += 1
+    new = np.append(True, np.diff(ticks.t) > 0.0)
+    place, t = ticks.place[new], ticks.t[new]
+    start, end = np.append(2.0 * t[0] - t[1], t), np.append(t, 2.0 * t[-1] - t[-2])
+    out = list[Array]()
+    for one in found:
+        span = np.searchsorted(place, one.place, side="right")
+        before = bool(np.any(span == 0) and not np.any(span == len(place)))
+        many, seen = np.bincount(span)[span], np.arange(len(one)) - np.searchsorted(span, span)
+        out.append(start[span] + (end - start)[span] * (seen + before) / many)
     return out
 
 
-def _tells(found: Sequence[Reading]) -> bool:
+def _tells(found: Sequence[Spoken]) -> bool:
     """Whether stamps tell the readings of a source apart: those of one second a line do not, at ten readings a second.
 
     A source that tells several things in a burst (one rudder after the other) is not one that is told twice.
     """
-    last: dict[tuple[str, tuple[str, ...]], float] = {}
-    same, count = 0, 0
-    for one in found:
-        if one.stamp is None:
-            continue
-        key = one.source, tuple(one.values)
-        count += key in last
-        same += last.get(key) == one.stamp
-        last[key] = one.stamp
-    return same <= _ONCE * count
+    steps = [np.diff(one.stamp[np.isfinite(one.stamp)]) for one in found]
+    return sum(int(np.count_nonzero(one == 0.0)) for one in steps) <= _ONCE * sum(map(len, steps))
 
 
-def _stamped(found: Sequence[Reading], dated: bool) -> tuple[dict[int, float], int]:
-    """Stamps by the place of the sentence; one without has that of its neighbours where both are the same."""
-    have = [k for k, one in enumerate(found) if one.stamp is not None]
-    stamps = [found[k].stamp or 0.0 for k in have]
-    times = dict(zip(have, stamps if dated else unwrapped_days(stamps), strict=True))
-    out: dict[int, float] = {}
-    before: float | None = None
-    gap: list[int] = []
-    for k in range(len(found)):
-        if k in times:
-            out |= dict.fromkeys(gap, times[k]) if before == times[k] else {}
-            gap, before = [], times[k]
-            out[k] = before
-        else:
-            gap.append(k)
-    return out, len(found) - len(out)
+def _stamped(found: Sequence[Spoken], dated: bool) -> list[Array]:
+    """Stamps; one without has that of its neighbours where both are the same, else it is NaN."""
+    order = np.argsort(np.concatenate([one.place for one in found]), kind="stable")
+    stamps = np.concatenate([one.stamp for one in found])[order]
+    have = np.flatnonzero(np.isfinite(stamps))
+    known = stamps[have] if dated else unwrapped_days(stamps[have])
+    stamps[have] = known
+    after = np.searchsorted(have, np.arange(len(stamps)))
+    inner = np.flatnonzero(np.isnan(stamps) & (after > 0) & (after < len(have)))
+    before, behind = known[after[inner] - 1], known[after[inner]]
+    stamps[inner] = np.where(before == behind, before, np.nan)
+    out = np.empty(len(stamps))
+    out[order] = stamps
+    return np.split(out, np.cumsum([len(one) for one in found])[:-1])
 
 
 def _onto(
-    times: dict[int, float], own: Mapping[int, float], midnight: float | None, dated: bool, steps: list[str]
-) -> tuple[dict[int, float], float | None]:
+    times: list[Array], own: Sequence[Array], midnight: float | None, dated: bool, steps: list[str]
+) -> tuple[list[Array], float | None]:
     """Stamps moved onto the clock of the receiver, by what they are off it in the median, and its first midnight."""
-    both = [k for k in own if k in times]
-    if not both:
+    off = np.concatenate([t - mine for t, mine in zip(times, own, strict=True)])
+    off = off[np.isfinite(off)]
+    if not len(off):
         return times, 0.0 if dated else midnight
-    off = np.array([times[k] - own[k] for k in both])
     middle = float(np.median(off))
     if dated and midnight is None:
         midnight = _DAY * round(middle / _DAY)
@@ -271,4 +292,4 @@ def _onto(
     spread = float(np.quantile(off, 0.95) - np.quantile(off, 0.05))
     if spread > _SPREAD:
         steps.append(f"doubt: stamps of lines scatter by {spread:.3g} s about the clock of the receiver")
-    return {k: t - middle for k, t in times.items()}, midnight
+    return [t - middle for t in times], midnight

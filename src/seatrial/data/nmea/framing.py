@@ -14,7 +14,14 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
+from .. import Array
+from .digits import HEX, NOUGHTS, Bytes, Places, alike, mapped, wholes
 from .sentences import NmeaError, checksum
+
+TAGGED = re.compile(rb"\\[^\\]{3,200}\\\s*$")
+"""A TAG block at the end of what stands before a sentence."""
 
 TOKEN = b"UdPbC\x00"
 """What a datagram of sentences begins with."""
@@ -26,7 +33,7 @@ _BLOCK = re.compile(rb"\\([ -)+-\[\]-~]{3,120})\*([0-9A-Fa-f]{2})\\")
 _SOURCE = re.compile(r"[A-Za-z0-9]{1,15}")
 # Codes of a TAG block: time, destination, group, line number, relative time, source, text, version.
 _CODES = "cdgnrstv"
-_MILLISECONDS = 10**11
+MILLISECONDS = 10**11
 """A time above this many is in milliseconds: in seconds it would lie beyond the year 5000."""
 
 
@@ -130,5 +137,40 @@ def _tag(text: str) -> Tag:
         raise NmeaError(f"TAG block: time is '{time}'; it is whole seconds or milliseconds since 1970", "field")
     if "s" in said and not _SOURCE.fullmatch(said["s"]):
         raise NmeaError(f"TAG block: source is '{said['s']}'; it is 1 to 15 letters and digits", "field")
-    since = None if time is None else int(time) / 1000.0 if int(time) > _MILLISECONDS else float(time)
+    since = None if time is None else int(time) / 1000.0 if int(time) > MILLISECONDS else float(time)
     return Tag(said.get("s"), None if number is None else int(number), since)
+
+
+def tag_times(data: Bytes, start: Places, width: Places) -> tuple[Array, Places]:
+    """Times of the TAG blocks that texts end with, many at a time [s], and where each block begins.
+
+    Returns:
+        Times, NaN where a block has none, infinite where it is wrong (then see `read_line`); and first bytes.
+    """
+    times, begins = np.full(len(start), np.inf), start + width
+    if not len(start):
+        return times, begins
+    plain = mapped(data, NOUGHTS).copy()
+    star = np.flatnonzero(data == ord("*"))
+    plain[star + 1] = plain[star + 2] = 48
+    for rows in alike(plain, start, width):
+        text = data[start[rows[0]] : start[rows[0]] + width[rows[0]]].tobytes()
+        block = TAGGED.search(text)
+        found = block and _BLOCK.fullmatch(text, block.start(), block.end())
+        try:
+            said = _tag(found[1].decode()) if found else None
+        except NmeaError:
+            continue
+        if found is None or said is None:
+            continue
+        at, star = start[rows] + found.start(), start[rows] + found.end(1)
+        total = np.bitwise_xor.reduce(data[at[:, None] + np.arange(1, len(found[1]) + 1)], axis=1)
+        good = total == 16 * HEX[data[star + 1]] + HEX[data[star + 2]]
+        time = re.search(rb"(?:^|,)c:(\d+)", found[1])
+        if time is None:
+            told = np.full(len(rows), np.nan)
+        else:
+            whole = wholes(data, at + 1 + time.start(1), len(time[1]))
+            told = np.where(whole > MILLISECONDS, whole / 1000.0, whole)
+        times[rows], begins[rows] = np.where(good, told, np.inf), at
+    return times, begins

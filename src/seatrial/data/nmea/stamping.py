@@ -7,73 +7,111 @@ zone is taken for UTC; what it is off by is seen against the clock of the receiv
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta, timezone
+from datetime import datetime, timedelta, timezone
 
-_TRIED = 400
-"""Lines by which the form is chosen."""
+import numpy as np
+
+from .. import Array
+from .digits import NOUGHTS, TENS, WIDEST, Bytes, Places, alike, decimals, mapped, wholes
+from .framing import MILLISECONDS
 
 _MOST = 0.9
 """A form that tells more is taken where it serves this share of the lines that the most frequent one does."""
-_MILLISECONDS = 1e11
 _FIRST, _LAST = 3.0e8, 4.0e9
 """Seconds since 1970 that a stamp may be: 1979 to 2096."""
 _TIME = r"(\d{1,2}):(\d\d):(\d\d)(?::?[.,](\d{1,9})|:(\d{3}))?"
 _ZONE = r"\s*(Z|UTC|[+-]\d\d:?\d\d)?"
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 
-Reader = Callable[[re.Match[str]], float | None]
+
+@dataclass(frozen=True)
+class _Groups:
+    """The groups of a pattern in texts that are the same but for their digits.
+
+    Attributes:
+        data, start: bytes, and where each text begins.
+        found: the match in the first of them; it is that of all.
+    """
+
+    data: Bytes
+    start: Places
+    found: re.Match[str]
+
+    def whole(self, k: int) -> Places:
+        first, end = self.found.span(k)
+        return wholes(self.data, self.start + first, end - first)
+
+    def decimal(self, k: int) -> Array:
+        first, end = self.found.span(k)
+        width = np.full(len(self.start), end - first)
+        told = decimals(self.data, self.start + first, width)
+        value = told.value
+        for at in np.flatnonzero(told.odd).tolist():
+            value[at] = float(self.data[self.start[at] + first : self.start[at] + end].tobytes())
+        return value
+
+    def of_day(self, k: int) -> Array:
+        """Seconds of the day from the groups of `_TIME` that begin at `k`."""
+        seconds = (3600 * self.whole(k) + 60 * self.whole(k + 1) + self.whole(k + 2)).astype(np.float64)
+        fraction = next((one for one in (k + 3, k + 4) if self.found[one]), None)
+        return seconds if fraction is None else seconds + self.whole(fraction) / TENS[len(self.found[fraction])]
+
+    def midnights(self, order: Sequence[int], zone: int | None) -> Array:
+        """Seconds since 1970 at 0 o'clock of the days in the groups of year, month and day; NaN for no day."""
+        code = self.whole(order[0]) * 10_000 + self.whole(order[1]) * 100 + self.whole(order[2])
+        ahead = np.zeros(len(self.start), np.int64)
+        if zone and self.found[zone] and self.found[zone][0] in "+-":
+            first, end = self.found.span(zone)
+            ahead = 60 * wholes(self.data, self.start + first + 1, 2) + wholes(self.data, self.start + end - 2, 2)
+            ahead = -ahead if self.found[zone][0] == "-" else ahead
+        days, which = np.unique(code * _MINUTES + ahead + _MINUTES // 2, return_inverse=True)
+        return np.array([_midnight(*divmod(one, _MINUTES)) for one in days.tolist()])[which]
 
 
-def _of_day(found: re.Match[str], k: int) -> float:
-    """Seconds of the day from the groups of `_TIME` that begin at `k`."""
-    fraction = found[k + 3] or found[k + 4] or ""
-    return 3600 * int(found[k]) + 60 * int(found[k + 1]) + int(found[k + 2]) + float(f"0.{fraction or 0}")
+Reader = Callable[[_Groups], Array]
 
 
-def _since(year: int, month: int, day: int, seconds: float, zone: str | None) -> float | None:
+_MINUTES = 20_000
+"""More than any zone is ahead or behind."""
+
+
+def _midnight(date: int, ahead: int = _MINUTES // 2) -> float:
+    """Seconds since 1970 at 0 o'clock of a day yyyymmdd, in a zone `ahead` minutes and `_MINUTES` / 2 less ahead."""
+    zone = timedelta(minutes=ahead - _MINUTES // 2)
     try:
-        midnight = datetime(year, month, day, tzinfo=UTC)
-        if zone and zone not in ("Z", "UTC"):
-            hours, minutes = int(zone[1:3]), int(zone[-2:])
-            ahead = timedelta(hours=hours, minutes=minutes)
-            midnight = midnight.replace(tzinfo=timezone(ahead if zone[0] == "+" else -ahead))
-        return midnight.timestamp() + seconds
+        return datetime(date // 10_000, date // 100 % 100, date % 100, tzinfo=timezone(zone)).timestamp()
     except ValueError:
-        return None
+        return np.nan
 
 
 def _ordered(order: str) -> Reader:
     """A date of three groups in this order, the time after it, and a zone."""
-
-    def read(found: re.Match[str]) -> float | None:
-        year, month, day = (int(found[1 + order.index(which)]) for which in "ymd")
-        return _since(year, month, day, _of_day(found, 4), found[9])
-
-    return read
+    groups = [1 + order.index(which) for which in "ymd"]
+    return lambda found: found.midnights(groups, 9) + found.of_day(4)
 
 
-def _day_of_year(found: re.Match[str]) -> float | None:
-    midnight = _since(int(found[1]), 1, 1, 0.0, None)
-    return None if midnight is None else midnight + 86400.0 * (int(found[2]) - 1) + _of_day(found, 3)
+def _day_of_year(found: _Groups) -> Array:
+    years, which = np.unique(found.whole(1), return_inverse=True)
+    begun = np.array([_midnight(10_000 * year + 101) for year in years.tolist()])[which]
+    return begun + 86400.0 * (found.whole(2) - 1) + found.of_day(3)
 
 
-def _named_month(found: re.Match[str]) -> float | None:
+def _named_month(found: _Groups) -> Array:
     """A stamp of syslog, which has no year: seconds since the year began, a leap year."""
-    month = found[1].lower()
-    return _since(1972, _MONTHS.index(month) + 1, int(found[2]), _of_day(found, 3), None) if month in _MONTHS else None
+    month = found.found[1].lower()
+    if month not in _MONTHS:
+        return np.full(len(found.start), np.nan)
+    days = found.whole(2)
+    begun = np.array([_midnight(19_720_100 + 100 * _MONTHS.index(month) + day) for day in range(100)])
+    return begun[days] + found.of_day(3)
 
 
-def _epoch(found: re.Match[str]) -> float | None:
-    value = float(found[1])
-    value = value / 1000.0 if value > _MILLISECONDS else value
-    return value if _FIRST < value < _LAST else None
-
-
-def _plain(found: re.Match[str]) -> float | None:
-    return float(found[1])
+def _epoch(found: _Groups) -> Array:
+    value = found.decimal(1)
+    value = np.where(value > MILLISECONDS, value / 1000.0, value)
+    return np.where((value > _FIRST) & (value < _LAST), value, np.nan)
 
 
 _FORMS: tuple[tuple[str, re.Pattern[str], Reader], ...] = (
@@ -85,9 +123,9 @@ _FORMS: tuple[tuple[str, re.Pattern[str], Reader], ...] = (
     ("the day of the year", re.compile(rf"(\d{{4}}):(\d{{3}}):{_TIME}"), _day_of_year),
     ("seconds since 1970", re.compile(r"(?<![\d.])(\d{10}(?:\.\d+)?|\d{13}(?:\.\d+)?)(?![\d.])"), _epoch),
     ("a month and day without the year", re.compile(rf"([A-Z][a-z]{{2}})\s+(\d{{1,2}})\s+{_TIME}"), _named_month),
-    ("the time of the day", re.compile(rf"(?<!\d){_TIME}{_ZONE}"), lambda found: _of_day(found, 1)),
-    ("seconds", re.compile(r"^\s*[\[(]?(\d{1,9}(?:\.\d*)?)[\])]?[\s,;:]*$"), _plain),
-    ("seconds", re.compile(r"^MSG\s+\d+\s+(\d{1,5}\.\d+)\s*$"), _plain),
+    ("the time of the day", re.compile(rf"(?<!\d){_TIME}{_ZONE}"), lambda found: found.of_day(1)),
+    ("seconds", re.compile(r"^\s*[\[(]?(\d{1,9}(?:\.\d*)?)[\])]?[\s,;:]*$"), lambda found: found.decimal(1)),
+    ("seconds", re.compile(r"^MSG\s+\d+\s+(\d{1,5}\.\d+)\s*$"), lambda found: found.decimal(1)),
 )  # fmt: skip
 
 
@@ -108,39 +146,74 @@ class Form:
     behind: bool = False
     dated: bool = False
 
-    def seconds(self, before: bytes, behind: bytes) -> float | None:
-        """The stamp of a line [s]; None where it has none."""
-        found = self.pattern.search((behind if self.behind else before).decode("latin-1"))
-        return None if found is None else self.read(found)
+    def seconds(self, around: Around) -> Array:
+        """The stamps of lines [s]; NaN where one has none."""
+        out = np.full(len(around.before), np.nan)
+        where = around.behind if self.behind else around.before
+        for rows, text in templates(around.data, *where.T):
+            out[rows] = self.told(around.data, where[rows, 0], text)
+        return out
+
+    def told(self, data: Bytes, start: Places, text: str) -> Array | float:
+        """The stamps of texts that begin at `start` and are the first one's but for their digits."""
+        found = self.pattern.search(text)
+        return np.nan if found is None else self.read(_Groups(data, start, found))
 
 
-def form_of(around: Sequence[tuple[bytes, bytes]]) -> Form | None:
+@dataclass(frozen=True)
+class Around:
+    """What stands before and behind the sentences of lines, without TAG blocks.
+
+    Attributes:
+        data: bytes in which they lie, and `digits.WIDEST` more.
+        before, behind: first byte and number of bytes, lines by 2.
+    """
+
+    data: Bytes
+    before: Places
+    behind: Places
+
+
+def around(texts: Sequence[tuple[bytes, bytes]]) -> Around:
+    """What stands before and behind each of a few lines."""
+    sizes = np.array([[len(before), len(behind)] for before, behind in texts], np.int64).reshape(-1)
+    ends = np.cumsum(sizes)
+    data = b"".join(part for pair in texts for part in pair) + bytes(WIDEST)
+    spans = np.stack([ends - sizes, sizes], axis=1).reshape(-1, 2, 2)
+    return Around(np.frombuffer(data, np.uint8), spans[:, 0], spans[:, 1])
+
+
+def templates(data: Bytes, start: Places, width: Places) -> Iterator[tuple[Places, str]]:
+    """Rows whose bytes are the same but for their digits, with the text of the first of them."""
+    some = np.flatnonzero(width > 0)
+    for rows in alike(mapped(data, NOUGHTS), start[some], width[some]):
+        first = some[rows[0]]
+        yield some[rows], data[start[first] : start[first] + width[first]].tobytes().decode("latin-1")
+
+
+def form_of(tried: Around) -> Form | None:
     """The form that more than half of the lines have; None where no form is so frequent.
 
     Of two that serve equally (the day or the month first) the earlier one of the list is taken: where a day beyond
     the 12th comes, only one of them is left.
 
     Args:
-        around: what stands before and behind the first sentence of each line.
+        tried: what stands around the first sentence of each of some lines.
     """
-    tried = [*around[:_TRIED], *around[_TRIED :: max(len(around) // _TRIED, 1)]]
-    count: Counter[int] = Counter()
     forms = [Form(about, pattern, read, behind, k < 7)
              for behind in (False, True) for k, (about, pattern, read) in enumerate(_FORMS)]  # fmt: skip
-    for k, form in enumerate(forms):
-        count[k] = sum(form.seconds(*one) is not None for one in tried)
-    best = max(count.values(), default=0)
-    if not tried or 2 * best <= len(tried):
+    count = [0] * len(forms)
+    for where, some in ((tried.before, forms[: len(_FORMS)]), (tried.behind, forms[len(_FORMS) :])):
+        for rows, text in templates(tried.data, *where.T):
+            for form in some:
+                seconds = np.broadcast_to(form.told(tried.data, where[rows, 0], text), len(rows))
+                count[forms.index(form)] += int(np.isfinite(seconds).sum())
+    best = max(count)
+    if 2 * best <= len(tried.before):
         return None
     return forms[next(k for k in range(len(forms)) if count[k] >= _MOST * best)]
 
 
-def unwrapped_days(stamps: Iterable[float]) -> list[float]:
+def unwrapped_days(stamps: Array) -> Array:
     """Times of the day that go on beyond midnight."""
-    out, days, last = list[float](), 0, None
-    for one in stamps:
-        if last is not None and one < last - 43200.0:
-            days += 1
-        last = one
-        out.append(one + 86400.0 * days)
-    return out
+    return stamps + 86400.0 * np.cumsum(np.append(False, np.diff(stamps) < -43200.0))[: len(stamps)]
