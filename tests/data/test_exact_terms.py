@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from turning_log import table, trials
 
 from seatrial.data import Trial
-from seatrial.data.check.outliers import outlier_faults
 from seatrial.data.check.relations import CAUSES, left_over
+from seatrial.data.check.rows.outliers import outlier_faults
 from seatrial.data.check.sensors import wind_faults
 from seatrial.data.check.track import surge_faults, track_faults
 from seatrial.data.geodesy import Datum

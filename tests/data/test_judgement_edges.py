@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from seatrial.data import Array, DataError, Trial
-from seatrial.data.check.outliers import _elsewhere
-from seatrial.data.check.rudder import _orders
+from seatrial.data.check.controls.rudder import _orders
+from seatrial.data.check.rows.outliers import _elsewhere
 from seatrial.data.check.track import fixes, own_samples, track_miss
 from seatrial.data.formats.simman import MARIN_STEP, read
 from seatrial.data.geodesy import Datum

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import Trial
-from seatrial.data.check.rudder import stuck_faults
+from seatrial.data.check.controls.rudder import stuck_faults
 
 DEG = math.pi / 180.0
 

@@ -11,6 +11,7 @@ import pytest
 from seatrial.data import Array, Trial
 from seatrial.data.check.drift import _Leg, _leg, _of_legs, _steady, circle, drift_faults
 from seatrial.data.check.relations import length_of, noise_of, slides_unseen, window_of
+from seatrial.data.check.rows.still import _digit, _lasts, _matters, _runs, _same, still_faults
 from seatrial.data.check.sensors import (
     Fault,
     _every,
@@ -23,7 +24,6 @@ from seatrial.data.check.sensors import (
     stretches,
     wind_faults,
 )
-from seatrial.data.check.still import _digit, _lasts, _matters, _runs, _same, still_faults
 from seatrial.data.check.track import _distance_ratio, track_faults
 from seatrial.data.prepare import Remedy
 

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from .. import Trial
 from ..prepare import Remedy, Step
 from .attitude.heel import heel_faults
+from .controls.numbered import numbered_faults
+from .controls.rudder import helm_faults
+from .controls.sense import rudder_faults, scale_faults
+from .controls.shaft import shaft_faults
 from .drift import drift_faults
-from .numbered import numbered_faults
-from .outliers import outlier_faults
-from .rudder import helm_faults
-from .sense import rudder_faults, scale_faults
+from .rows.outliers import outlier_faults
+from .rows.still import still_faults
 from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
-from .shaft import shaft_faults
-from .still import still_faults
 from .suspects import Judged, Named, accused
 from .track import surge_faults, track_faults
 

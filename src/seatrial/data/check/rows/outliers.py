@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Array, Trial
-from ..prepare import ANGLES
-from ..prepare.cutting import LEAP
-from .relations import length_of, noise_of
-from .sensors import MEASURED, Fault, gaps_of
+from ... import Array, Trial
+from ...prepare import ANGLES
+from ...prepare.cutting import LEAP
+from ..relations import length_of, noise_of
+from ..sensors import MEASURED, Fault, gaps_of
 
 _TURN = 2.0 * math.pi
 # A spike is this many times the noise, this part of the span of its channel, and rises this much above other kinks.

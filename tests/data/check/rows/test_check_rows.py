@@ -11,9 +11,9 @@ import pytest
 from seatrial.data import Array, Trial
 from seatrial.data.check.attitude.heel import _against_rate, _straight, heel_faults
 from seatrial.data.check.findings import _finding, _pairs, _repeats, check_folder, check_set
-from seatrial.data.check.outliers import _aloof, _blocks, _differences, _spikes, _threshold, outlier_faults
+from seatrial.data.check.rows.outliers import _aloof, _blocks, _differences, _spikes, _threshold, outlier_faults
+from seatrial.data.check.rows.still import _by_digits, _exact, _made_of_psi, _rounded, still_faults
 from seatrial.data.check.sensors import Fault
-from seatrial.data.check.still import _by_digits, _exact, _made_of_psi, _rounded, still_faults
 from seatrial.data.prepare import Remedy, Step
 
 DEGREE = math.pi / 180.0

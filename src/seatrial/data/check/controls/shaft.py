@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .. import Trial
-from .relations import length_of
-from .repairs import step, times
-from .sensors import Fault
+from ... import Trial
+from ..relations import length_of
+from ..repairs import step, times
+from ..sensors import Fault
 
 # Advance per revolution over the length, u/(n L): .013 to .04 for ships.
 _LEAST, _MOST = 0.003, 0.15

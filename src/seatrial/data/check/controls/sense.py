@@ -8,13 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Trial
-from ..prepare import integral, segments
-from .relations import G as _G
-from .relations import length_of as _length
-from .relations import window_of as _window
-from .repairs import times
-from .sensors import Fault
+from ... import Trial
+from ...prepare import integral, segments
+from ..relations import G as _G
+from ..relations import length_of as _length
+from ..relations import window_of as _window
+from ..repairs import times
+from ..sensors import Fault
 
 # Controls of thrusters that can turn a ship at rest, and the fastest such turn, r sqrt(L/g).
 _ON_THE_SPOT, _SPINS = ("alpha", "n_bow", "n_stern", "f_"), 0.8

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .. import Array, Trial
-from ..prepare import Remedy, Step, integral
-from .relations import G, has, length_of, noise_of
-from .repairs import step, times
-from .sensors import Fault
+from ... import Array, Trial
+from ...prepare import Remedy, Step, integral
+from ..relations import G, has, length_of, noise_of
+from ..repairs import step, times
+from ..sensors import Fault
 
 _DEG = math.pi / 180.0
 # Fastest steering gear of a ship [rad/s], and the length from which on it is one [m].

@@ -12,9 +12,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Trial
-from ..prepare import Remedy, Step, integral
-from .sensors import MEASURED, Fault, gaps_of
+from ... import Trial
+from ...prepare import Remedy, Step, integral
+from ..sensors import MEASURED, Fault, gaps_of
 
 _LEAST = 20
 """Rows that repeat one value before it counts."""

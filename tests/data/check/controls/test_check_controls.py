@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from seatrial.data import Array, Trial
-from seatrial.data.check.numbered import numbered_faults
-from seatrial.data.check.rudder import (
+from seatrial.data.check.controls.numbered import numbered_faults
+from seatrial.data.check.controls.rudder import (
     _balance,
     _clusters,
     _dead,
@@ -23,9 +23,9 @@ from seatrial.data.check.rudder import (
     helm_faults,
     stuck_faults,
 )
-from seatrial.data.check.sense import rudder_faults, scale_faults
+from seatrial.data.check.controls.sense import rudder_faults, scale_faults
+from seatrial.data.check.controls.shaft import shaft_faults
 from seatrial.data.check.sensors import Fault
-from seatrial.data.check.shaft import shaft_faults
 from seatrial.data.prepare import Remedy
 
 DEGREE = math.pi / 180.0

@@ -12,13 +12,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import Trial
-from ..prepare import Remedy
-from .relations import has
-from .repairs import step
+from ... import Trial
+from ...prepare import Remedy
+from ..relations import has
+from ..repairs import step
+from ..sensors import Fault
 from .rudder import helm_faults, stuck_faults
 from .sense import rudder_faults
-from .sensors import Fault
 
 _NUMBERED = re.compile(r"^(delta|alpha)_\d+$")
 # Rudders move together from this correlation on.

@@ -1,0 +1,1 @@
+"""Checks of controls against the motion: rudders, azimuths, shafts."""

@@ -1,0 +1,1 @@
+"""Checks of rows: those that no instrument measured."""
