@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import seatrial as st
+from seatrial.data.prepare import marked
 from seatrial.identify import StudyError
 from seatrial.identify.lint import lint
 from seatrial.identify.noise import noise
@@ -54,6 +55,34 @@ def test_the_truth_is_found_by_what_is_left(lacking, empty, thin):
     truth = np.array([_truth().parameters[one.path] for one in fit.free])
     assert (np.abs(fit.values - truth) < 4.0 * fit.sigma).all()
     assert (np.abs(fit.values / truth - 1.0) < 0.03).all()
+
+
+def _made(trial):
+    """A rate and velocities by central differences, as `mend do = "derive"` or a logger makes them."""
+    north, east, r = (np.gradient(trial[name], trial.t) for name in ("x", "y", "psi"))
+    c, s = np.cos(trial["psi"]), np.sin(trial["psi"])
+    return trial.having(u=north * c + east * s, v_m=east * c - north * s, r=r)
+
+
+@pytest.mark.slow
+def test_channels_made_from_others_count_for_nothing():
+    """Track and heading alone tell what they do with velocities that are differences of them."""
+    made = marked(_made(_log()), {"u": "x, y, psi", "v_m": "x, y, psi", "r": "psi"})
+    fit, alone = st.fit(_problem(made)), st.fit(_problem(_log("u", "v_m", "r")))
+    assert fit.values == pytest.approx(alone.values, rel=1e-3)
+    assert fit.sigma == pytest.approx(alone.sigma, rel=0.02)
+    truth = np.array([_truth().parameters[one.path] for one in fit.free])
+    assert (np.abs(fit.values - truth) < 4.0 * fit.sigma).all()
+    assert set(fit.diagnosis.channels) == {"x", "y", "psi"}
+    assert not fit.diagnosis.lacking
+
+
+def test_channels_made_from_others_are_said():
+    log = marked(_log().having(r=_made(_log())["r"]), {"r": "psi"})
+    (told,) = [one for one in lint(_problem(log), felt=False) if "made from" in one.text]
+    assert told.text.endswith("left out of the residuals: r (from psi)")
+    assert spread([marked(_log(), {"r": "psi"})]).keys() == {"x", "y", "psi", "u", "v_m"}
+    assert begun_as(_problem(marked(_log(), {"r": "psi"})), "free").nuisance.initial["r"] < np.inf
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from . import Trial
+from .prepare import derived
 
 QUANTITIES: Mapping[str, re.Pattern[str]] = MappingProxyType({
     name: re.compile(pattern) for name, pattern in (
@@ -35,6 +36,7 @@ _GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({
 def told(trial: Trial) -> Trial:
     """The trial with what it holds in its description: `sources` by quantity, and `missing`."""
     readers: Mapping[str, str] = trial.meta.get("sources") or {}
+    made = derived(trial)
     sources: dict[str, str] = {}
     for quantity, pattern in QUANTITIES.items():
         names = [name for name, values in trial.channels.items()
@@ -45,7 +47,10 @@ def told(trial: Trial) -> Trial:
         by = next((readers[one] for one in groups if one in readers), "")
         if not by and quantity == "revolutions or thrust":
             by = next((said for one, said in readers.items() if one.startswith("rpm_")), "")
-        sources[quantity] = f"{', '.join(names)}: {by or _often(trial, names)}"
+        by = by or _often(trial, names)
+        own = [name for name in names if name in made]
+        by += f"; {', '.join(own)} made from {made[own[0]]}, no measurement" if own and "no measure" not in by else ""
+        sources[quantity] = f"{', '.join(names)}: {by}"
     missing = [quantity for quantity in QUANTITIES if quantity not in sources]
     return replace(trial, meta={**trial.meta, "sources": sources, "missing": missing})
 

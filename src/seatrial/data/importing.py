@@ -13,6 +13,7 @@ import numpy as np
 from . import DataError, Trial
 from .formats import logs, reader
 from .found import told
+from .prepare import marked, unsaid
 from .sidecar import plain_meta, said_by, sidecar_path
 from .table import existing, lines_of
 from .trialfile import FOREIGN, read_alone, read_trial, write_trials
@@ -52,7 +53,7 @@ def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Pat
             if target.resolve() == file.resolve() or (file.is_dir() and _foreign(target, file)):
                 raise DataError(f"{target}: a log would be written over; choose another folder with -o")
             taken[trial.name] = file
-            trials.append(_keeping(target, told(trial)))
+            trials.append(_keeping(target, told(_told_apart(trial))))
     if not trials:
         raise DataError(f"{src}: no trial; the mapping cuts all of them out of other logs")
     try:
@@ -60,6 +61,13 @@ def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Pat
     except OSError as error:
         raise DataError(f"{folder}: not a folder that can be made: {error.strerror}") from error
     return write_trials(trials, folder)
+
+
+def _told_apart(trial: Trial) -> Trial:
+    """The trial with channels marked that its logger has made from others."""
+    found = tuple(unsaid(trial))
+    made = marked(trial, {one.name: one.source for one in found})
+    return made.noting(*(f"{one.name} is {one.words}: marked as derived, no measurement" for one in found))
 
 
 def _foreign(target: Path, folder: Path) -> bool:

@@ -47,6 +47,18 @@ def _texts(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(one, str) for one in cast("list[Any]", value))
 
 
+def _named(kind: type) -> Callable[[Any], bool]:
+    """Whether a value has texts by name, or numbers above zero by name."""
+
+    def fits(value: Any) -> bool:
+        if not isinstance(value, Mapping):
+            return False
+        held = cast("Mapping[Any, Any]", value).values()
+        return all(isinstance(one, str) if kind is str else _number(one) and one > 0 for one in held)
+
+    return fits
+
+
 _RANGES: Mapping[str, tuple[float, float, str]] = MappingProxyType({
     "scale": (0.01, 10_000.0, "ship over model"), "L_pp": (0.1, 600.0, "m"), "water_density": (900.0, 1100.0, "kg/m^3"),
 })  # fmt: skip
@@ -56,6 +68,8 @@ _TYPES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
     ("missing", _texts, "a list of texts, one a quantity"),
     *((key, _is(Mapping), "keys with values") for key in ("datum", "frames", "lines", "set_points", "setpoints")),
     *((key, _is(Mapping), "names with what is said of each") for key in ("sources", "ignored")),
+    ("derived", _named(str), "channels with what each is made of"),
+    ("noise", _named(float), "channels with a standard deviation above zero each"),
     ("restart", _number, "a number"),
 )  # fmt: skip
 KEYS = ("schema", *CONVENTIONS, *_RANGES, *(key for key, _, _ in _TYPES), "notes")

@@ -17,7 +17,7 @@ import numpy as np
 from ..core.parameters import specs, unknown
 from ..data import Array, DataError, Trial
 from ..data.check import Finding, check_folder, check_set
-from ..data.prepare import derivable
+from ..data.prepare import derivable, derived
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.begun import too_little, untold
@@ -204,6 +204,16 @@ def _unknown(lacking: Sequence[str]) -> str:
     return f"no readings of {', '.join(lacking)}, so its start is estimated from the others; not told: {listed}"
 
 
+def _untold(trial: Trial, lacking: Sequence[str]) -> Iterator[Issue]:
+    """States without a reading, and those that are made from others."""
+    made = derived(trial)
+    if unread := [name for name in lacking if name not in made]:
+        yield Issue("warning", trial.name, _unknown(unread))
+    if said := ", ".join(f"{name} (from {made[name]})" for name in lacking if name in made and logged(trial, name)):
+        yield Issue("warning", trial.name,
+                    f"made from others, so no measurement and left out of the residuals: {said}")  # fmt: skip
+
+
 def _trials(problem: Problem, test: Sequence[Trial], partial: bool) -> Iterator[Issue]:
     if not problem.trials:
         yield Issue("error", "trials", "no trial to train on")
@@ -214,8 +224,7 @@ def _trials(problem: Problem, test: Sequence[Trial], partial: bool) -> Iterator[
             yield Issue("error", trial.name, refused)
             continue
         lacking = untold(trial)
-        if lacking:
-            yield Issue("warning", trial.name, _unknown(lacking))
+        yield from _untold(trial, lacking)
         yield from _trial(problem, trial)
         if problem.ship.model.motion != STATES and not logged(trial, "phi"):
             yield Issue("warning", trial.name, "no heel (phi); the ship rolls, and only sway and yaw tell of it")

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, Trial, unwrapped
+from ..data.prepare import measured
 from ..environment import CHANNELS
 from ..models import STATES, Model
 from ..simulate.replay import wind_of
@@ -97,13 +98,14 @@ def channel(trial: Trial, name: str) -> Array:
 def noise(trials: Sequence[Trial], names: Sequence[str] = STATES) -> dict[str, float]:
     """Noise of each of these states over all trials: as a sidecar declares it (`meta["noise"]`), else `sensor_noise`.
 
-    States that are constant in every trial are left out: they contain no information.  A simulated log without noise
+    States that are constant in every trial are left out, as they contain no information, and so are those that are
+    made from others.  A simulated log without noise
     gets that of its steps, 1 % of the spread of each state.
     """
     out: dict[str, float] = {}
     spreads: dict[str, float] = {}
     for name in names:
-        parts = [(channel(t, name), t.meta.get("noise")) for t in trials if name in t]
+        parts = [(channel(t, name), t.meta.get("noise")) for t in trials if measured(t, name)]
         together = np.concatenate([values[np.isfinite(values)] for values, _ in parts]) if parts else np.zeros(0)
         spread = float(np.std(together)) if together.size else 0.0
         if not spread > 0:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, Trial
+from ..data.prepare import measured
 from ..models import ROLL, STATES
 from ..models.rolling import GRAVITY
 from ..simulate.begun import drift
@@ -53,7 +54,7 @@ def begun_as(problem: Problem, initial: str) -> Problem:
     if initial != "free" or problem.nuisance.initial:
         return problem
     named = problem.loss.sigma or STATES
-    read = [name for name in STATES if any(logged(trial, name) for trial in problem.trials)]
+    read = [name for name in STATES if any(measured(trial, name) for trial in problem.trials)]
     free = dict.fromkeys((name for name in read if name in named), math.inf) | _unread(problem, read)
     free = {name: free[name] for name in STATES if name in free}
     if problem.ship.model.motion != STATES:

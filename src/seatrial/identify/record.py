@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
-from ..data.prepare import between_readings, resample
+from ..data.prepare import between_readings, derived, resample
 from ..models import STATES, Model
 from ..simulate.begun import begun
 from ..simulate.lanes import Steps
@@ -37,7 +37,7 @@ def spread(trials: Sequence[Trial], names: Sequence[str] = STATES) -> dict[str, 
     """
     out: dict[str, float] = {}
     for name in names:
-        having = [t for t in trials if logged(t, name)]
+        having = [t for t in trials if logged(t, name) and name not in derived(t)]
         if not having:
             continue
         values = np.concatenate([unwrapped(t[name]) if name == "psi" else t[name] for t in having])
@@ -221,7 +221,9 @@ class Record:
             DataError: the trial lacks a control, or tells too little of the motion.
         """
         states, good = begun(trial)
-        state, series = _told(trial, model.motion), inputs(trial, model)
+        # what is made from others is no reading
+        own = trial.having(**{name: np.full(len(trial), np.nan) for name in derived(trial) if name in STATES})
+        state, series = _told(own, model.motion), inputs(trial, model)
         read = np.column_stack([np.isfinite(trial[name]) for name, _ in sources(trial, model)])
         hidden = own_states(trial, model, series, trial.dt)
         return Record(state, series, hidden, states, np.flatnonzero(good), read)

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
+from ..data.prepare import derived, measured
 from ..models import STATES
-from .steering import logged
 
 # A slope is taken over this share of a trial to either side: what it is for is a first value.
 _SHARE = 0.02
@@ -21,12 +21,12 @@ _TOLD = 0.1
 
 
 def untold(trial: Trial) -> tuple[str, ...]:
-    """States of which the trial has no reading.
+    """States of which the trial has no reading, or only one that is made from others.
 
     Raises:
         DataError: the trial tells nothing of the speed, or nothing of the turning.
     """
-    lacking = tuple(name for name in STATES if not logged(trial, name))
+    lacking = tuple(name for name in STATES if not measured(trial, name))
     track = "x" not in lacking and "y" not in lacking
     if "u" in lacking and not track:
         raise DataError(f"{trial.name}: no channel {', '.join(lacking)}; log the speed u, or positions x and y")
@@ -49,8 +49,9 @@ def begun(trial: Trial) -> tuple[Array, NDArray[np.bool_]]:
 
     These are the rows in which each state that the trial tells was read; where no two have all of them, as of
     instruments that report by turns, the rows between the first and the last readings, with straight lines between
-    readings.  Positions that are not told begin at zero, a heading as the course over ground or the integral of r, a
-    rate of turn as the slope of the heading, velocities as those of the track, and a sway without a track at zero.
+    readings.  What is made from others stands as it is, gaps bridged.  Positions that are not told begin at zero, a
+    heading as the course over ground or the integral of r, a rate of turn as the slope of the heading, velocities as
+    those of the track, and a sway without a track at zero.
 
     Returns:
         Shapes (rows, 6), heading unwrapped, NaN for a gap of a state that is told, and (rows,).
@@ -66,7 +67,8 @@ def begun(trial: Trial) -> tuple[Array, NDArray[np.bool_]]:
     if good.sum() < 2 and lacking:
         told = {name: _line(trial.t, values) for name, values in told.items()}
         good = np.asarray(np.maximum.accumulate(read).all(axis=1) & np.maximum.accumulate(read[::-1])[::-1].all(axis=1))
-    made = _made(trial.t, told)
+    others = {name: trial[name] for name in lacking if name in derived(trial) and np.isfinite(trial[name]).any()}
+    made = _made(trial.t, {**told, **others})
     return np.column_stack([told.get(name, made[name]) for name in STATES]), good
 
 

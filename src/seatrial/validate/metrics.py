@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array, DataError, Trial, unwrapped
+from ..data.prepare import measured as is_measured
 from ..models import ROLL, STATES
-from ..simulate.steering import logged
 from . import Metrics
 
 ESSO_OSAKA_SIGMA: Mapping[str, float] = MappingProxyType(
@@ -98,9 +98,9 @@ def heading(measured: Array, predicted: Array, segment: NDArray[np.intp]) -> tup
 def pairs(measured: Trial, predicted: Trial, restart: float | None = None) -> dict[str, tuple[Array, Array]]:
     """Measured and predicted channel by state, heel among them, on the same rows, heading aligned; SI units.
 
-    A state without a reading is left out.
+    A state without a reading, or made from others, is left out.
     """
-    out = {n: (measured[n], predicted[n]) for n in (*STATES, *ROLL) if n in predicted and logged(measured, n)}
+    out = {n: (measured[n], predicted[n]) for n in (*STATES, *ROLL) if n in predicted and is_measured(measured, n)}
     if "psi" in out:
         out["psi"] = heading(*out["psi"], segments(measured.t, restart))
     return out

@@ -23,7 +23,7 @@ from .rows.outliers import outlier_faults
 from .rows.still import still_faults
 from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
 from .suspects import Judged, Named, accused
-from .track import surge_faults, track_faults
+from .track import made_faults, surge_faults, track_faults
 
 Severity = Literal["error", "warning", "info"]
 _COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
@@ -128,7 +128,7 @@ def _alone(trial: Trial) -> tuple[list[Fault], Trial | None]:
     spoilt = {name for one in outliers for name in one.channels}
     faults = [one for one in faults if one.key != "wraps" or not spoilt & set(one.channels)]
     still, sound = still_faults(clean)
-    return [*faults, *outliers, *still], sound
+    return [*faults, *outliers, *still, *made_faults(clean)], sound
 
 
 def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:

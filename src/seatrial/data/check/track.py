@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Array, Trial, unwrapped
-from ..prepare import complete, integral
+from ..prepare import Remedy, Step, complete, integral, unsaid
 from .relations import has, noise_of, slides_unseen, window_of
 from .repairs import step
 from .sensors import Fault
@@ -25,6 +25,17 @@ _BETTER, _CLEAR = 0.7, math.radians(0.5)
 _STRETCH, _CLOSE, _CLOCK = 5.0, 0.04, 1.34
 # Distances between fixes are this many times their noise, or they would be longer than the track.
 _ABOVE_NOISE = 20.0
+
+
+def made_faults(trial: Trial) -> Iterator[Fault]:
+    """Channels that the logger has made from others, which no step of the processing tells."""
+    for one in unsaid(trial):
+        unit = trial.unit(one.name)
+        yield Fault(
+            "warning", one.name, f"made from {one.source}, no measurement of its own",
+            f"{one.words} give it to {one.left:.2g} {unit}, a sensor's would differ by {one.least:.2g} {unit} at least",
+            Remedy(steps=(Step(do="mark", channels=(one.name,), names=(one.source,)),)), "quality", "derived",
+        )  # fmt: skip
 
 
 def fixes(trial: Trial) -> NDArray[np.intp]:

@@ -137,11 +137,13 @@ def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
     begun = {} if log.epoch is None else {
         "start": datetime.fromtimestamp(log.epoch + float(t[0]), UTC).isoformat(timespec="microseconds")}  # fmt: skip
     sources = {one.group: str(one) for one in log.choices}
+    made = {}
     if "r" not in raw and np.isfinite(r).any():
+        made = {"derived": {"r": "psi"}}
         sources["rate of turn"] = "central differences of psi, no measurement of its own"
     meta = {
         **CONVENTIONS, **begun, **where, **aboard.meta, "lines": dict(log.lines), "processing": steps,
-        "sources": sources, "ignored": dict(log.ignored),
+        "sources": sources, "ignored": dict(log.ignored), **made,
     }  # fmt: skip
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
     # floats hold seconds since 1970 to a quarter of a microsecond

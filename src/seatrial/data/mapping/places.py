@@ -23,10 +23,11 @@ class Midship:
         t: times of the rows [s].
         channels: as `measured` has them, x and y in place of latitude and longitude; then those of the trial.
         steps: what was done, in words.
+        derived: channels that were made from others, and what of.
     """
 
     def __init__(self, t: Array, channels: dict[str, Array]) -> None:
-        self.t, self.channels, self.steps = t, channels, list[str]()
+        self.t, self.channels, self.steps, self.derived = t, channels, list[str](), dict[str, str]()
 
     def bring(self, mapping: Mapping) -> None:
         """Turn and move all channels of a mapping."""
@@ -51,6 +52,7 @@ class Midship:
         if "r" not in self.channels:
             self.channels["r"] = np.gradient(self.channels["psi"], self.t)
             self.steps.append("r by central differences of psi")
+            self.derived["r"] = "psi"
         return self.channels["r"]
 
     def _position(self, position: Position) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .. import UNITS, Array, DataError, Trial
 from ..geodesy import Datum
-from ..prepare import cut, unbroken
+from ..prepare import cut, marked, unbroken
 from ..sheets import packed, sheets_of
 from ..sidecar import CONVENTIONS
 from ..table import disorder, within
@@ -148,7 +148,7 @@ def _trial(source: Path, mapping: Mapping, name: str, table: Table) -> tuple[Tri
     if mapping.apparent is not None:
         turned += ["gamma_A: sign turned"] * (mapping.apparent.sign == -1.0)
         turned += ["gamma_A: turned from where the wind goes to"] * mapping.apparent.towards
-    trial = Trial(name, t, ship.channels, units, meta)
+    trial = marked(Trial(name, t, ship.channels, units, meta), ship.derived)
     return trial.noting(how, *turned, *steps, *ship.steps, *_zero_words(marks, zero), *main.steps), (marks, zero)
 
 

@@ -8,6 +8,7 @@ A gap is filled only by the function that is named for it.
 
 from .axes import froude_scaled, integral, to_body, to_earth, true_wind
 from .cutting import BREAK, complete, cut, drop_trailing_gaps, segments, split, unbroken, without
+from .made import derived, marked, measured, unsaid
 from .steps import Remedy, Step, derivable, mended, read_steps, steps_text
 from .timing import (
     ANGLES,
@@ -21,7 +22,8 @@ from .timing import (
 )
 
 __all__ = [
-    "ANGLES", "BREAK", "Remedy", "Step", "between_readings", "complete", "cut", "derivable", "drop_trailing_gaps",
-    "froude_scaled", "integral", "interpolate_gaps", "mended", "nearest_rows", "read_steps", "resample", "resampling",
-    "segments", "shifted", "split", "steps_text", "to_body", "to_earth", "true_wind", "turns", "unbroken", "without",
+    "ANGLES", "BREAK", "Remedy", "Step", "between_readings", "complete", "cut", "derivable", "derived",
+    "drop_trailing_gaps", "froude_scaled", "integral", "interpolate_gaps", "marked", "measured", "mended",
+    "nearest_rows", "read_steps", "resample", "resampling", "segments", "shifted", "split", "steps_text", "to_body",
+    "to_earth", "true_wind", "turns", "unbroken", "unsaid", "without",
 ]  # fmt: skip

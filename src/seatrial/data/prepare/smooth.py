@@ -9,12 +9,14 @@ is read off the third differences, the jerk is the one under which the record is
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from .. import Array, DataError, Trial, unwrapped
 from .axes import to_body, to_earth
+from .made import SOURCES, marked
 
 _SEARCH_ROWS = 1500
 
@@ -35,7 +37,8 @@ def smooth(trial: Trial, noise: Mapping[str, float] | None = None, velocities: b
         velocities: use the measured u, v_m and r too, not only positions and heading.
 
     Returns:
-        The trial with these channels replaced.  Rows in which x, y or psi is a gap stay gaps.
+        The trial with these channels replaced; those that no sensor measured are marked as derived, the others have
+        the noise of their sensors in `meta["noise"]`.  Rows in which x, y or psi is a gap stay gaps.
 
     Raises:
         DataError: a channel is missing, or fewer than 8 rows are complete.
@@ -73,8 +76,18 @@ def smooth(trial: Trial, noise: Mapping[str, float] | None = None, velocities: b
     channels = {name: np.where(good, value, np.nan) for name, (value, _) in found.items()}
     channels |= {f"{name}_sd": np.where(good, np.sqrt(variance), np.nan) for name, (_, variance) in found.items()}
     units = {**trial.units, **{f"{name}_sd": trial.unit(name) for name in found}}
-    out = Trial(trial.name, trial.t, {**trial.channels, **channels}, units, trial.meta)
+    out = _counted(trial, Trial(trial.name, trial.t, {**trial.channels, **channels}, units, trial.meta), given,
+                   ("x", "y", "psi", "u", "v_m", "r") if velocities else ("x", "y", "psi"))  # fmt: skip
     return out.noting("x, y, psi, u, v_m, r from a Kalman smoother (white jerk)")
+
+
+def _counted(raw: Trial, out: Trial, given: Mapping[str, float], read: Sequence[str]) -> Trial:
+    """Smoothed channels with what they weigh: together they hold what the raw readings did, so each has their noise."""
+    level = {name: given.get(name) or sensor_noise(unwrapped(raw[name]) if name == "psi" else raw[name])
+             for name in read if name in raw}  # fmt: skip
+    noise = {**out.meta.get("noise", {}), **{name: sd for name, sd in level.items() if sd > 0}}
+    made = {name: ", ".join(of) for name, of in SOURCES.items() if name not in read or name not in raw}
+    return marked(replace(out, meta={**out.meta, "noise": noise}), made)
 
 
 def sensor_noise(values: Array) -> float:

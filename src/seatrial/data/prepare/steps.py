@@ -24,6 +24,7 @@ from ..table import within
 from ..units import conversion
 from .axes import integral, to_body, to_earth
 from .cutting import drop_trailing_gaps, unbroken, without
+from .made import SOURCES, derived, marked
 from .timing import interpolate_gaps, resample, shifted
 
 SCHEMA = "seatrial-steps/1"
@@ -46,7 +47,7 @@ class Step:
         channels: those that it changes.
         amount: its numbers.
         unit: of the number of "add".
-        names: new names, of "rename".
+        names: new names, of "rename"; what each channel is made of, of "mark".
         where: first and last time of each stretch [s], both included, of "gaps" and "cut".
         trials: names of the trials that it is for; none for all.
     """
@@ -148,7 +149,7 @@ def _check(place: str, step: Step) -> None:
         raise DataError(f"{place}.channels has {len(step.channels)} names; '{step.do}' takes two")
     if step.do == "follow" and not (len(step.channels) == 1 and step.amount[0] > 0):
         raise DataError(f"{place}: 'follow' takes one channel and a rate above zero [deg/s]")
-    if step.do == "rename" and len(step.names) != len(step.channels):
+    if step.do in ("rename", "mark") and len(step.names) != len(step.channels):
         raise DataError(f"{place}.names: give one for each channel ({len(step.channels)}), not {len(step.names)}")
     if any(len(stretch) != 2 or stretch[0] > stretch[1] for stretch in step.where):
         raise DataError(f"{place}.where: a stretch is [from, to], in s")
@@ -278,7 +279,9 @@ def _drop(step: Step, trial: Trial) -> Trial:
 
 def _rename(step: Step, trial: Trial) -> Trial:
     to = dict(zip(step.channels, step.names, strict=True))
-    return replace(trial, channels={to.get(name, name): values for name, values in trial.channels.items()})
+    own = {to.get(name, name): said for name, said in derived(trial).items()}
+    there = {to.get(name, name): values for name, values in trial.channels.items()}
+    return replace(trial, channels=there, meta={**trial.meta, "derived": own} if own else trial.meta)
 
 
 def _water(step: Step) -> tuple[float, float]:
@@ -306,7 +309,12 @@ def _derive(step: Step, trial: Trial) -> Trial:
     from .smooth import smooth
 
     track = smooth(trial)
-    return trial.having(**{name: track[name] for name in step.channels})
+    return marked(trial.having(**{name: track[name] for name in step.channels}), _made(step.channels))
+
+
+def _made(names: Iterable[str]) -> dict[str, str]:
+    """What the smoother makes channels of."""
+    return {name: ", ".join(SOURCES[name]) for name in names if name in SOURCES}
 
 
 def _follow(step: Step, trial: Trial) -> Trial:
@@ -326,7 +334,7 @@ def _from_track(step: Step, trial: Trial) -> Trial:
 
     track = smooth(trial)
     drift = np.arctan2(track["v_m"], track["u"])
-    return trial.having(u=trial["u"] * np.cos(drift), v_m=trial["u"] * np.sin(drift))
+    return marked(trial.having(u=trial["u"] * np.cos(drift), v_m=trial["u"] * np.sin(drift)), _made(("v_m",)))
 
 
 def _rebuilt(step: Step, trial: Trial) -> Trial:
@@ -335,7 +343,8 @@ def _rebuilt(step: Step, trial: Trial) -> Trial:
     turned = integral(trial.t, np.interp(trial.t, trial.t[np.isfinite(rate)], rate[np.isfinite(rate)]))
     good = np.isfinite(psi)
     line = np.polynomial.Polynomial.fit(trial.t[good], (psi - turned)[good], 1)
-    return trial.having(psi=np.where(np.isfinite(rate), turned + line(trial.t), np.nan))
+    made = trial.having(psi=np.where(np.isfinite(rate), turned + line(trial.t), np.nan))
+    return marked(made, {"psi": "r"})
 
 
 def _unrepeated(values: Array) -> Array:
@@ -416,6 +425,8 @@ OPERATIONS: Mapping[str, Operation] = MappingProxyType({
                            f"{_log_current(s)}", _to_ground),
     "current": Operation(2, lambda s: f"log the current: {_log_current(s)}", _current, needs=False),
     "derive": Operation(0, lambda s: f"compute {_list(s)} from the smoothed track and heading", _derive, needs=False),
+    "mark": Operation(0, lambda s: f"call {_list(s)} made from {'; '.join(dict.fromkeys(s.names))}, no measurement",
+                      lambda s, trial: marked(trial, dict(zip(s.channels, s.names, strict=True)))),
     "follow": Operation(1, lambda s: f"call {_list(s)} {_list(s)}_cmd, and compute {_list(s)} as a servo of "
                         f"{s.amount[0]:.6g} deg/s follows it", _follow),
     "from_course": Operation(0, lambda s: "subtract the drift angle atan2(v_m, u) from psi", _from_course),

@@ -1,0 +1,183 @@
+"""Channels that are made from others: no second measurement, whatever their noise looks like.
+
+A rate differenced from a heading, and velocities differenced from a track, repeat the noise of what they are made of.
+`meta["derived"]` names such channels, and what each is made of; a fit leaves them out of its residuals, which loses
+nothing as their sources are in them (`measured`).  `unsaid` finds those that a logger made and
+did not tell.
+
+The evidence: predict a channel by a linear filter over the rows around of what it may be made of.  If an instrument of
+its own measured it, the noise of the source enters the prediction and not the reading, so that their difference is at
+least that noise through the filter.  A difference well below it shows that the reading has the source's own noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import Array, Trial, unwrapped
+
+SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType({
+    "r": ("psi",), "u": ("x", "y", "psi"), "v_m": ("x", "y", "psi"),
+})  # fmt: skip
+"""What the channels of a motion can be made of."""
+
+# Rows to either side of differences, and of a filter; rows to judge by for each weight.
+_NEAR, _FAR, _FOR_EACH = 2, 15, 6
+# What is left of a reading that is made of the source, over the noise of the source through the filter: at least 1
+# where the two are independent.
+_BELOW = 0.3
+# So many rows, those in the middle, tell it.
+_ENOUGH = 2000
+# A source whose noise is below this share of its spread shows little: what is left must be what rounding leaves.  Below
+# the second one it shows none, as of a simulation.
+_SHOWN, _NONE = 2e-4, 1e-6
+# Rows that a second pass leaves out: those of wraps and outliers, in median deviations.
+_WILD = 8.0
+
+
+@dataclass(frozen=True)
+class Made:
+    """Evidence that a channel is made from others.
+
+    Attributes:
+        name: the channel.
+        of: what it is made of.
+        reach: rows to either side over which.
+        left: what a filter over them leaves [SI], root mean square.
+        least: what it would leave at least of a measurement [SI].
+    """
+
+    name: str
+    of: tuple[str, ...]
+    reach: int
+    left: float
+    least: float
+
+    @property
+    def source(self) -> str:
+        """What it is made of, as in `meta["derived"]`."""
+        return ", ".join(self.of)
+
+    @property
+    def words(self) -> str:
+        """How it is made."""
+        return f"{'differences' if self.reach == _NEAR else 'a filter over the rows around'} of {self.source}"
+
+
+def derived(trial: Trial) -> Mapping[str, str]:
+    """Channels that are made from others, and what of."""
+    return trial.meta.get("derived") or {}
+
+
+def marked(trial: Trial, made: Mapping[str, str]) -> Trial:
+    """The trial with more channels that are told to be made from others."""
+    return replace(trial, meta={**trial.meta, "derived": {**derived(trial), **made}}) if made else trial
+
+
+def measured(trial: Trial, name: str) -> bool:
+    """Whether a channel has a value in some row, and is not made from others."""
+    return name in trial and name not in derived(trial) and bool(np.isfinite(trial[name]).any())
+
+
+def unsaid(whole: Trial) -> Iterator[Made]:
+    """Channels that a logger has made of others without a word."""
+    first = max(len(whole) - _ENOUGH, 0) // 2
+    trial = whole.rows(slice(first, first + _ENOUGH))
+    for name, of in SOURCES.items():
+        if measured(trial, name) and all(measured(trial, one) for one in of):
+            for reach in (_NEAR, _FAR):
+                found = _made(trial, name, of, reach)
+                if found is not None:
+                    yield found
+                    break
+
+
+def _made(trial: Trial, name: str, of: tuple[str, ...], reach: int) -> Made | None:
+    rates, steps, good = _slopes(trial, name, reach)
+    good &= np.isfinite(trial[name])
+    if good.sum() < 2 * reach * _FOR_EACH:
+        return None
+    values = trial[name]
+    weights, off = _tame(rates[good], values[good])
+    left = float(np.sqrt(np.mean(off**2)))
+    through = weights / steps
+    noise, spread = _noise(trial, name, reach)
+    least = noise * math.hypot(float(np.linalg.norm(through)), float(through.sum()))
+    rounded = _rounding(values[good])
+    shown = noise >= _SHOWN * spread or (noise >= _NONE * spread and left <= rounded)
+    told = shown and left <= _BELOW * least
+    return Made(name, of, reach, left, least) if told else None
+
+
+def _filter(columns: Array, values: Array) -> tuple[Array, Array]:
+    """Weights of least squares, and what they leave, by degree of freedom."""
+    weights = np.linalg.pinv(columns.T @ columns, rcond=1e-13, hermitian=True) @ (columns.T @ values)
+    freedom = max(values.size - weights.size, 1)
+    return weights, (values - columns @ weights) * math.sqrt(values.size / freedom)
+
+
+def _tame(columns: Array, values: Array) -> tuple[Array, Array]:
+    """The same without the few rows that are far off: of wraps and outliers."""
+    weights, off = _filter(columns, values)
+    kept = np.abs(off) <= _WILD * float(np.median(np.abs(off)))
+    return _filter(columns[kept], values[kept]) if 0.9 < kept.mean() < 1.0 else (weights, off)
+
+
+def _moved(trial: Trial, name: str, a: NDArray[np.intp], b: NDArray[np.intp], at: NDArray[np.intp]) -> Array:
+    """What the source of a channel moved from rows a to rows b, along the axes of rows `at`."""
+    psi = unwrapped(trial["psi"])
+    if name == "r":
+        return psi[b] - psi[a]
+    c, s = np.cos(psi[at]), np.sin(psi[at])
+    north, east = trial["x"][b] - trial["x"][a], trial["y"][b] - trial["y"][a]
+    return c * north + s * east if name == "u" else c * east - s * north
+
+
+def _slopes(trial: Trial, name: str, reach: int) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Mean rates of change of the source from each row to those around, and the usual times to these.
+
+    Returns:
+        Shape (rows, 2 reach), shape (2 reach,) [s], and whether a row has all of them, shape (rows,).
+    """
+    count = len(trial)
+    at, away = np.arange(count), np.array([k for k in range(-reach, reach + 1) if k])
+    other = at[:, None] + away
+    inside = (other >= 0) & (other < count)
+    other = np.clip(other, 0, count - 1)
+    here = np.broadcast_to(at[:, None], other.shape)
+    span = trial.t[other] - trial.t[here]
+    with np.errstate(all="ignore"):
+        rates = _moved(trial, name, here, other, here) / span
+    return rates, away * trial.dt, np.asarray((inside & np.isfinite(rates)).all(axis=1))
+
+
+def _noise(trial: Trial, name: str, reach: int) -> tuple[float, float]:
+    """White noise of the source, by what interpolation between the rows around leaves; and the spread of the source."""
+    count = len(trial)
+    away = np.array([k for k in range(-reach, reach + 1) if k])
+    at = np.arange(reach, count - reach)
+    row = np.broadcast_to(at[:, None], (at.size, away.size))
+    # all from the row before, as only differences can be taken along axes that turn
+    before = at - 1
+    moves = _moved(trial, name, np.broadcast_to(before[:, None], row.shape), row + away, row)
+    own = _moved(trial, name, before, at, at)
+    moves = np.delete(moves, reach - 1, axis=1)  # of the row before itself: zero
+    good = np.isfinite(moves).all(axis=1) & np.isfinite(own)
+    weights, off = _tame(moves[good], own[good])
+    # the row before counts with what is left to one
+    norm = math.sqrt(1.0 + float(weights @ weights) + (1.0 - float(weights.sum())) ** 2)
+    source = unwrapped(trial["psi"]) if name == "r" else np.hypot(trial["x"], trial["y"])
+    return float(np.sqrt(np.mean(off**2))) / norm, float(np.nanstd(source))
+
+
+def _rounding(values: Array) -> float:
+    """What rounding leaves of a reading, root mean square, with a fifth more; that of a single float at least."""
+    steps = np.diff(np.unique(values))
+    step = float(np.median(steps[steps <= 1.5 * steps.min()])) if 1 < steps.size < 0.5 * values.size else 0.0
+    return max(1.2 * step / math.sqrt(12.0), 1e-7 * float(np.sqrt(np.mean(values**2))))
