@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from .. import Array
+from ..mapping.angles import halves
 from .layout import Table, number, ungrouped
-from .naming import Meaning, meanings, parted, unit_in_name, unit_of
+from .naming import Meaning, meanings, parted, tokens, unit_in_name, unit_of
 
 Kind = Literal["number", "letters", "minutes", "dms", "iso", "stamp", "date", "clock", "text", "empty"]
 
@@ -23,6 +24,7 @@ _PROBED = 200
 _BEFORE = re.compile(r"(?P<letters>[NSEW])\s*(?P<number>[\d.,]+)")
 _DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)\s*['′m]?\s*"
                   r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|s)?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
+_SPACED = re.compile(r"(\d{1,3})\s+(?=\d)")
 _ISO = re.compile(r"\d{4}-?\d\d-?\d\d[T _]\d\d:?\d\d(:?\d\d([.,]\d+)?)?\s*(Z|UTC|[+-]\d\d:?\d\d)?")
 _STAMP = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}[T ]+\d{1,2}:\d\d(:\d\d([.,]\d+)?)?.*")
 _DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}|20\d{6}")
@@ -53,6 +55,7 @@ class Column:
         missing: words that stand for a gap, beside the usual ones.
         means: what its name may mean, best first.
         cells: its text.
+        half: 0 or 1 for the first or second part of cells that hold a latitude and a longitude; None for whole cells.
     """
 
     table: Table
@@ -66,6 +69,7 @@ class Column:
     missing: tuple[str, ...]
     means: tuple[Meaning, ...]
     cells: tuple[str, ...] = field(repr=False)
+    half: int | None = None
 
     @property
     def said(self) -> str:
@@ -84,8 +88,39 @@ class Column:
 
 
 def columns_of(table: Table, around: str = "") -> list[Column]:
-    """The columns of a table, their names read together with that of the file where they say little alone."""
-    return [_column(table, k, around) for k in range(len(table.heads))]
+    """The columns of a table, their names read together with that of the file where they say little alone.
+
+    A column that holds latitudes and longitudes is two of the same head.
+    """
+    return [part for k in range(len(table.heads)) for part in _placed(_column(table, k, around))]
+
+
+_PLACES = frozenset(("position", "pos", "place", "location", "latlon", "latlong", "coordinates", "coordinate", "coords",
+                     "geo", "geom", "geometry", "point", "gps", "gnss", "fix", "wkt", "posisjon", "standort", "ichi",
+                     "posicion", "posizione", "positie"))  # fmt: skip
+
+
+def _placed(column: Column) -> list[Column]:
+    """A column as it is, or as its latitudes and longitudes where it holds both."""
+    mark = column.table.layout.decimal
+    filled = [cell for cell in column.cells if cell.strip().lower() not in _GAP]
+    plain = all(character in " 0123456789.,;/+-()[]" for cell in filled[:_PROBED] for character in cell)
+    if column.kind != "text" or (plain and not _PLACES & set(tokens(column.name))):
+        return [column]
+    both = [halves(cell, mark) for cell in column.cells]
+    if sum(one is not None for one in both) < 0.9 * len(filled):
+        return [column]
+    words = tuple(sorted({c for c, one in zip(column.cells, both, strict=True) if one is None and c in filled}))[:12]
+    parts = [tuple("" if one is None else one[k] for one in both) for k in (0, 1)]
+    read = [_read(_spaced(cells), mark)[:3] for cells in parts]
+    last = bool(
+        plain and np.nanmax(np.abs(read[0][1]), initial=0.0) > 90.0
+    )  # no latitude, so the longitude comes first
+    return [
+        replace(column, kind=read[k][0], values=read[k][1], letters=read[k][2], missing=words, cells=parts[k],
+                means=tuple(meanings("latitude" if k == last else "longitude")), half=k)
+        for k in (0, 1)
+    ]  # fmt: skip
 
 
 def _column(table: Table, k: int, around: str) -> Column:
@@ -100,9 +135,15 @@ def _column(table: Table, k: int, around: str) -> Column:
     if beside:
         cells = bare
         unit, where = (unit, where) if unit else (beside, "cells")
-    kind, values, letters, missing = _read(cells, table.layout.decimal)
     means = tuple(meanings(name, around))
+    angle = bool(means) and means[0].role in ("latitude", "longitude")
+    kind, values, letters, missing = _read(_spaced(cells) if angle else cells, table.layout.decimal)
     return Column(table, head, name, unit, where if unit else "", kind, values, letters, missing, means, cells)
+
+
+def _spaced(cells: tuple[str, ...]) -> tuple[str, ...]:
+    """Cells of an angle with the sign of degrees where only a blank is between them and the minutes."""
+    return tuple(_SPACED.sub(r"\1° ", cell, count=1) for cell in cells)
 
 
 def spoken(cells: tuple[str, ...], mark: str) -> tuple[str, tuple[str, ...]]:

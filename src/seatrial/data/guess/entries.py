@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -11,9 +12,10 @@ import numpy as np
 from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, Entry, listed, quoted
+from .cells import Column
 from .helm import from_neutral, neutral_of, read_revolutions, read_rudder
 from .motion import SPEEDS, Motion, Option, Verdict, speed_unit_said, speeds_of
-from .naming import magnetic
+from .naming import magnetic, tokens
 from .roles import Signal
 
 _SPEED = "unit of speed"
@@ -136,7 +138,8 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
     doubts = list(_doubts(verdict, axes="exchange the two columns then"))
     if {"latitude", "longitude"} <= set(found):
         first, second = (found[name] for name in (("longitude", "latitude") if swapped else ("latitude", "longitude")))
-        if swapped:
+        halved = first.column.half is not None
+        if swapped and not halved:
             doubts.append("the names of the two columns are exchanged in the log")
         if not first.column.score("latitude") and not first.column.score("longitude"):
             doubts.append("its values are degrees by their size and digits, though its name says metres")
@@ -145,7 +148,8 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
             "longitude": quoted(second.column.head),
             "format": quoted(angle_form(first)),
         }
-        keys |= {} if first.file or swapped else {key: quoted(head) for key, head in letters.items()}
+        keys |= {} if first.file or swapped or halved else {key: quoted(head) for key, head in letters.items()}
+        keys |= {"first": quoted("longitude")} if first.column.half == 1 else {}
         for role in ("latitude", "longitude"):
             if (minutes := _minutes_of(found, role)) is not None:
                 keys[f"{role}_minutes"] = quoted(minutes.column.head)
@@ -157,18 +161,55 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
             "position", keys | ({"file": quoted(first.file)} if first.file else {}), Answer(evidence, tuple(doubts))
         )
         return
+    yield from _metres(found, verdict, doubts, swapped)
+
+
+def _metres(found: Mapping[str, Signal], verdict: Verdict, doubts: list[str], swapped: bool) -> Iterator[Entry]:
+    """Entries of a position in metres; of UTM where its zone is said."""
     pair = next((two for two in (("north", "east"), ("x", "y")) if set(two) <= set(found)), None)
     if pair is None:
         return
     first, second = (found[name] for name in (reversed(pair) if swapped else pair))
     if swapped and pair == ("north", "east"):
         doubts.append("its name says otherwise")
+    if _is_grid(first, second):
+        if zone := zone_said(first.column):
+            keys = {"latitude": quoted(first.column.head), "longitude": quoted(second.column.head)}
+            keys |= {"format": quoted("utm"), "zone": quoted(zone)}
+            keys |= {"file": quoted(first.file)} if first.file else {}
+            evidence = f"{_told(verdict, first, 'axes')}; northing and easting of the zone {zone}; {_ANTENNA}"
+            yield Entry("position", keys, Answer(evidence, tuple(doubts)))
+            return
+        doubts.append("northing and easting, it seems, of a grid whose north is up to 3 deg off the true one; of UTM, "
+                      'write [position] with format = "utm" and its zone in place of x and y')  # fmt: skip
     for name, signal, key in (("x", first, "north"), ("y", second, "east")):
         unit = signal.unit or "m"
         evidence = f"{_told(verdict, signal, 'axes')}; {key}"
         yield Entry(
             f"channels.{name}", _of(signal, unit=quoted(unit)), Answer(evidence, tuple(doubts) if name == "x" else ())
         )
+
+
+_ZONE = re.compile(r"(?:utm|zone|sone)\W*([1-5]?\d|60)\s*([C-HJ-NP-X])?", re.IGNORECASE)
+
+
+def _is_grid(northing: Signal, easting: Signal) -> bool:
+    """Whether values are far from 0 as those of UTM: an easting has a false origin of 500 km."""
+    north, east = (one.values[np.isfinite(one.values)] for one in (northing, easting))
+    if not north.size or not east.size or {northing.unit, easting.unit} - {"", "m"}:
+        return False
+    return bool(east.min() > 1e5 and east.max() < 9e5 and north.min() > 1e5 and north.max() < 1e7)
+
+
+def zone_said(column: Column) -> str:
+    """The zone of UTM with its letter, that heads or a column of one word tell; empty where none is said or several."""
+    table = column.table
+    said: set[str] = set()
+    for head, unit, cells in zip(table.heads, table.units, table.columns, strict=True):
+        words = {cell.strip() for cell in cells} if {"zone", "sone"} & set(tokens(head)) else set[str]()
+        some = [head, unit, *(f"zone {word}" for word in words if len(words) == 1)]
+        said |= {"".join(found.groups()).upper() for text in some if (found := _ZONE.search(text)) and found[2]}
+    return said.pop() if len(said) == 1 else ""
 
 
 _HELD = 0.8

@@ -110,7 +110,7 @@ def _tables(paths: Sequence[Path]) -> tuple[list[Table], list[str]]:
 def _topic(base: Path, table: Table, context: bool) -> Topic:
     name = table.path.relative_to(base).as_posix()
     around = name.rpartition(".")[0] if context else ""
-    columns = tuple(map(_gapped, columns_of(table, around)))
+    columns = _signed(tuple(map(_gapped, columns_of(table, around))))
     return Topic(name, table, columns, next(iter(clocks(columns)), None))
 
 
@@ -187,6 +187,26 @@ def _gapped(column: Column) -> Column:
     if gone[np.isfinite(column.values)].all():
         return replace(column, kind="empty")
     return replace(column, values=np.where(gone, np.nan, column.values), missing=(*column.missing, *words))
+
+
+_HALVES = (("latitude", "N", "S"), ("longitude", "E", "W"))
+"""An angle, and the letters of its sides, positive first."""
+
+
+def _signed(columns: tuple[Column, ...]) -> tuple[Column, ...]:
+    """Latitudes and longitudes with the sign of the letter beside them, or in a column of its own."""
+    held = [[cell.strip().upper() for cell in column.cells] for column in columns]
+    out: list[Column] = []
+    for column in columns:
+        role = column.means[0].role if column.means else ""
+        for name, plus, minus in _HALVES if column.kind in ("letters", "number") else ():
+            own = [cell.strip().upper() for cell in column.cells] if column.letters else next(
+                (some for some in held if {plus, minus} >= {*some} - {""} and any(some)), None)  # fmt: skip
+            if role == name and own is not None and (column.values >= 0.0)[np.isfinite(column.values)].all():
+                south = np.array([cell.startswith(minus) or cell.endswith(minus) for cell in own])
+                column = replace(column, values=np.where(south, -column.values, column.values))
+        out.append(column)
+    return tuple(out)
 
 
 def _moved(topic: Topic) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .. import Array
 from ..mapping.long import JOINT
 from ..mapping.schema import Long
 from ..sheets import packed
@@ -22,7 +23,7 @@ _NAMES = frozenset(("name", "names", "path", "field", "measurement", "tag", "tag
 _FEWEST, _KNOWN, _TIMES = 2, 0.5, 8
 """Names of quantities at least, how well one is known, and how often one stands there."""
 
-_MOST, _SHOWN = 1_000_000, 4
+_MOST, _WIDEST, _SHOWN = 200_000, 200, 4
 _UNEVEN = 2.0
 _HELD = ("delta", "n_P", "alpha", "throttle", "force")
 
@@ -37,20 +38,34 @@ def widened(table: Table) -> Table:
     names, value, unit, clock = found
     said = [JOINT.join(parts) for parts in zip(*(column.cells for column in names), strict=True)]
     long = Long(tuple(column.head for column in names), value.head, unit.head if unit else None)
-    heads = list(dict.fromkeys(said))
+    heads = [head for head, _ in Counter(said).most_common(_WIDEST)]
     times = [column for column in columns_of(table) if column.head in clock.heads]
     rows: dict[tuple[str, ...], dict[str, str]] = {}
     for word, cell, *when in zip(said, value.cells, *(column.cells for column in times), strict=True):
         rows.setdefault(tuple(when), {}).setdefault(word, cell)
-    columns = tuple(zip(*((*when, *(row.get(head, "") for head in heads)) for when, row in rows.items()), strict=True))
-    columns = tuple(cells[:ROWS] for cells in columns)
     units = dict(zip(said, unit.cells, strict=True)) if unit else {}
+    own = [table.heads.index(column.head) for column in times]
+    order, t = _in_order(replace(table, heads=tuple(table.heads[k] for k in own), units=tuple(table.units[k] for k in own),
+                                 columns=tuple(zip(*rows, strict=True))))  # fmt: skip
+    keys = list(rows)
+    kept = [keys[k] for k in order]
+    columns = (*zip(*kept, strict=True), *(tuple(rows[key].get(head, "") for key in kept) for head in heads))
     wide = replace(
-        table, heads=(*(column.head for column in times), *heads), columns=columns,
-        cut=len(rows) > ROWS, apart=(*table.apart, *_beside(table, {*clock.heads, *long.name, long.value, long.unit})),
-        units=(*(table.units[table.heads.index(column.head)] for column in times), *(units.get(h, "") for h in heads)),
+        table, heads=(*(table.heads[k] for k in own), *heads), columns=columns, cut=table.cut or len(rows) > ROWS,
+        units=(*(table.units[k] for k in own), *(units.get(head, "") for head in heads)),
+        apart=(*table.apart, *_beside(table, {*clock.heads, *long.name, long.value, long.unit})),
     )  # fmt: skip
-    return _in_order(wide, long)
+    held = [column.head for column in columns_of(wide)
+            if column.means and column.means[0].role in _HELD and _on_change(column, t)]  # fmt: skip
+    return replace(wide, long=replace(long, hold=tuple(held)))
+
+
+def _in_order(times: Table) -> tuple[list[int], Array]:
+    """The first rows in the order of their time, and the times [s]."""
+    clock = next(iter(clocks(columns_of(times))), None)
+    t = clock.t if clock is not None else np.arange(float(len(times.columns[0])))
+    order = np.argsort(t, kind="stable")[:ROWS]
+    return order.tolist(), t[order]
 
 
 def _beside(table: Table, known: Collection[str | None]) -> Iterator[str]:
@@ -61,20 +76,7 @@ def _beside(table: Table, known: Collection[str | None]) -> Iterator[str]:
             yield f"{column.said} ({', '.join(words[:_SHOWN])}), which may say that a value is none"
 
 
-def _in_order(wide: Table, long: Long) -> Table:
-    """The table by its clock, with the names of those of its quantities that are written when they change."""
-    clock = next(iter(clocks(columns_of(wide))), None)
-    if clock is None:
-        return replace(wide, long=long)
-    order = np.argsort(clock.t, kind="stable")
-    wide = replace(wide, columns=tuple(tuple(cells[k] for k in order) for cells in wide.columns))
-    t = clock.t[order]
-    held = [column.head for column in columns_of(wide)
-            if column.means and column.means[0].role in _HELD and _on_change(column, t)]  # fmt: skip
-    return replace(wide, long=replace(long, hold=tuple(held)))
-
-
-def _on_change(column: Column, t: np.ndarray) -> bool:
+def _on_change(column: Column, t: Array) -> bool:
     """Whether a value is written when it changes: at uneven times, and never twice the same."""
     good = np.isfinite(column.values)
     at, values = t[good], column.values[good]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +23,54 @@ LATITUDE, LONGITUDE = ("latitude", 90.0, "NS"), ("longitude", 180.0, "EW")
 _NUMBER = r"([0-9]+(?:[.][0-9]*)?)"
 _LETTER = r"([A-Za-z]?)"
 _PLAIN = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}\s*[°º]?\s*{_LETTER}$"
-_PARTS = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}[°ºd:\s]+{_NUMBER}?\s*['’′m:\s]*{_NUMBER}?\s*[\"”″s'’′]*\s*{_LETTER}$"
+_PARTS = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}[°ºd:\s-]+{_NUMBER}?\s*['’′m:\s]*{_NUMBER}?\s*[\"”″s'’′]*\s*{_LETTER}$"
+
+
+_POINT = re.compile(r"(?:SRID=\d+;)?\s*POINT\s*[ZM]*\s*\(\s*(\S+)\s+([^\s)]+)(?:\s+[^\s)]+)*\s*\)", re.IGNORECASE)
+_LETTERED = tuple((re.compile(form, re.IGNORECASE), turned) for form, turned in (
+    (r"([-+\d].*?[NS])[\s,;/]*([-+\d].*[EW])", False), (r"([NS].*?)[\s,;/]*([EW].*)", False),
+    (r"([-+\d].*?[EW])[\s,;/]*([-+\d].*[NS])", True), (r"([EW].*?)[\s,;/]*([NS].*)", True),
+))  # fmt: skip
+_BARE = re.compile(r"[(\[]?\s*([-+]?\d+(?:\.\d*)?)\s*[,;/\s]\s*([-+]?\d+(?:\.\d*)?)\s*[)\]]?")
+_BARE_COMMA = re.compile(r"[(\[]?\s*([-+]?\d+(?:,\d*)?)(?:\s*[;/]\s*|\s+)([-+]?\d+(?:,\d*)?)\s*[)\]]?")
+
+
+def halves(cell: str, decimal: str = ".", first: str = "latitude") -> tuple[str, str] | None:
+    """Latitude and longitude of a cell that holds both, as texts; None where it does not.
+
+    Args:
+        cell: its text: 35 10.5N 139 42.1E, N35 10.5 E139 42.1, 35.175, 139.702, or POINT(139.702 35.175).
+        decimal: the decimal mark.
+        first: which of two bare numbers is the first.
+    """
+    text = cell.strip()
+    if found := _POINT.fullmatch(text):
+        return found[2], found[1]
+    for form, turned in _LETTERED:
+        if found := form.fullmatch(text):
+            return (found[2], found[1]) if turned else (found[1], found[2])
+    found = (_BARE_COMMA if decimal == "," else _BARE).fullmatch(text)
+    return None if found is None else (found[1], found[2]) if first == "latitude" else (found[2], found[1])
+
+
+def parted(table: Table, column: str, first: str) -> tuple[Table, str, str]:
+    """The table with columns of the latitudes and longitudes of a column that holds both, and their names.
+
+    Raises:
+        DataError: a cell that does not hold both, naming file, column and row.
+    """
+    import polars as pl
+
+    cells = texts(table, column)
+    both = [None if cell is None else halves(cell, table.decimal, first) for cell in cells.to_list()]
+    wrong = next((k for k, (cell, one) in enumerate(zip(cells, both, strict=True)) if cell and one is None), None)
+    if wrong is not None:
+        about = f"'{cells[wrong]:.40}' is no latitude and longitude such as 35 10.5N 139 42.1E or 35.175, 139.702"
+        raise DataError(f"{table.at(column, wrong)}: {about}")
+    names = (f"{column}, latitude", f"{column}, longitude")
+    halved = {name: pl.Series([None if one is None else one[k] for one in both], dtype=pl.String)
+              for k, name in enumerate(names)}  # fmt: skip
+    return replace(table, frame=table.frame.with_columns(**halved)), *names
 
 
 _SIZES = {"rad": 180.0 / math.pi, "1e-7 deg": 1e-7}

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from ...core.parameters import unknown
 from .. import UNITS, DataError
-from ..geodesy import Datum
+from ..geodesy import Datum, zone_of
 from ..sidecar import check_meta, read_described
 from ..table import within
 from ..units import KNOWN, conversion, of_thruster, standard_unit
 from .clocks.calendar import DAYS, EPOCHS, offset_of
-from .schema import Channel, Clock, Ground, Mapping, Sensor
+from .schema import Channel, Clock, Ground, Mapping, Position, Sensor
 from .uses import uses
 
 ASK = "?"
@@ -196,11 +196,8 @@ def _check_instruments(found: Mapping) -> None:
 def _check_sources(found: Mapping) -> None:
     """Refuse what instruments give and channels give too, and instruments without their columns."""
     place, heading = found.position, found.heading
-    if place is not None and place.datum:
-        if len(place.datum) != 2:
-            raise DataError("position.datum must be two numbers: latitude and longitude in degrees")
-        with within("position.datum"):
-            Datum(*place.datum)
+    if place is not None:
+        _check_place(place)
     if place is not None and {"x", "y"} & set(found.channels):
         raise DataError("position gives x and y, which channels gives too; keep one of them")
     if found.ground is not None:
@@ -215,6 +212,26 @@ def _check_sources(found: Mapping) -> None:
         raise DataError(f"apparent.sign is {found.apparent.sign:g}; it must be 1 or -1")
     if found.apparent is not None and found.apparent.letter is not None and not found.apparent.letters:
         raise DataError("apparent.letters is missing; apparent.letter names a column of letters")
+
+
+def _check_place(place: Position) -> None:
+    beside = (place.latitude_minutes, place.longitude_minutes, place.latitude_letter, place.longitude_letter)
+    if (place.latitude == place.longitude or place.format == "utm") and any(beside):
+        raise DataError("position: columns of minutes and letters are of two columns of degrees; leave them out")
+    if place.format == "utm" and place.latitude == place.longitude:
+        raise DataError("position: northings and eastings are two columns")
+    if place.first != "latitude" and place.latitude != place.longitude:
+        raise DataError("position.first is of one column that holds both; exchange the two columns in its place")
+    if (place.format == "utm") != (place.zone is not None):
+        raise DataError('position.zone and format = "utm" go together; give both, or none')
+    if place.zone is not None:
+        with within("position.zone"):
+            zone_of(place.zone)
+    if place.datum:
+        if len(place.datum) != 2:
+            raise DataError("position.datum must be two numbers: latitude and longitude in degrees")
+        with within("position.datum"):
+            Datum(*place.datum)
 
 
 def _check_ground(ground: Ground) -> None:
@@ -303,6 +320,6 @@ def _refuse_twice(found: Mapping) -> None:
         if use.key == "split.column":
             continue
         where = (None if use.file == main else use.file, use.column)
-        if where in seen:
+        if where in seen and use.key != "position.longitude":
             raise DataError(f"column '{use.column}' is used twice, by {seen[where]} and {use.key}; keep one of them")
         seen[where] = use.key

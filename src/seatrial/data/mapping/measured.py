@@ -13,8 +13,9 @@ from types import MappingProxyType
 import numpy as np
 
 from .. import Array, DataError, unwrapped
+from ..geodesy import of_utm, zone_of
 from ..units import conversion
-from .angles import LATITUDE, LONGITUDE, degrees, with_minutes
+from .angles import LATITUDE, LONGITUDE, degrees, parted, with_minutes
 from .numbers import lettered, numbers
 from .schema import Apparent, Channel, Ground, Heading, Log, Position, Sensor
 from .tables import Table
@@ -44,16 +45,7 @@ def measured(table: Table, place: str, sensor: Sensor) -> dict[str, Array]:
         table.agree(sensor.column, sensor.unit, sensor.despite, channel=True)
         return {name: _channel(table, name, sensor)}
     if isinstance(sensor, Position):
-        columns = (
-            (LATITUDE, sensor.latitude, sensor.latitude_letter, sensor.latitude_minutes),
-            (LONGITUDE, sensor.longitude, sensor.longitude_letter, sensor.longitude_minutes),
-        )
-        for _, column, _, _ in columns:
-            table.agree(column, "rad" if sensor.format == "rad" else "deg")
-        return {
-            kind[0]: with_minutes(table, degrees(table, column, letter, sensor.format, kind), minutes)
-            for kind, column, letter, minutes in columns
-        }
+        return _of_grid(table, sensor) if sensor.format == "utm" else _placed(table, sensor)
     if isinstance(sensor, Ground):
         return _ground(table, sensor)
     if isinstance(sensor, Log):
@@ -72,6 +64,41 @@ def measured(table: Table, place: str, sensor: Sensor) -> dict[str, Array]:
     if isinstance(sensor, Heading):
         return {"psi": _of_quaternion(table, sensor)}
     raise DataError(f"{place}: no instrument of this kind")
+
+
+def _placed(table: Table, place: Position) -> dict[str, Array]:
+    latitude, longitude = place.latitude, place.longitude
+    if latitude == longitude:
+        table, latitude, longitude = parted(table, latitude, place.first)
+    columns = (
+        (LATITUDE, latitude, place.latitude_letter, place.latitude_minutes),
+        (LONGITUDE, longitude, place.longitude_letter, place.longitude_minutes),
+    )
+    for _, column, _, _ in columns:
+        table.agree(column, "rad" if place.format == "rad" else "deg")
+    return {
+        kind[0]: with_minutes(table, degrees(table, column, letter, place.format, kind), minutes)
+        for kind, column, letter, minutes in columns
+    }
+
+
+def _of_grid(table: Table, place: Position) -> dict[str, Array]:
+    """Latitude and longitude by northings and eastings of a zone of UTM."""
+    both: list[Array] = []
+    zone, south = zone_of(str(place.zone))
+    for column, name, least, most in (
+        (place.latitude, "northing", 0.0, 1e7),
+        (place.longitude, "easting", 1e5, 9e5),
+    ):
+        table.agree(column, "m")
+        values = numbers(table, column)
+        wrong = np.flatnonzero((values < least) | (values > most))
+        if wrong.size:
+            about = f"{values[wrong[0]]:.9g} is no {name} of {least:g} to {most:g} m; are the two columns exchanged?"
+            raise DataError(f"{table.at(column, int(wrong[0]))}: {about}")
+        both.append(values)
+    latitude, longitude = of_utm(both[0], both[1], zone, south)
+    return {"latitude": latitude, "longitude": longitude}
 
 
 def _channel(table: Table, name: str, column: Channel) -> Array:

@@ -107,9 +107,12 @@ class Position(Sensor):
     """Latitude and longitude, to x and y of midship.
 
     Attributes:
-        latitude, longitude: columns.
+        latitude, longitude: columns; the same one where its cells hold both: 35 10.5N 139 42.1E, 35.175, 139.702, or
+            POINT(139.702 35.175).
+        first: which of two bare numbers of a cell is the first.
         format: 63.44, 6326.47 or 63 26 28.3, radians, or whole numbers of 1e-7 deg; letters N, S, E, W and the signs
-            of degrees, minutes, seconds are read.
+            of degrees, minutes, seconds are read.  "utm" where the columns are northings and eastings of a zone [m].
+        zone: of UTM, such as 32N: its number, and the half of the earth or the letter of its band.
         latitude_minutes, longitude_minutes: columns of the minutes, where those of the degrees are whole.
         latitude_letter, longitude_letter: columns of the letters, where they are columns of their own.
         antenna: its place aboard.
@@ -118,7 +121,9 @@ class Position(Sensor):
 
     latitude: str
     longitude: str
-    format: Literal["deg", "ddmm.mmm", "dms", "rad", "1e-7 deg"] = "deg"
+    format: Literal["deg", "ddmm.mmm", "dms", "rad", "1e-7 deg", "utm"] = "deg"
+    first: Literal["latitude", "longitude"] = "latitude"
+    zone: str | None = None
     latitude_minutes: str | None = None
     longitude_minutes: str | None = None
     latitude_letter: str | None = None

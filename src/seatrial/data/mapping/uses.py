@@ -42,7 +42,7 @@ def _of_instruments(mapping: Mapping) -> list[Use]:
     if (place := mapping.position) is not None:
         angles = {"latitude": place.latitude, "longitude": place.longitude}
         letters = {"latitude_letter": place.latitude_letter, "longitude_letter": place.longitude_letter}
-        found += _named("position", place.file, place.format != "dms", angles)
+        found += _named("position", place.file, place.format != "dms" and place.latitude != place.longitude, angles)
         found += _named("position", place.file, False, letters)
         minutes = {"latitude_minutes": place.latitude_minutes, "longitude_minutes": place.longitude_minutes}
         found += _named("position", place.file, True, minutes)
