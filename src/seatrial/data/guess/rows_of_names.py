@@ -45,8 +45,8 @@ def widened(table: Table) -> Table:
         rows.setdefault(tuple(when), {}).setdefault(word, cell)
     units = dict(zip(said, unit.cells, strict=True)) if unit else {}
     own = [table.heads.index(column.head) for column in times]
-    order, t = _in_order(replace(table, heads=tuple(table.heads[k] for k in own), units=tuple(table.units[k] for k in own),
-                                 columns=tuple(zip(*rows, strict=True))))  # fmt: skip
+    stamps = replace(table, heads=tuple(table.heads[k] for k in own), units=tuple(table.units[k] for k in own))
+    order, t = _in_order(replace(stamps, columns=tuple(zip(*rows, strict=True))))
     keys = list(rows)
     kept = [keys[k] for k in order]
     columns = (*zip(*kept, strict=True), *(tuple(rows[key].get(head, "") for key in kept) for head in heads))
