@@ -74,6 +74,8 @@ def caused(cause: str) -> Trial:
         "water_east": {"u": true["u"] - E * s, "v_m": true["v_m"] - E * c},
         "gyro_bias": {"r": true["r"] + E},
         "gyro_scale": {"r": true["r"] * (1 + E)},
+        "north_stretch": {"x": true["x"] * (1 + E)},
+        "east_stretch": {"y": true["y"] * (1 + E)},
     }
     trial = sailed()
     return replace(trial, t=t * (1 + E)) if cause == "time_scale" else trial.having(**spoilt[cause])

@@ -109,13 +109,17 @@ def turns_in_wind(to_lee: float, wind: float, length: float = 100.0) -> list[str
 
 def test_turns_that_drift_to_windward_have_their_wind_turned_round() -> None:
     assert turns_in_wind(0.3, 10.0) == []
-    assert turns_in_wind(-0.3, 10.0) == ["wind_to"]
-    assert turns_in_wind(-0.2, 3.1) == ["wind_to"]
-    assert turns_in_wind(-0.2, 2.9) == []  # 3 m/s for 100 m
-    assert turns_in_wind(-0.2, 3.1, 120.0) == []
-    assert turns_in_wind(-0.2, 2.9, 90.0) == ["wind_to"]
+    assert turns_in_wind(-0.29, 10.0) == ["wind_to"]
+    assert turns_in_wind(-0.31, 10.0) == []  # farther than the wind drives a ship
+    assert turns_in_wind(-0.9, 10.0) == ["current"]
+    assert turns_in_wind(-0.08, 3.1) == ["wind_to"]
+    assert turns_in_wind(-0.08, 2.9) == []  # 3 m/s for 100 m
+    assert turns_in_wind(-0.08, 3.1, 120.0) == []
+    assert turns_in_wind(-0.08, 2.9, 90.0) == ["wind_to"]
     one = turn(0.3, 0.0, U_T=10.0, gamma_T=0.0)
     assert "wind_to" not in keys(one)  # to one side only
+    felt = [turn(0.2, 0.0, side, U_T=10.0, gamma_T=0.0, U_A=12.0, gamma_A=0.1) for side in (1.0, -1.0)]
+    assert "wind_to" not in keys(*felt)  # the apparent wind is the witness
 
 
 def legs(sway: float, north: float, east: float, headings: tuple[float, ...] = (0, 90, 180, 270)) -> list[_Leg]:

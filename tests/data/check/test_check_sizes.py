@@ -56,6 +56,19 @@ def test_a_heading_bias_counts_from_four_tenths_of_a_degree(side: float) -> None
     assert found.remedy.steps[0].unit == "deg"
 
 
+@pytest.mark.parametrize(("cause", "name"), [("north_stretch", "x"), ("east_stretch", "y")])
+def test_a_direction_that_is_stretched_is_divided_by_its_excess_and_grave_from_four_hundredths(
+    cause: str, name: str
+) -> None:
+    assert told((cause,), 0.019) is None
+    for size, grave in ((0.03, False), (-0.039, False), (0.041, True), (0.2207746, True)):
+        found = told((cause,), size)
+        assert found is not None
+        assert (found.key, found.channels, found.kind, found.grave) == ("stretch", (name,), "scale", grave)
+        assert amounts(found) == [(pytest.approx(1.0 / (1.0 + size), rel=1e-5),)]
+    assert ("35 deg of latitude" in found.evidence) == (name == "y")  # 1 / cos 35 deg = 1.2207746
+
+
 @pytest.mark.parametrize(("cause", "name"), [("log_scale", "u"), ("gyro_scale", "r")])
 def test_a_scale_counts_from_two_hundredths_and_is_grave_and_a_unit_beyond(cause: str, name: str) -> None:
     assert told((cause,), 0.019) is None

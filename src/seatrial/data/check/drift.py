@@ -20,6 +20,8 @@ from .sensors import Fault
 _TURN = 2.0 * math.pi
 # Drift that is told, as a part of the speed; the drift a wind may cause, as a part of its own speed.
 _PART, _LEEWAY = 0.02, 0.08
+# Drift of a turning ship that its wind can cause at most, as a part of the speed of the wind; beyond, it is a current.
+_DRIVEN = 0.03
 _SURE = 6.0
 
 
@@ -276,14 +278,17 @@ def _turned(ahead: Array, aside: Array, psi: Array) -> tuple[Array, Array]:
 
 
 def _wind_to(trials: Sequence[Trial], turns: dict[str, Drift]) -> Fault | None:
-    """Turns to both sides drift to leeward of their wind; those that drift to windward have it turned round."""
+    """Turns to both sides drift to leeward of their wind; those that drift to windward have it turned round.
+
+    Where the apparent wind was logged, it is the witness (`wind_faults`).
+    """
     lee, drifts, winds, errors = [], [], [], []
     for trial in trials:
         drift = turns.get(trial.name)
-        if drift is None or "gamma_T" not in trial or not np.isfinite(trial["gamma_T"]).any():
+        if drift is None or "gamma_T" not in trial or "gamma_A" in trial or not np.isfinite(trial["gamma_T"]).any():
             continue
         wind = _wind_speed(trial)
-        if wind < 3.0 * math.sqrt((length_of(trial) or 100.0) / 100.0):
+        if wind < max(3.0 * math.sqrt((length_of(trial) or 100.0) / 100.0), drift.speed / _DRIVEN):
             continue
         north, east = np.nanmean(np.cos(trial["gamma_T"])), np.nanmean(np.sin(trial["gamma_T"]))
         lee.append((-(drift.north * north + drift.east * east), drift.side))

@@ -182,6 +182,8 @@ def _track_columns(
         "water_north": (span, zero, zero),
         "water_east": (zero, span, zero),
         "time_scale": (-n, -e, zero),
+        "north_stretch": (n, zero, zero),
+        "east_stretch": (zero, e, zero),
     }
 
 
@@ -208,5 +210,6 @@ CAUSES: Mapping[str, str] = MappingProxyType({
     "heading_bias": "rad", "log_scale": "-", "log_bias": "m/s", "sway_bias": "m/s", "lever_ahead": "m",
     "lever_aside": "m", "lag_x": "s", "lag_psi": "s", "lag_u": "s", "lag_r": "s", "water_north": "m/s",
     "water_east": "m/s", "gyro_bias": "rad/s", "gyro_scale": "-", "time_scale": "-",
+    "north_stretch": "-", "east_stretch": "-",
 })  # fmt: skip
 """Causes, and the unit of their size."""

@@ -28,7 +28,7 @@ class Suspect:
         kind: of the fault.
         evidence: numbers beyond the common ones.
         grave: whether it makes a fit wrong beyond use.
-        last: whether it is heard only where nobody else explains anything.
+        last: whether it is heard only where nobody else explains nearly as much.
     """
 
     key: str
@@ -78,6 +78,16 @@ def gross(trials: Sequence[Trial]) -> Iterator[Suspect]:
     for name, what in (("psi", "psi counts counterclockwise"), ("r", "r counts to port")):
         if name in known:
             yield Suspect("sign", (name,), what, times(-1.0, name), "sign")
+    if {"psi", "r"} <= known:
+        yield Suspect("sign", ("psi", "r"), "psi and r count counterclockwise", times(-1.0, "psi", "r"), "sign")
+    if {"psi", "x", "y"} <= known:
+        turned = (Step(do="multiply", channels=("psi",), amount=(-1.0,)),
+                  Step(do="add", channels=("psi",), amount=(90.0,), unit="deg"))  # fmt: skip
+        yield Suspect("axes", ("psi",), "psi counts counterclockwise from east", Remedy(steps=turned), "axes")
+        turned += (Step(do="multiply", channels=("r",), amount=(-1.0,)),)
+        if "r" in known:
+            yield Suspect("axes", ("psi", "r"), "psi and r count counterclockwise, psi from east",
+                          Remedy(steps=turned), "axes")  # fmt: skip
     for names, units in _UNITS.items():
         channels = tuple(names.split(", "))
         if names != "t" and not set(channels) <= known:

@@ -166,6 +166,25 @@ def _time_scale(trials: Sequence[Trial], sizes: list[float], errors: list[float]
     )  # fmt: skip
 
 
+def _stretched(name: str) -> Make:
+    """Positions of one direction longer than the speeds make them; east by longitudes that were taken as latitudes."""
+
+    def make(trials: Sequence[Trial], sizes: list[float], errors: list[float]) -> Suspect | None:
+        size = sizes[0]
+        if abs(size) < 0.02 or size <= -1.0:
+            return None
+        least, most = sorted((1.0, 1.0 + size))
+        latitude = round(math.degrees(math.acos(least / most)))
+        cosine = f", as by the cosine of {latitude} deg of latitude" if name == "y" else ""
+        return Suspect(
+            "stretch", (name,), f"{name} is {100 * size:+.1f} % off the speeds, the other direction is not",
+            times(1.0 / (1.0 + size), name, text="compute positions from latitude and longitude"), "scale",
+            f"{100 * size:+.2f} +- {100 * errors[0]:.2f} %{cosine}", abs(size) > 0.04,
+        )  # fmt: skip
+
+    return make
+
+
 FITTED: tuple[tuple[tuple[str, ...], Make], ...] = (
     (("heading_bias",), _heading_bias),
     (("log_scale",), _log_scale),
@@ -181,4 +200,6 @@ FITTED: tuple[tuple[tuple[str, ...], Make], ...] = (
     (("gyro_bias",), _gyro_bias),
     (("gyro_scale",), _gyro_scale),
     (("time_scale",), _time_scale),
+    (("north_stretch",), _stretched("x")),
+    (("east_stretch",), _stretched("y")),
 )

@@ -27,6 +27,8 @@ _ASTRAY, _TURNED = 0.04, 0.25
 # A fine one must take away this part of what is beyond noise, and be this many standard errors from none.
 _SHARE, _SURE = 0.5, 8.0
 _QUIET = 0.3
+# One of a size that instruments seldom have must leave this part of the squares that the best of the others leaves.
+_DECISIVE = 0.25
 # What one log shows is told of another if it is as large there, to this part, and so many standard errors from none.
 _ALIKE, _SHARED = 0.3, 4.0
 # Suspects whose logarithm of the squares differ by less than this part of the windows are told together.
@@ -123,7 +125,8 @@ def _worst(
     rivals += [one for one in _fine(trials, now) if (one.suspect.key, one.suspect.channels) not in told]
     if not rivals:
         return Named(_unexplained(rms), None, {}) if _gross_misfit(trials, left) and not told else None
-    rivals = [one for one in rivals if not one.suspect.last] or rivals
+    first = min((one.left for one in rivals if not one.suspect.last), default=math.inf)
+    rivals = [one for one in rivals if not one.suspect.last or one.left < _DECISIVE * first]
     rivals.sort(key=lambda one: one.left)
     best = rivals[0].left
     even = [one for one in rivals if math.log(one.left / best) < _TIE]
