@@ -125,9 +125,7 @@ def _worst(
     rivals += [one for one in _fine(trials, now) if (one.suspect.key, one.suspect.channels) not in told]
     if not rivals:
         return Named(_unexplained(rms), None, {}) if _gross_misfit(trials, left) and not told else None
-    first = min((one.left for one in rivals if not one.suspect.last), default=math.inf)
-    rivals = [one for one in rivals if not one.suspect.last or one.left < _DECISIVE * first]
-    rivals.sort(key=lambda one: one.left)
+    rivals = sorted(_heard(rivals), key=lambda one: one.left)
     best = rivals[0].left
     even = [one for one in rivals if math.log(one.left / best) < _TIE]
     if not np.isfinite(now.left[:, :2]).any():  # psi and r alone: either may be the one
@@ -136,6 +134,14 @@ def _worst(
         even = [next((one for one in either if one.suspect.channels == own), even[0]) for own in (("psi",), ("r",))]
     named = _third_witness(trials, [one.refined() for one in even])
     return Named(_told(named, rms, math.sqrt(best / _squares(now.left))), named[0].repair, even[0].fitted)
+
+
+def _heard(rivals: Sequence[_Rival]) -> list[_Rival]:
+    """Without those of a size that instruments seldom have, where a unit of the channels or nearly any explains."""
+    first = min((one.left for one in rivals if not one.suspect.last), default=math.inf)
+    units = {name for one in rivals if one.suspect.key == "unit" for name in one.suspect.channels}
+    return [one for one in rivals if not one.suspect.last
+            or (one.left < _DECISIVE * first and not units & set(one.suspect.channels))]  # fmt: skip
 
 
 def _gross(trials: Sequence[Trial]) -> Iterator[_Rival]:
