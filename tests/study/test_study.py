@@ -208,7 +208,7 @@ def test_the_sigmas_of_an_estimated_ship_are_priors_unless_refused(study, tmp_pa
     assert sigma["hull.N_r"] == math.inf
     assert sigma["hull.Y_r"] == pytest.approx(0.5 * made.entries["hull.Y_r"].given)
     (note,) = [line for line in found.notes if line.startswith("priors from the ship file")]
-    assert "hull.R_0 +- 0.0039, hull.Y_v +- 0.076" in note
+    assert "hull.R_0 +- 0.002, hull.Y_v +- 0.056" in note
     assert "hull.N_" not in note
 
 

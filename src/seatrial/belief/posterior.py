@@ -1,4 +1,4 @@
-"""The parameters of a fitted ship with their joint density, and the only way to draw from it.
+"""The parameters of a ship with their joint density, fitted or stated, and the only way to draw from it.
 
 Draws are of the best that is known: samples of the posterior, else the normal density of the covariance; either is
 widened by what trials left out of the fit say (`power`).  Bounds are respected here and nowhere
@@ -40,6 +40,7 @@ class Posterior:
         grounds: trials of the fit, their kinds and the ranges that they cover.
         power: how much less the likelihood is worth by trials left out in turn; None where none were.
         samples: draws of its sampled posterior (`identify --sample`), shape (draws, free); None where it was not.
+        fitted: whether trials stand behind it; else it is what the file of an estimated ship states, number by number.
     """
 
     ship: Ship
@@ -50,6 +51,7 @@ class Posterior:
     grounds: Grounds = field(default_factory=Grounds)
     power: Power | None = None
     samples: Array | None = None
+    fitted: bool = True
 
     @property
     def names(self) -> tuple[str, ...]:

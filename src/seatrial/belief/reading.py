@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.parameters import read
+from ..core.parameters import Free, read, specs
 from ..data import Array
 from ..identify import Fit, StudyError
+from ..ships import Ship
+from ..ships.estimate import MADE
 from ..ships.files import load
 from ..study.store import MODEL, SUMMARY, read_summary
 from ..study.stored import load_fit
@@ -52,6 +54,27 @@ def posterior(model: str | Path, *, weighed: bool = True) -> Posterior:
                          "such as shooting:Trajectory")  # fmt: skip
     return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.grounds,
                      _power(beside(file), fit.digest) if weighed else None, _samples(file.parent, fit))  # fmt: skip
+
+
+def stated(ship: Ship) -> Posterior | None:
+    """What the file of an estimated ship states of its numbers, each by itself; None of another ship, and of a fit."""
+    if MADE not in ship.notes or "provenance" in ship.notes:
+        return None
+    sigmas = {path: ship.entries[path].sigma or 0.0 for path in specs(ship.model) if path in ship.entries}
+    free = tuple(Free(path, float(read(ship.model, path)), sigma=sigma) for path, sigma in sigmas.items() if sigma > 0)
+    mean, sigma = (np.array([getattr(one, name) for one in free]) for name in ("start", "sigma"))
+    return Posterior(ship, free, mean, np.diag(sigma * sigma), fitted=False) if free else None
+
+
+def drawn_from(model: str | Path) -> Posterior:
+    """What draws of a ship are taken from: the posterior of its fit, or what an estimate states.
+
+    Raises:
+        StudyError, ShipError: as `posterior`.
+    """
+    file = Path(model)
+    found = None if file.suffix != ".toml" or not file.is_file() else stated(load(file))
+    return posterior(model) if found is None else found
 
 
 def _power(path: Path, digest: str) -> Power | None:

@@ -94,6 +94,8 @@ Device = Annotated[str, Option(help="Run on the processor, cpu, or on a GPU: cud
 # What is around the ship.
 Wind = Annotated[str | None, Option(help="Set the true wind M/S,DEG: speed and direction it comes from.")]
 Metacentric = Annotated[float, Option("--gm", help="Set the metacentric height [m].")]
+Heeling = Annotated[float | None, Option("--gm", help="Add heel and roll, with this metacentric height [m].")]
+FeelsDepth = Annotated[bool, Option("--shallow", help="Add what shallow water does to hull and added mass.")]
 GravityAboveKeel = Annotated[float, Option("--kg", help="Set the centre of gravity above the keel [m].")]
 Midship = Annotated[float, Option(help="Set the coefficient of the midship section.")]
 Keels = Annotated[str | None, Option(help="Set bilge keels M,M: breadth and length.")]

@@ -112,11 +112,13 @@ def copy(ship: o.ShipName, file: o.CopyFile, json: bool = False) -> None:
     answer(fields({"ship": made.name, "of": made.of, "file": file}), json)
 
 
-def estimate(particulars: o.Particulars, out: o.ShipOut, json: bool = False) -> None:
+def estimate(
+    particulars: o.Particulars, out: o.ShipOut, shallow: o.FeelsDepth = False, GM: o.Heeling = None, json: bool = False
+) -> None:
     """Estimate a ship from its particulars by regression formulas."""
     from ..workflow.judging import estimate as run
 
-    made = run(particulars, out, note)
+    made = run(particulars, out, note, shallow=shallow, GM=GM)
     said = {item.path: _document(item, made.ship.entries[item.path].source) for item in made.numbers}
     answer(fields({"ship": made.ship.name, "file": out, "cautions": made.cautions, "numbers": said},
                   table(HEAD, map(_row, made.numbers), words=(2, 3, 4, 5, 8))), json)  # fmt: skip

@@ -2,8 +2,8 @@
 
 `estimate` reads a file of particulars and returns an `Estimate`; docs/tutorials/estimate.md has the
 keys of the file, and which formula was chosen and why.  The rule for sigma: the larger of the
-standard deviation between formulas that give different values, and the scatter of the chosen one about the
-published sets of KVLCC2 and KCS (`SCATTER`); where neither exists, a share of the value that is assumed (`STATED`);
+standard deviation between formulas that give different values, and the scatter of the chosen one about four
+published sets (`SCATTER`); where neither exists, a share of the value that is assumed (`STATED`);
 and with it what the assumed particulars add, each moved by its own sigma.  Revolutions that are given hold the speed:
 what is least certain moves (`agreement`).
 """
@@ -24,6 +24,7 @@ from ..forces.body import Body
 from ..forces.hull import Polynomial
 from ..forces.propeller import Standard as Propeller
 from ..forces.rudder import Standard as Rudder
+from ..forces.shallow import ShallowPolynomial
 from ..forces.wind import Fujiwara
 from ..models.mmg import Mmg
 from ..models.twin import TwinMmg
@@ -31,7 +32,9 @@ from . import Entry, Ship, ShipError
 from .agreement import Agreement, agree, refuse, revolutions
 from .formulas import Formula, Particulars, added_mass, hull, propeller, resistance, rudder, table, wind
 from .formulas.reading import SHARES, Known, as_table, read_particulars
+from .formulas.stability import metacentric_height
 from .numbers import Yardsticks, number, resolve
+from .rolled import Stability, with_roll
 
 FORMULAS: tuple[Formula, ...] = (
     *added_mass.FORMULAS, *resistance.FORMULAS, *hull.FORMULAS, *propeller.FORMULAS, *rudder.FORMULAS, *wind.FORMULAS,
@@ -39,11 +42,11 @@ FORMULAS: tuple[Formula, ...] = (
 """For every number the first that gives it is used; the others make its spread."""
 
 SCATTER = {row["number"]: float(row["rms"]) for row in table("scatter")}
-"""Differences of the first formula of each number from the published sets of KVLCC2 and KCS.
+"""Differences of the first formula of each number from the published sets of KVLCC2, KCS, Esso Osaka and SUZAKU.
 
-Root mean square of the two differences, in the units of the formulas, of R_0 as a share of the value (`SHARED`);
-tests/ships/test_estimate.py computes them anew from tests/golden/regression.toml.  R_0 is compared at the scale of the
-models, where the published numbers were measured.  f_alpha is left out: the published ones are Fujii's formula.
+Root mean square of those that have the number in the same term, both sides of gamma_R and C_2 together, in the units of
+the formulas, of R_0 as a share of the value (`SHARED`); tests/ships/test_estimate.py computes them anew.  R_0 is
+compared at the scale where it was measured.  f_alpha is left out: the published ones are Fujii's formula.
 """
 SHARED = ("hull.R_0",)
 """Numbers whose scatter is a share, as they differ by more between a model and its ship than between two formulas."""
@@ -62,8 +65,8 @@ PARTS: Mapping[str, type] = {
     "body": Body, "hull": Polynomial, "propeller": Propeller, "rudder": Rudder, "wind": Fujiwara,
 }  # fmt: skip
 COPIED = {
-    "body.rho": "rho", "body.L_pp": "L_pp", "body.B": "B", "body.d": "d", "body.x_G": "x_G", "propeller.D_P": "D_P",
-    "rudder.A_R": "A_R",
+    "hull.B": "B", "hull.C_b": "C_b", "body.rho": "rho", "body.L_pp": "L_pp", "body.B": "B", "body.d": "d",
+    "body.x_G": "x_G", "propeller.D_P": "D_P", "rudder.A_R": "A_R",
 }  # fmt: skip
 """Numbers of the model that stand among the particulars."""
 
@@ -71,10 +74,16 @@ _PLANING = 0.45
 """Froude number above which hulls begin to be carried by dynamic lift."""
 
 _BEYOND = "the craft begins to plane, which no formula here knows; see 'Small craft' in docs/tutorials/estimate.md"
+_SHALLOW = (
+    "shallow water: factors on the hull and its added mass alone, from codes; two forms of them differ by half in a "
+    "turn at h/d 1.2 (hull.form), and wake, thrust deduction and rudder stay those of deep water"
+)
 _TWO_SCREWS = (
     "two screws: no published regression covers the interaction of two rudders with the hull, so the numbers of a "
     "single one stand for it; brackets and bossings add to the resistance: give R_0"
 )
+MADE = "estimate"
+"""Note of a ship file that says what it was estimated from; a fit adds its provenance to it."""
 FIRST_LOOK = "estimated numbers: good for a first look and as the prior of a fit, not as a model of this ship"
 """Caution of every estimated ship, until a fit."""
 _INERTIA = "assumed: m (0.25 L_pp)^2"
@@ -128,20 +137,33 @@ class Estimate:
         ship: the ship, every number with its source.
         numbers: each estimated, assumed or given number, in the order of the ship file.
         cautions: what to know before trusting it, in lines.
+        particulars: what was known or assumed of it.
     """
 
     ship: Ship
     numbers: tuple[Number, ...]
     cautions: tuple[str, ...]
+    particulars: Particulars
 
 
-def estimate(path: str | Path) -> Estimate:
+def estimate(path: str | Path, *, shallow: bool = False, GM: float | None = None) -> Estimate:
     """The ship that a file of particulars describes.
 
+    Args:
+        shallow: whether the hull feels the depth of the water, by the factors of `forces.shallow`.
+        GM: metacentric height [m] of a ship that heels; its centre of gravity is where breadth, draught and C_b put
+            the metacentre, less GM.
+
     Raises:
-        ShipError: a file that cannot be used, or a formula that gives an impossible number.
+        ShipError: a file that cannot be used, a formula that gives an impossible number, or a height that no ship has.
     """
-    return _Work(Path(path), read_particulars(path)).run()
+    made = _Work(Path(path), read_particulars(path), shallow).run()
+    if GM is None:
+        return made
+    B, d, C_b = (getattr(made.particulars, name) for name in ("B", "d", "C_b"))
+    KG = metacentric_height(B, d, C_b, GM)
+    ship = with_roll(made.ship, Stability(GM=GM, KG=KG, C_m=made.particulars.C_m))
+    return replace(made, ship=ship, cautions=tuple(ship.notes["cautions"]))
 
 
 @dataclass
@@ -149,6 +171,7 @@ class _Work:
     """One estimate in the making.
 
     Attributes:
+        shallow: whether the hull feels the depth.
         agreed: what moved so that given revolutions hold the speed.
         uncertain: sigma of what may move, before.
         added: standard deviation of each number by the assumed particulars, in the units of the formulas.
@@ -157,6 +180,7 @@ class _Work:
 
     path: Path
     known: Known
+    shallow: bool = False
     numbers: list[Number] = field(default_factory=list[Number])
     values: dict[str, float] = field(default_factory=dict[str, float])
     entries: dict[str, Entry] = field(default_factory=dict[str, Entry])
@@ -173,11 +197,12 @@ class _Work:
         if "n_P" in self.known.values:
             self.settle(specs)
         model, cautions = self.model(self.values), tuple(self.cautions())
-        return Estimate(self.ship(model, cautions), tuple(self.numbers), cautions)
+        return Estimate(self.ship(model, cautions), tuple(self.numbers), cautions, self.known.ship)
 
     @property
     def parts(self) -> dict[str, type]:
-        return {name: cls for name, cls in PARTS.items() if name != "wind" or self.known.ship.air}
+        parts = {name: cls for name, cls in PARTS.items() if name != "wind" or self.known.ship.air}
+        return {**parts, "hull": ShallowPolynomial} if self.shallow else parts
 
     def take(self, specs: Mapping[str, Spec]) -> None:
         """Every number from where it is known."""
@@ -364,19 +389,20 @@ class _Work:
             yield f"outside the range of {reason}: {', '.join(paths)}"
         if self.known.assumed:
             yield f"not given, so assumed: {', '.join(self.known.assumed)}"
-        if "hull.R_0" not in self.known.given:
-            yield "hull.R_0 holds at the approach speed only: waves grow faster than the square of the speed"
         if moved := {n: z for n, z in self.agreed.moves.items() if abs(z) >= _TOLD}:
             said = ", ".join(f"{name} by {z:+.2g} sigma" for name, z in moved.items())
             n_P, U = 60.0 * self.known.values["n_P"], self.known.ship.speed * 3600 / 1852
             yield f"so that {n_P:.4g} rpm hold {U:.4g} kn, moved: {said}"
-        if self.known.ship.D_P > self.known.ship.H_R:
-            yield "the propeller is larger than the rudder is high; eta is held at 1"
-        if self.known.ship.screws == 2.0:
-            yield _TWO_SCREWS
-        if self.known.ship.ratios["F_n"] > _PLANING:
-            yield f"a Froude number of {self.known.ship.ratios['F_n']:.2g}: {_BEYOND}"
-        yield FIRST_LOOK
+        ship = self.known.ship
+        said_if = {
+            "hull.R_0 holds at the approach speed only: waves grow faster than the square of the speed":
+                "hull.R_0" not in self.known.given,
+            "the propeller is larger than the rudder is high; eta is held at 1": ship.D_P > ship.H_R,
+            _SHALLOW: self.shallow, _TWO_SCREWS: ship.screws == 2.0,
+            f"a Froude number of {ship.ratios['F_n']:.2g}: {_BEYOND}": ship.ratios["F_n"] > _PLANING,
+            FIRST_LOOK: True,
+        }  # fmt: skip
+        yield from (line for line, holds in said_if.items() if holds)
 
     def ship(self, model: Any, cautions: tuple[str, ...]) -> Ship:
         values, entries = self.known.values, self.known.entries
@@ -392,16 +418,17 @@ class _Work:
             actuators=Actuators({"rudder": Actuator(low=-limit, high=limit, rate=values["delta_rate"])}),
             validity={"u": (0.0, 1.2 * U), "v_m": (-0.5 * U, 0.5 * U), "r": (-U / L, U / L),
                       **{name: (-limit, limit) for name in model.controls if name.startswith("delta")}},
-            notes={"title": self.known.title, "cautions": list(cautions), **self.known.notes},
+            notes={"title": self.known.title, "cautions": list(cautions), **self.known.notes,
+                   MADE: {"particulars": self.path.name}},
         )  # fmt: skip
 
 
 def _sigma(path: str, value: float, spread: float | None) -> tuple[float | None, str]:
     """Sigma of an estimated number in its unit, and what it rests on in words."""
-    known = {"difference of the formulas": spread, "scatter about KVLCC2 and KCS": SCATTER.get(path)}
+    known = {"difference of the formulas": spread, "scatter about published ships": SCATTER.get(path)}
     found = {basis: sigma for basis, sigma in known.items() if sigma is not None}
     if path in SHARED and path in SCATTER:
-        found["scatter about KVLCC2 and KCS"] = SCATTER[path] * abs(value)
+        found["scatter about published ships"] = SCATTER[path] * abs(value)
     if found:
         basis = max(found, key=lambda name: found[name])
         return found[basis], basis

@@ -151,7 +151,7 @@ def scale(
         entries[path] = Entry(f"{about}: {why}", value, prime=primed, sigma=before_it and before_it.sigma)
     model = update(by_law.model, {path: value for path, (_, value, _) in found.items()})
     cautions = _cautions(ship, found, k, form is None)
-    notes = {key: value for key, value in ship.notes.items() if key not in ("provenance", *OWN)}
+    notes = {key: value for key, value in ship.notes.items() if key not in ("provenance", "estimate", *OWN)}
     notes["title"] = f"{ship.notes.get('title', ship.name)}, scaled to {L_pp:g} m"
     notes["cautions"] = [*ship.notes.get("cautions", ()), *cautions]
     made = replace(by_law, model=model, entries=entries, notes=notes, name=f"{ship.name}_{L_pp:g}m".replace(".", "_"),

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..belief.bands.manoeuvring import Bands
 from ..core.parameters import values
 from ..data import Trial
 from ..engine import SimulationError
@@ -64,11 +65,12 @@ class Band:
 
 @dataclass(frozen=True)
 class Source:
-    """The run that a value is read of: its policy, what came of it, and the index of the manoeuvre."""
+    """The run that a value is read of: its policy, what came of it, the index of the manoeuvre, and runs of draws."""
 
     policy: Manoeuvre
     run: Trial
     index: str
+    draws: Bands | None = None
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,7 @@ class ImoTable:
         speed: test speed V [m/s]; n_P: revolutions that hold it [1/s].
         conditions: of the runs, by name.
         caveats: what the table does not say, the weightiest first.
+        together: share of the draws of an estimated ship that meet every criterion they judge; None of any other.
     """
 
     ship: str
@@ -125,6 +128,7 @@ class ImoTable:
     rows: tuple[Criterion, ...]
     conditions: Mapping[str, str]
     caveats: tuple[str, ...]
+    together: float | None = None
 
     @property
     def L_over_V(self) -> float:
@@ -140,6 +144,8 @@ class ImoTable:
         """One sentence on the whole."""
         failed, unsure = ([row.title for row in self.rows if row.verdict == one] for one in (FAIL, UNDECIDED))
         left = self.count(NOT_APPLICABLE)
+        if self.together is not None:
+            return self._probable(left)
         open_ = f"; {left} of {len(self.rows)} criteria could not be judged" if left else ""
         if unsure:
             open_ = f"; undecided: {', '.join(unsure)}{open_}"
@@ -148,6 +154,14 @@ class ImoTable:
         if unsure:
             return f"Meets {self.count(PASS)} criteria{open_}."
         return f"Meets every criterion that could be judged ({self.count(PASS)}){open_}."
+
+    def _probable(self, left: int) -> str:
+        """The whole of an estimated ship, which nothing but formulas stands behind: probabilities, no verdict."""
+        banded = {row.title: row.band.met for row in self.rows if row.band is not None}
+        least = min(banded, key=lambda title: banded[title])
+        return (f"An estimate, untuned: by its sigmas it meets all {len(banded)} criteria that could be judged with "
+                f"probability {self.together:.2g}; least sure: {least}, {banded[least]:.2g}"
+                f"{f'; {left} could not be judged' if left else ''}.")  # fmt: skip
 
 
 def overshoot_limits(L_over_V: float) -> tuple[float, float]:

@@ -30,10 +30,17 @@ if TYPE_CHECKING:
     from .evidence.designed import Foreseen
 
 ANGULAR = ("psi", "r")
+ESTIMATED = Bands(level=95.0, count=200)
+"""Bands by which an estimated ship is judged unless others are asked for."""
 
 
-def estimate(particulars: Path, out: Path, note: Note = silent) -> Estimate:
+def estimate(
+    particulars: Path, out: Path, note: Note = silent, *, shallow: bool = False, GM: float | None = None
+) -> Estimate:
     """Estimate a ship from its particulars by regression formulas, and write its file.
+
+    Args:
+        shallow, GM: a ship that feels the depth, and one that heels, with its metacentric height [m].
 
     Raises:
         RequestError: an output that is no ship file or would replace the particulars.
@@ -43,7 +50,7 @@ def estimate(particulars: Path, out: Path, note: Note = silent) -> Estimate:
     from ..ships.files import save
 
     check_output(out, (".toml",), "a ship file", particulars)
-    made = estimated(particulars)
+    made = estimated(particulars, shallow=shallow, GM=GM)
     save(made.ship, out)
     for line in made.cautions:
         note(f"warning: {line}")
@@ -333,7 +340,8 @@ def imo(
     """Judge a ship by the criteria of IMO MSC.137(76); writes a page where `out` is given.
 
     Args:
-        bands: with these, draws of a fitted ship judge, see `judged.imo_with_bands`; else its numbers.
+        bands: with these, draws of a fitted ship judge, see `judged.imo_with_bands`; else its numbers.  Of an estimated
+            ship that nothing has tuned draws of its sigmas judge always.
 
     Raises:
         RequestError: an output that is no page, or whose folder does not exist; draws without bands.
@@ -343,9 +351,10 @@ def imo(
     from ..report.judging.imo import page
     from ..validate.imo import imo_table
 
-    if banded(bands):
+    if banded(bands) or _untuned(ship):
         from .evidence.judged import imo_with_bands
 
+        bands = bands if banded(bands) else ESTIMATED
         return imo_with_bands(_fitted(ship, bands), bands, out=out, note=note)
     check_output(out, PAGES, "the page of the criteria")
     table = imo_table(ship_of(ship))
@@ -384,6 +393,13 @@ def requirements(
         found = judge(ship_of(ship), scope, elsewhere=elsewhere)
     _write(out, lambda: page(found), note)
     return found
+
+
+def _untuned(ship: str | Path | Ship) -> bool:
+    """Whether it is the file of an estimate that nothing has tuned."""
+    from ..belief.reading import stated
+
+    return not isinstance(ship, Ship) and Path(ship).suffix == ".toml" and stated(ship_of(ship)) is not None
 
 
 def _fitted(ship: str | Path | Ship, bands: Draws) -> str:

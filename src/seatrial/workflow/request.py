@@ -183,7 +183,7 @@ def surroundings(ship: Ship, around: Around = Around(), seed: int = 1, note: Not
              ("--depth", depth or 0.0, "per_depth", "shallow water"))  # fmt: skip
     for option, given, channel, what in needs:
         if given and not feels(ship, channel):
-            raise RequestError(f"{option}: {ship.name} has no force of {what}; see seatrial show {ship.name}")
+            raise RequestError(f"{option}: {ship.name} has no force of {what}; {_remedy(ship, channel)}")
     _check_depth(ship, depth, note)
     if gusts is not None and not U_T:
         raise RequestError("--gusts need a mean wind to blow about; give --wind M/S,DEG")
@@ -192,6 +192,13 @@ def surroundings(ship: Ship, around: Around = Around(), seed: int = 1, note: Not
                 "waves": {"height": H_S, "period": T_W, "from": gamma_W / DEGREE},
                 "depth": depth, "gusts": gusts}  # fmt: skip
     return Surroundings(base if gusts is None else Gust(base, gusts, seed), settings)
+
+
+def _remedy(ship: Ship, channel: str) -> str:
+    """How a ship gets a force that it lacks."""
+    if "estimate" in ship.notes and "provenance" not in ship.notes and channel != "wave_x":
+        return "estimate it with --shallow" if channel == "per_depth" else "estimate it with a table [wind]"
+    return f"see seatrial show {ship.name}"
 
 
 def _check_depth(ship: Ship, depth: float | None, note: Note) -> None:

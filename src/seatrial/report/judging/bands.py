@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...belief.bands.manoeuvring import Bands
+from ...belief.posterior import Posterior
 from ...data import Trial
 from ...manoeuvres import Index
 from ...study.grounds import Beyond
@@ -23,7 +24,7 @@ class Basis:
     """What bands stand on.
 
     Attributes:
-        kind: "calibrated", "left out" or "parameters".
+        kind: "calibrated", "left out", "parameters" or "stated".
         words: what they count, one sentence.
         recordings: left-out ones that they are calibrated on; 0 where they are not.
     """
@@ -52,6 +53,17 @@ PARAMETERS_ONLY = Basis("parameters", (
     "weather or of instruments: a real ship may lie outside more often than they say"
 ))  # fmt: skip
 """What bands count that nothing but the covariance of the fit stands behind."""
+STATED = Basis("stated", (
+    "these bands count the sigmas that the estimate states of its numbers; no trial of this ship has tested them, nor "
+    "the form of the model"
+))  # fmt: skip
+"""What bands of an estimated ship count."""
+
+
+def basis_of(held: Posterior) -> Basis:
+    """What bands stand on whose draws no calibration moves."""
+    return STATED if not held.fitted else PARAMETERS_ONLY if held.power is None else LEFT_OUT
+
 
 _DEGREES = math.degrees(1.0)
 _SIGNS = {"u": ("surge speed", "m/s", 1.0), "v_m": ("sway speed", "m/s", 1.0), "r": ("rate of turn", "°/s", _DEGREES),

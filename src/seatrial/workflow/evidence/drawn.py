@@ -7,7 +7,7 @@ widened, else the samples of its posterior, else the covariance of the fit.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +17,12 @@ from ...belief.bands.conformal import unsure
 from ...belief.bands.manoeuvring import Bands, bands, read, step_of
 from ...belief.bands.prediction import Runs, manoeuvre, scale_of
 from ...belief.posterior import Posterior
-from ...belief.reading import posterior
+from ...belief.reading import drawn_from
 from ...data import Array, Trial
 from ...environment import Weather
 from ...manoeuvres import Manoeuvre
 from ...models import STATES
-from ...report.judging.bands import CALIBRATED, LEFT_OUT, PARAMETERS_ONLY, Basis, reach
+from ...report.judging.bands import CALIBRATED, PARAMETERS_ONLY, Basis, basis_of, reach
 from ...ships import Ship
 from ...simulate.run import recorded
 from ...study.grounds import SURROUNDINGS, Beyond, beyond, kind_of
@@ -94,14 +94,14 @@ class Drawing:
         least = round(_TAIL * 200.0 / (100.0 - level) + 0.5)
         if not least <= count <= MOST:
             raise RequestError(f"--draws is {count}; bands of {level:g} percent take {least} to {MOST}")
-        held = posterior(model)
-        found = load(model, held) if beside(model).is_file() else None
+        held = drawn_from(model)
+        found = load(model, held) if held.fitted and beside(model).is_file() else None
         if found is not None and (found.power is None or 0.01 * level <= found.level):
             found.factors(0.01 * level)
         elif found is not None:  # too few recordings for this level: the widened posterior has it
             found = None
-        return Drawing(held, found, 0.01 * level, count, asked.extrapolate,
-                       read_summary(Path(model).parent).explained)  # fmt: skip
+        explained = not held.fitted or read_summary(Path(model).parent).explained
+        return Drawing(held, found, 0.01 * level, count, asked.extrapolate, explained)
 
     def beyond(self, run: Trial) -> tuple[Beyond, ...]:
         """Where a run leaves the trials of the fit.
@@ -111,7 +111,7 @@ class Drawing:
         """
         if refused := self.refusal(run):
             raise RequestError(f"--bands: {refused}")
-        return beyond(self.held.covered, run, self.held.ship.model.controls)
+        return beyond(self.held.covered, run, self.held.ship.model.controls) if self.held.fitted else ()
 
     def refusal(self, run: Trial) -> str:
         """Why no bands are given for a run; empty where they are."""
@@ -127,14 +127,14 @@ class Drawing:
     @property
     def ungrounded(self) -> str:
         """Why no run at all has bands: ranges of trials that were not kept; empty where they were, or are not asked."""
-        if self.extrapolate or self.held.covered:
+        if self.extrapolate or self.held.covered or not self.held.fitted:
             return ""
         return (f"the fit of {self.held.ship.name} did not keep the ranges of its trials (an older version); "
                 "fit it again, or accept bands of unknown validity with --extrapolate")  # fmt: skip
 
     def refused(self, run: Trial) -> tuple[Beyond, ...]:
         """Where a run leaves the trials of the fit so that it has no bands."""
-        if self.extrapolate:
+        if self.extrapolate or not self.held.fitted:
             return ()
         out = beyond(self.held.covered, run, self.held.ship.model.controls)
         return () if self._told(out) else out
@@ -163,9 +163,10 @@ class Drawing:
         found = self.found if not out_of or not self._told(out_of) or self.extrapolate else None
         if found is None:
             drawn = self.held.draws(self.count, SEED)
-            made = bands(ship, policy, self.held.names, drawn, speed=speed, duration=run.duration, dt=dt,
+            sailed = ship if self.held.fitted else replace(ship, validity={})  # of formulas, which end nowhere sharply
+            made = bands(sailed, policy, self.held.names, drawn, speed=speed, duration=run.duration, dt=dt,
                          weather=weather, held=balanced)  # fmt: skip
-            basis = PARAMETERS_ONLY if self.held.power is None else LEFT_OUT
+            basis = basis_of(self.held)
             lines = (self._law,) if self.held.power is None else self.held.power.words
         else:
             drawn, kind = self.held.draws(self.count, SEED), kind_of(run)
@@ -178,6 +179,8 @@ class Drawing:
     def _law(self) -> str:
         """What draws are taken from where no left-out trial has widened them."""
         held = self.held.samples
+        if not self.held.fitted:
+            return f"drawn from the sigmas of {len(self.held.free)} numbers, each by itself, within its physical range"
         return "drawn from the covariance of the fit, within its bounds" if held is None else (
             f"drawn from the {len(held)} samples of the posterior beside the model")
 

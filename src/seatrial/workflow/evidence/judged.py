@@ -10,14 +10,15 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...belief.posterior import Posterior
-from ...belief.reading import posterior
+from ...belief.reading import drawn_from
 from ...core.parameters import update
 from ...environment import Uniform
-from ...report.judging.bands import LEFT_OUT, PARAMETERS_ONLY
+from ...report.judging.bands import basis_of
 from ...report.judging.imo import page
 from ...report.page import write
 from ...ships import Ship
@@ -31,9 +32,11 @@ from ..asked import Bands, Draws
 from ..request import PAGES, Note, check_output, level_of, silent
 from .drawn import DRAWS, SEED, UNKNOWN, Drawing, Sailed
 
+Held = np.ndarray[Any, np.dtype[np.bool_]]
+
 _DEGREE = math.degrees(1.0)
 # Draws get so much more time than the fitted numbers needed, as some are slower.
-_MARGIN = 1.3
+_MARGIN, _ESTIMATED = 1.3, 2.5
 EXAMINED = 100
 """Draws that are examined by the requirements unless told."""
 _TOLD = 20
@@ -57,10 +60,13 @@ def imo_with_bands(
     asked = Drawing.of(model, bands)
     table = imo_table(asked.held.ship)
     caveats: dict[str, None] = {}
-    rows = tuple(_rows(table, asked, note, caveats))
+    judged = tuple(_rows(table, asked, note, caveats))
+    every = [met for _, met in judged if met is not None]
     found = replace(
-        table, rows=rows, caveats=(*caveats, *table.caveats),
-        conditions={**table.conditions, "bands": f"{bands.level:g} % of {asked.count} draws", "fit": asked.held.digest},
+        table, rows=tuple(row for row, _ in judged), caveats=(*caveats, *table.caveats),
+        together=float(np.logical_and.reduce(every).mean()) if every and not asked.held.fitted else None,
+        conditions={**table.conditions, "bands": f"{bands.level:g} % of {asked.count} draws",
+                    **({"fit": asked.held.digest} if asked.held.fitted else {"draws": "of the sigmas of an estimate"})},
     )  # fmt: skip
     if out is not None:
         note(f"wrote {write(out, page(found))}")
@@ -86,10 +92,10 @@ def requirements_with_bands(
     least = round(200.0 / (100.0 - level) + 0.5)
     if not least <= count <= DRAWS:
         raise RequestError(f"--draws is {count}; requirements at {level:g} percent take {least} to {DRAWS}")
-    held = posterior(model)
+    held = drawn_from(model)
     table = judge(held.ship, scope, elsewhere=elsewhere)
     found = judged_by(table, _ships(held, count, note), 0.01 * level)
-    basis = PARAMETERS_ONLY if held.power is None else LEFT_OUT
+    basis = basis_of(held)
     return replace(found, conditions={**table.conditions, "bands": f"{level:g} % of {count} draws of the parameters",
                                       "what they count": basis.words, "fit": held.digest})  # fmt: skip
 
@@ -102,13 +108,15 @@ def _ships(held: Posterior, count: int, note: Note) -> Iterator[Ship]:
         yield replace(held.ship, model=update(held.ship.model, dict(zip(held.names, drawn.tolist(), strict=True))))
 
 
-def _rows(table: ImoTable, asked: Drawing, note: Note, caveats: dict[str, None]) -> Iterator[Criterion]:
-    """The rows with their bands; rows of one run share its draws."""
+def _rows(
+    table: ImoTable, asked: Drawing, note: Note, caveats: dict[str, None]
+) -> Iterator[tuple[Criterion, Held | None]]:
+    """The rows with their bands, and which draws meet each; rows of one run share its draws."""
     sailed: dict[int, Sailed | str] = {}
     for row in table.rows:
         source = row.source
         if source is None or row.verdict == NOT_APPLICABLE:
-            yield row
+            yield row, None
             continue
         if id(source.run) not in sailed:
             note(f"draws: {row.title}")
@@ -117,10 +125,12 @@ def _rows(table: ImoTable, asked: Drawing, note: Note, caveats: dict[str, None])
         if isinstance(found, str):
             where, _, remedy = found.partition(UNKNOWN)
             caveats[f"undecided rows: {remedy}" if remedy else found] = None
-            yield replace(row, verdict=UNDECIDED, reason=where)
+            yield replace(row, verdict=UNDECIDED, reason=where), None
             continue
         caveats.update(dict.fromkeys(found.caveats))
-        yield row.judged_by(_band(row, source, found, asked, table.L_pp), asked.level)
+        kept = replace(row, source=replace(source, draws=found.bands))
+        yield (kept.judged_by(_band(row, source, found, asked, table.L_pp), asked.level),
+               _met(row, source, found, table.L_pp))  # fmt: skip
 
 
 def _sailed(asked: Drawing, table: ImoTable, source: Source) -> Sailed | str:
@@ -128,13 +138,21 @@ def _sailed(asked: Drawing, table: ImoTable, source: Source) -> Sailed | str:
     if refused := asked.refusal(source.run):
         return refused
     ship, t = asked.held.ship, source.run.t
-    run = simulate(ship, source.policy, speed=table.speed, duration=_MARGIN * source.run.duration)
+    margin = _MARGIN if asked.held.fitted else _ESTIMATED
+    run = simulate(ship, source.policy, speed=table.speed, duration=margin * source.run.duration)
     return asked.sail(ship, source.policy, run, speed=table.speed, dt=float(t[1] - t[0]), weather=Uniform())
 
 
+def _factor(row: Criterion, L_pp: float) -> float:
+    return 1.0 / L_pp if row.unit == "L" else _DEGREE
+
+
+def _met(row: Criterion, source: Source, found: Sailed, L_pp: float) -> Held:
+    """Whether each draw meets the criterion; one that does not give the value does not."""
+    values = _factor(row, L_pp) * found.bands.indices.get(source.index, np.full(len(found.bands.failed), np.nan))
+    return np.isfinite(values) & (values <= row.limit) & (values >= 0.0 if row.unit == "L" else True)
+
+
 def _band(row: Criterion, source: Source, found: Sailed, asked: Drawing, L_pp: float) -> Band:
-    factor = 1.0 / L_pp if row.unit == "L" else _DEGREE
-    low, high = (factor * edge for edge in found.bands.edges(source.index, asked.level))
-    values = factor * found.bands.indices.get(source.index, np.full(len(found.bands.failed), np.nan))
-    met = np.isfinite(values) & (values <= row.limit) & (values >= 0.0 if row.unit == "L" else True)
-    return Band(low, high, float(met.mean()), len(values))
+    low, high = (_factor(row, L_pp) * edge for edge in found.bands.edges(source.index, asked.level))
+    return Band(low, high, float(_met(row, source, found, L_pp).mean()), len(found.bands.failed))
