@@ -61,6 +61,8 @@ def caused(cause: str) -> Trial:
     c, s = np.cos(true["psi"]), np.sin(true["psi"])
     spoilt = {
         "heading_bias": {"psi": true["psi"] + E},
+        "deviation_north": {"psi": true["psi"] + E * c},
+        "deviation_east": {"psi": true["psi"] + E * s},
         "log_scale": {"u": true["u"] * (1 + E), "v_m": true["v_m"] * (1 + E)},
         "log_bias": {"u": true["u"] + E},
         "sway_bias": {"v_m": true["v_m"] + E},
@@ -69,6 +71,7 @@ def caused(cause: str) -> Trial:
         "lag_x": {"x": late["x"], "y": late["y"]},
         "lag_psi": {"psi": late["psi"]},
         "lag_u": {"u": late["u"], "v_m": late["v_m"]},
+        "lag_gnss": {name: late[name] for name in ("x", "y", "u", "v_m")},
         "lag_r": {"r": late["r"]},
         "water_north": {"u": true["u"] - E * c, "v_m": true["v_m"] + E * s},
         "water_east": {"u": true["u"] - E * s, "v_m": true["v_m"] - E * c},

@@ -142,21 +142,22 @@ def _rms(values: Array) -> float:
 
 
 def _suspects(found: Diagnosis) -> Body:
-    if not found.suspicions:
+    possible = [one for one in found.suspicions if one.possible]
+    if not possible:
         return ()
     rows: list[list[str]] = []
-    for s in found.suspicions[:_LISTED]:
+    for s in possible[:_LISTED]:
         most = max(s.moves, key=lambda path: abs(s.moves[path]), default="")
         rows.append([
-            ("*" if s.matters else "") + s.name, s.words, s.value.replace("+-", "±").replace("-", "−"),
+            ("*" if s.matters and s.credible else "") + s.name, s.words, s.value.replace("+-", "±").replace("-", "−"),
             number(s.drop, 3), f"{number(100.0 * s.share, 2)} %",
             f"{most} {s.moves[most]:+.1f}".replace("-", "−") if most else "–",
         ])  # fmt: skip
     head = ["suspect", "error of an instrument", "estimate", "drop [sigma²]", "share", "moves by [sigma]"]
     remark = ("Score test of what the fit does not estimate: expected drop of the objective in squared sigma, its "
               "share of the objective, and in one Gauss-Newton step the size of the error and the parameter that would "
-              "move most. Bold: significant, and of consequence for the result. Several often stand for one error: "
-              "estimate the first, then look again.")  # fmt: skip
+              "move most. Bold: significant, of consequence, and neither denied by the other instruments nor a small "
+              "part of the misfit. Several often stand for one: estimate the first, then look again.")  # fmt: skip
     return heading("Suspects") + table(head, rows, words=(1, 5)) + soft(remark)
 
 

@@ -15,8 +15,8 @@ from seatrial.data.check.sizes import FITTED, length
 from seatrial.data.check.suspects import (
     Judged,
     Named,
+    Normal,
     _astray,
-    _Normal,
     _pivot,
     _rms,
     _squares,
@@ -221,12 +221,12 @@ def test_sizes_of_causes_are_those_of_least_squares_without_rows_that_lack() -> 
     rest = left[good] - matrix[good] @ size
     rms = math.sqrt(float(np.mean(rest**2)))
     back = np.linalg.inv(matrix[good].T @ matrix[good])
-    found = _Normal.of(now).fit(names)
+    found = Normal.of(now).fit(names)
     assert found is not None
     assert found[0] == pytest.approx(size)
     assert found[1] == pytest.approx(2.0 * rms * np.sqrt(np.diag(back)))  # windows overlap by three quarters
     assert found[2] == pytest.approx(rms)
-    exact = _Normal.of(Window(3.0 * now.columns["log_bias"], now.moved, now.columns)).fit(["log_bias"])
+    exact = Normal.of(Window(3.0 * now.columns["log_bias"], now.moved, now.columns)).fit(["log_bias"])
     assert exact is not None
     assert exact[0] == pytest.approx([3.0])
     assert exact[1] == pytest.approx([1.0 / math.sqrt(float(np.sum(now.columns["log_bias"] ** 2)))])  # at least half
@@ -236,15 +236,15 @@ def test_sizes_of_causes_are_those_of_least_squares_without_rows_that_lack() -> 
 def test_causes_that_nothing_shows_or_that_are_alike_are_not_fitted() -> None:
     now = window(np.random.default_rng(1))
     flat = {**now.columns, "lag_x": 0.0 * now.left, "lag_u": 2.0 * now.columns["lag_r"]}
-    normal = _Normal.of(Window(now.left, now.moved, flat))
+    normal = Normal.of(Window(now.left, now.moved, flat))
     assert normal.fit(["lag_x"]) is None
     assert normal.fit(["lag_u", "lag_r"]) is None
     assert normal.fit(["lag_u"]) is not None
     few = Window(now.left.copy(), now.moved, now.columns)
     few.left.ravel()[20:] = np.nan
-    assert _Normal.of(few).fit(["lag_u"]) is not None
+    assert Normal.of(few).fit(["lag_u"]) is not None
     few.left.ravel()[19:] = np.nan
-    assert _Normal.of(few).fit(["lag_u"]) is None
+    assert Normal.of(few).fit(["lag_u"]) is None
 
 
 def test_squares_and_their_root_are_of_the_values_that_are_there() -> None:

@@ -171,6 +171,8 @@ def _track_columns(
     moved = change(calm[0]), change(calm[1])
     return {
         "heading_bias": (e, -n, zero),
+        "deviation_north": (over(east * c), -over(north * c), change(c)),
+        "deviation_east": (over(east * s), -over(north * s), change(s)),
         "log_scale": (-n, -e, zero),
         "log_bias": (-over(c), -over(s), zero),
         "sway_bias": (over(s), -over(c), zero),
@@ -179,6 +181,7 @@ def _track_columns(
         "lag_x": (-moved[0], -moved[1], zero),
         "lag_psi": (-swing[0], -swing[1], zero),
         "lag_u": (moved[0] + swing[0], moved[1] + swing[1], zero),
+        "lag_gnss": (swing[0], swing[1], zero),
         "water_north": (span, zero, zero),
         "water_east": (zero, span, zero),
         "time_scale": (-n, -e, zero),
@@ -207,9 +210,9 @@ def _smoothed(values: Array) -> Array:
 
 
 CAUSES: Mapping[str, str] = MappingProxyType({
-    "heading_bias": "rad", "log_scale": "-", "log_bias": "m/s", "sway_bias": "m/s", "lever_ahead": "m",
-    "lever_aside": "m", "lag_x": "s", "lag_psi": "s", "lag_u": "s", "lag_r": "s", "water_north": "m/s",
-    "water_east": "m/s", "gyro_bias": "rad/s", "gyro_scale": "-", "time_scale": "-",
-    "north_stretch": "-", "east_stretch": "-",
+    "heading_bias": "rad", "deviation_north": "rad", "deviation_east": "rad", "log_scale": "-", "log_bias": "m/s",
+    "sway_bias": "m/s", "lever_ahead": "m", "lever_aside": "m", "lag_x": "s", "lag_psi": "s", "lag_u": "s",
+    "lag_gnss": "s", "lag_r": "s", "water_north": "m/s", "water_east": "m/s", "gyro_bias": "rad/s", "gyro_scale": "-",
+    "time_scale": "-", "north_stretch": "-", "east_stretch": "-",
 })  # fmt: skip
 """Causes, and the unit of their size."""

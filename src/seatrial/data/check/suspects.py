@@ -59,7 +59,7 @@ class Named:
 
     def shared_by(self, left: Window | None) -> bool:
         """Whether what a log leaves over has the same causes, as large."""
-        found = _Normal.of(left).fit([*self.fitted]) if left and self.fitted else None
+        found = Normal.of(left).fit([*self.fitted]) if left and self.fitted else None
         if found is None:
             return False
         sizes = np.array([*self.fitted.values()])
@@ -217,7 +217,7 @@ def _squares(left: Array) -> float:
 
 
 @dataclass(frozen=True)
-class _Normal:
+class Normal:
     """Normal equations of what is left over by all causes, of windows where a channel does not lack."""
 
     names: list[str]
@@ -227,12 +227,12 @@ class _Normal:
     count: int
 
     @staticmethod
-    def of(now: Window) -> _Normal:
+    def of(now: Window) -> Normal:
         left = now.left.ravel()
         matrix = np.column_stack([one.ravel() for one in now.columns.values()])
         good = np.isfinite(left) & np.isfinite(matrix).all(axis=1)
         left, matrix = left[good], matrix[good]
-        return _Normal([*now.columns], matrix.T @ matrix, matrix.T @ left, float(left @ left), left.size)
+        return Normal([*now.columns], matrix.T @ matrix, matrix.T @ left, float(left @ left), left.size)
 
     def fit(self, columns: Sequence[str]) -> tuple[list[float], list[float], float] | None:
         """Sizes of some causes, their standard errors with what is left as noise, and the rms that is left."""
@@ -252,7 +252,7 @@ class _Normal:
 
 
 def _fine(trials: Sequence[Trial], now: Window) -> Iterator[_Rival]:
-    normal, squares, power = _Normal.of(now), _squares(now.left), _rms(now.left) ** 2
+    normal, squares, power = Normal.of(now), _squares(now.left), _rms(now.left) ** 2
     for columns, make in FITTED:
         fitted = normal.fit(columns)
         if fitted is None:
@@ -282,7 +282,7 @@ def _refined(
 ) -> Suspect:  # fmt: skip
     """The suspect with its size from the repaired logs: large faults are not linear."""
     after = left_over([suspect.repair(trial) for trial in trials])
-    more = None if after is None else _Normal.of(after).fit(columns)
+    more = None if after is None else Normal.of(after).fit(columns)
     if more is None:
         return suspect
     return make(trials, [a + b for a, b in zip(sizes, more[0], strict=True)], errors) or suspect

@@ -34,8 +34,10 @@ from .apart import Beside, sigma_by_trial
 from .by_trial import Moments, Scores, contradictions, differing
 from .channels import Channel, Residuals
 from .findings import Contradiction, Diagnosis, Differing, Suspicion
+from .gain import gains
 from .linear import Linear, linearised
 from .priors import pulls
+from .witness import Witness, witnesses
 
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1
@@ -140,6 +142,7 @@ def _tests(
     # The ship's own uncertain numbers come first: an instrument is tested by what they cannot explain.
     own = linear.freed(problem.vector.precision)
     tested = _suspicions(own, floor, known, _covariance(own, floor / weight) + by_inputs, problem)
+    tested = _credited(own, tested, known, channels, problem)
     moments = _moments(own, floor, problem)
     sigma, paths, n = np.sqrt(np.diag(least_sure)), problem.vector.paths, len(linear.A)
     scores = Scores(moments.names, moments.slope[:, :n], moments.gram[:, :n, :n], moments.scatter[:, :n, :n],
@@ -148,6 +151,19 @@ def _tests(
     return (
         _covariance(linear, size / weight) + by_inputs, tested, contradictions(scores, paths, sigma), own_errors,
     )
+
+
+def _credited(
+    linear: Linear, tested: tuple[Suspicion, ...], known: Any, channels: Mapping[str, Channel], problem: Problem
+) -> tuple[Suspicion, ...]:
+    """Suspects with what the logs say of them, and what they explain beside those that the logs show."""
+    log: Mapping[str, Witness] = witnesses(problem.trials, problem.ship.L_pp)
+    names = [one.name for one in known]
+    shown = [names.index(one.name) for one in tested if one.name in log and log[one.name].shown]
+    e = linear.e.reshape(len(linear.e), -1)
+    own = linear.extra - linear.J @ (information.inverse(linear.A) @ linear.mixed(linear.J, linear.extra))
+    found = gains(e, own, linear.trial, shown, sum(one.count * (1.0 + one.by_inputs**2) for one in channels.values()))
+    return tuple(replace(one, log=log.get(one.name), gain=found[names.index(one.name)]) for one in tested)
 
 
 def _terms(
@@ -380,7 +396,8 @@ def _widened(
             meat = len(scores) / (len(scores) - 1.0) * scores.T @ scores
             most = np.maximum(most, np.diag(back @ meat @ back))
     count = len(vector)
-    for cause in (*diagnosis.causes[:1], *diagnosis.differing[:1]):
+    acting = [one for one in diagnosis.suspicions if one.matters and one.possible]
+    for cause in (*acting[:1], *diagnosis.differing[:1]):
         shift = np.array([cause.moves[path] for path in vector.paths])
         most[:count] += np.diag(covariance)[:count] * shift**2
     factor = np.sqrt(most / np.maximum(np.diag(covariance), 1e-300))

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from .channels import Channel, Residuals, plain
+from .gain import CERTAIN, Gain
 from .priors import Pull
+from .witness import Witness
 
 # A suspect is listed as a cause from this drop of the objective on, in squared sigma, and if it moves a parameter by
 # this many sigma or removes this share of the objective.
@@ -28,6 +30,8 @@ _TAKEN = 3.0
 _WHOLE = 0.1
 # A reversed wind (twice its reading too much) shows as at least this scale error in the first step towards it.
 _TURNED = 0.5
+# How the names of suspects begin that are no errors of instruments.
+_SURROUNDINGS = ("current.", "wind.")
 # Noise of measured states pulls a parameter where predictions move it by more than this, in sigma.
 _PULLED = 2.0
 
@@ -79,6 +83,8 @@ class Suspicion:
         of_reading: as in `suspects.Suspect`.
         whole: whether it is there or not, without a size, and cannot be estimated (`alternatives`).
         most: as in `suspects.Suspect`.
+        log: what the logs say of it without a model; None where nothing but the model shows it.
+        gain: what it explains beyond noise.
     """
 
     name: str
@@ -93,6 +99,8 @@ class Suspicion:
     of_reading: bool = False
     whole: bool = False
     most: float = math.inf
+    log: Witness | None = None
+    gain: Gain = CERTAIN
 
     @property
     def of_truth(self) -> tuple[float, float]:
@@ -148,6 +156,30 @@ class Suspicion:
         """Whether it is significant and has an effect on the result."""
         most = max((abs(v) for v in self.moves.values()), default=0.0)
         return self.drop > SIGNIFICANT and (most > MOVES or self.share > REMOVES)
+
+    @property
+    def denied(self) -> bool:
+        """Whether other instruments contradict it."""
+        return self.log is not None and self.log.denies(self.size)
+
+    @property
+    def credible(self) -> bool:
+        """Whether the instrument is at fault, and not the model: the logs show it, or it explains most of the misfit.
+
+        A wind or a current is no instrument, and what is there as a whole or not at all explains most anyway.
+        """
+        if self.whole or self.turned or self.name.startswith(_SURROUNDINGS):
+            return True
+        return not self.denied and (self.gain.credible or (self.log is not None and self.log.shown))
+
+    @property
+    def excused(self) -> str:
+        """Why the instrument is not blamed for what it would explain."""
+        if self.log is not None and self.denied:
+            allowed = f"{self.log.size / self.per:.2g} +- {plain(self.log.sigma / self.per, 1)} {self.unit}"
+            return f"{self.sized} is not it: the other instruments allow {allowed}"
+        return f"{self.sized} is hardly it: in other trials than those it is estimated in it explains " + (
+            f"{max(self.gain.share, 0.0):.0%} of what exceeds the noise")
 
     @property
     def text(self) -> str:
@@ -297,8 +329,13 @@ class Diagnosis:
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
-        """Suspects that matter and that instruments can have, the most likely first."""
-        return tuple(one for one in self.suspicions if one.matters and one.possible)
+        """Suspects that matter, that instruments can have and that are credible, the most likely first."""
+        return tuple(one for one in self.suspicions if one.matters and one.possible and one.credible)
+
+    @property
+    def doubted(self) -> tuple[Suspicion, ...]:
+        """Errors that would explain a part, while the model or the logs say that the instruments are right."""
+        return tuple(one for one in self.suspicions if one.matters and one.possible and not one.credible)
 
     @property
     def lacking(self) -> bool:
@@ -360,6 +397,7 @@ class Diagnosis:
         found = [line for name, one in self.channels.items() for line in one.grounds(name)]
         found += [f"what acts like {one.words} is larger than any of an instrument: a unit, a column or the model is "
                   "wrong" for one in self.suspicions if one.matters and not one.possible][:1]  # fmt: skip
+        found += [one.excused for one in self.doubted[:1] if not self.causes]
         if biased := self._biased:
             found.insert(0, f"noise of the measured states pulls this fit: long predictions would move {biased} by "
                             f"{self.pulled[biased]:+.1f} sigma; fit with shooting:Trajectory")  # fmt: skip
@@ -410,7 +448,8 @@ class Diagnosis:
     @property
     def _named(self) -> tuple[list[Cause], list[Cause]]:
         """What explains a good part of what the noise does not, and what explains less; the likeliest first."""
-        own = {one.name: one for one in self.differing if all(each.possible for each in one.each.values())}
+        own = {one.name: one for one in self.differing
+               if all(each.possible and each.credible for each in one.each.values())}  # fmt: skip
         listed = [(one.share / (2.0 if one.numbers > 1 else 1.0), _suspect(one)) for one in own.values()]
         listed += [(one.share, _suspect(one)) for one in self.causes if one.name not in own]
         # A model has more numbers than its instruments have errors; so one of them has to explain more.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +26,8 @@ _OFFSET, _EVEN, _SIDES = 0.45 * _DEG, 0.25 * _DEG, 0.04
 _NEUTRAL = 1.0 * _DEG
 # What the damping of a hull adds to the time of the rudder by its yaw, in ship times.
 _DAMPED = 0.18
+# Lags that are tried, in ship times; a clock may be as late for a small ship as for a large one [s].
+_REACH, _LATE = 1.6, 5.0
 # A lag is told from this many standard errors on.
 _CERTAIN = 5.0
 # ... and by so many moves of the rudder.
@@ -159,19 +162,42 @@ def _step_at(delta: Array, k: int) -> float:
 # -- lag
 
 
-def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
-    """When the rudder must have moved for the yaw that followed: r bends where the rudder moves."""
+@dataclass(frozen=True)
+class Lag:
+    """How late the rudder was logged, by the yaw that followed.
+
+    Attributes:
+        size: the log is late by so much [s].
+        error: its standard error, moves of the rudder being independent [s].
+        unsure: what the damping of an unknown hull, and the step of the log, leave open [s].
+        shown: whether the yaw fits a shifted rudder much better.
+    """
+
+    size: float
+    error: float
+    unsure: float
+    shown: bool
+
+    @property
+    def told(self) -> bool:
+        """Whether neither chance nor the hull explains it."""
+        return self.shown and abs(self.size) > self.unsure and abs(self.size) > _CERTAIN * self.error
+
+
+def rudder_lag(trials: Sequence[Trial]) -> Lag | None:
+    """When the rudder must have moved for the yaw that followed: r bends where the rudder moves; None of few moves."""
     dt = float(np.median([trial.dt for trial in trials]))
     ship_time = float(np.median([_ship_time(trial) for trial in trials]))
-    lags = np.linspace(-1.6 * ship_time, 1.6 * ship_time, 17)
+    reach = max(_REACH * ship_time, _LATE)
+    lags = np.linspace(-reach, reach, 2 * math.ceil(reach / (0.2 * ship_time)) + 1)
     found = [_misfit(trial, moves, np.append(lags, 0.0)) for trial in trials if (moves := _moves(trial))]
     if not found or sum(map(len, found)) < _FEWEST:
-        return
+        return None
     each = np.concatenate(found)
     left, unshifted = each[:, :-1].sum(axis=0), float(each[:, -1].sum())
     k = int(np.argmin(left))
     if not 0 < k < lags.size - 1:
-        return
+        return None
     width = lags[1] - lags[0]
     bends = (each[:, k + 1] - 2.0 * each[:, k] + each[:, k - 1]) / width**2
     slopes = (each[:, k + 1] - each[:, k - 1]) / (2.0 * width)
@@ -179,11 +205,16 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
     lag = float(lags[k]) + off - _DAMPED * ship_time
     # Rows of one move are alike in what they leave over; the moves are independent (sandwich estimate).
     error = float(np.linalg.norm(slopes + off * bends) / bends.sum())
-    much = unshifted > 1.5 * left[k]
-    if much and abs(lag) > max(0.35 * ship_time, 0.7 * dt) and abs(lag) > _CERTAIN * error:
+    return Lag(lag, error, max(0.35 * ship_time, 0.7 * dt), unshifted > 1.5 * left[k])
+
+
+def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
+    found = rudder_lag(trials)
+    if found and found.told:
+        lag = found.size
         yield Fault(
             "warning", "delta", f"the rudder is {'late' if lag > 0 else 'early'} by {abs(lag):.2g} s",
-            f"the yaw fits a rudder {lag:+.3g} +- {error:.1g} s "
+            f"the yaw fits a rudder {lag:+.3g} +- {found.error:.1g} s "
             f"{'before' if lag > 0 else 'after'} the one that was logged",
             step("shift", "delta", amount=(-lag,),
                  text="" if lag > 0 else "it is the order: call it delta_cmd; or r is late"), "quality", "lag",

@@ -1,0 +1,119 @@
+"""What the logs say of an instrument by themselves: track, heading, rates and speeds held against each other.
+
+That the displacement of a position is the integral of the speeds, and a change of heading that of the rate of turn, is
+true of any ship.  A fit whose model is wrong ascribes a part of its misfit to whichever instrument acts alike; this
+redundancy, and the moment at which yaw follows the rudder, know nothing of the model and so judge that (analytical
+redundancy; Chow and Willsky 1984).  What no second instrument shows has no witness.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from ...data import Trial
+from ...data.check.relations import CAUSES, left_over
+from ...data.check.rudder import rudder_lag
+from ...data.check.suspects import Normal
+
+_CAUSE_OF: Mapping[str, str] = MappingProxyType({
+    "bias.psi": "heading_bias", "deviation.north": "deviation_north", "deviation.east": "deviation_east",
+    "bias.u": "log_bias", "bias.v_m": "sway_bias", "bias.r": "gyro_bias", "scale.u": "log_scale",
+    "scale.r": "gyro_scale", "delay.position": "lag_x", "delay.psi": "lag_psi", "delay.speed": "lag_u",
+    "delay.r": "lag_r", "delay.receiver": "lag_gnss", "antenna.ahead": "lever_ahead",
+    "antenna.starboard": "lever_aside",
+})  # fmt: skip
+"""Suspects of a fit and the cause in `data.check.relations` that is the same error."""
+# Speeds through the water differ from the track by the current, which is no error.
+_WATER = ("water_north", "water_east")
+# A cause is shown from so many standard errors on, with what it must take of what exceeds the noise; at most so many.
+_SURE, _TAKES, _ROUNDS = 8.0, 0.2, 3
+# Causes whose squares differ by less than this part explain the same.
+_TIE = 0.02
+# The log denies an error from so many standard errors on, where it allows less than half of it.
+_DENIES, _HALF = 3.0, 0.5
+# ... and standard errors in what an unknown hull leaves open of a lag of the rudder.
+_OPEN = 3.0
+
+
+@dataclass(frozen=True)
+class Witness:
+    """What the logs say of one error of an instrument, SI units.
+
+    Attributes:
+        size, sigma: as they show it, beside the causes that are shown.
+        shown: whether they show it beyond chance, and nothing explains the same better.
+    """
+
+    size: float
+    sigma: float
+    shown: bool
+
+    def denies(self, size: float) -> bool:
+        """Whether an error of this size contradicts the logs."""
+        off = abs(size - self.size)
+        return not self.shown and off > _DENIES * self.sigma and off > _HALF * abs(size)
+
+
+def witnesses(trials: Sequence[Trial], length: float | None = None) -> dict[str, Witness]:
+    """By name of the suspect, as in `trajectory.suspects`, those that the logs of one ship tell of.
+
+    Args:
+        length: of the ship [m], for trials that do not say it.
+    """
+    told = [replace(one, meta={"L_pp": length, **one.meta}) if length else one for one in trials]
+    return {**_of_sensors(told), **dict(_of_rudder(told))}
+
+
+def _of_sensors(trials: Sequence[Trial]) -> dict[str, Witness]:
+    now = left_over(trials)
+    if now is None:
+        return {}
+    normal = Normal.of(now)
+    beside = [name for name in _WATER if normal.fit([name])]
+    shown: list[str] = []
+    ties: set[str] = set()
+    excess = _left(normal, beside) - 1.0
+    for _ in range(_ROUNDS):
+        found = _strongest(normal, [*beside, *shown], _TAKES * excess)
+        if not found:
+            break
+        shown.append(found[0])
+        ties |= {*found}
+    out: dict[str, Witness] = {}
+    for name, cause in _CAUSE_OF.items():
+        others = [one for one in shown if one != cause and not (cause in ties and cause not in shown)]
+        fitted = normal.fit([cause, *beside, *others])
+        if fitted:
+            out[name] = Witness(fitted[0][0], fitted[1][0], cause in ties)
+    return out
+
+
+def _left(normal: Normal, causes: Sequence[str]) -> float:
+    """Mean square that some causes leave over, in noise."""
+    fitted = normal.fit(causes) if causes else None
+    return fitted[2] ** 2 if fitted else normal.square / max(normal.count, 1)
+
+
+def _strongest(normal: Normal, others: Sequence[str], least: float) -> list[str]:
+    """Causes that explain most of what some others leave over, the best first and those that explain the same.
+
+    Args:
+        least: of the mean square that a cause must take away.
+    """
+    before, found = _left(normal, others), list[tuple[float, str]]()
+    for cause in CAUSES:
+        fitted = None if cause in (*others, *_WATER) else normal.fit([cause, *others])
+        if fitted and abs(fitted[0][0]) > _SURE * fitted[1][0] and before - fitted[2] ** 2 > max(least, 0.0):
+            found.append((fitted[2] ** 2, cause))
+    found.sort()
+    return [cause for left, cause in found if left < (1.0 + _TIE) * found[0][0]]
+
+
+def _of_rudder(trials: Sequence[Trial]) -> Iterator[tuple[str, Witness]]:
+    some = [one for one in trials if {"delta", "r", "u"} <= set(one.channels)]
+    found = rudder_lag(some) if some else None
+    if found:
+        yield "delay.delta", Witness(found.size, math.hypot(found.error, found.unsure / _OPEN), found.told)

@@ -1,0 +1,247 @@
+"""Whether an instrument is at fault or the model: gains in other trials, and what the logs say without a model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.data import Array, Trial
+from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
+from seatrial.identify.diagnosis.gain import CERTAIN, Gain, gain, gains
+from seatrial.identify.diagnosis.witness import Witness, witnesses
+
+DEG = math.radians(1.0)
+
+# -- gains
+
+
+def blocks(seed: int, lanes: int, rows: int = 40) -> tuple[Array, Array]:
+    """Noise of one, and a derivative by a suspect."""
+    rng = np.random.default_rng(seed)
+    return rng.standard_normal((lanes, rows)), rng.standard_normal((lanes, rows))
+
+
+def left_out(e: Array, own: Array, groups: list[Array]) -> float:
+    """Squares that each group loses by the size which least squares finds in the others."""
+    gained = 0.0
+    for group in groups:
+        others = np.setdiff1d(np.arange(len(e)), group)
+        size, *_ = np.linalg.lstsq(own[others].reshape(-1, 1), -e[others].ravel(), rcond=None)
+        gained += float((e[group] ** 2).sum() - ((e[group] + size * own[group]) ** 2).sum())
+    return gained
+
+
+@pytest.mark.parametrize(("trial", "groups"), [
+    ([0, 0, 1, 1, 2, 2], [[0, 1], [2, 3], [4, 5]]), ([7, 7, 7, 9, 9, 9], [[k] for k in range(6)])])  # fmt: skip
+def test_a_gain_is_what_a_size_from_the_other_trials_takes_away(trial: list[int], groups: list[list[int]]) -> None:
+    """Of two trials each says hardly anything of the other: then windows judge each other."""
+    e, own = blocks(1, 6)
+    e -= np.array([0.3, 0.5, 0.1, 0.4, 0.8, 0.2])[:, None] * own
+    gained, cost, expected = left_out(e, own, [np.array(g) for g in groups]), float((e**2).sum()), 200.0
+    found = gain(e, own, np.array(trial), expected)
+    assert found.share == pytest.approx(gained / (cost - expected))
+    assert found.left == pytest.approx((cost - gained) / expected)
+
+
+def test_an_error_of_another_sign_in_each_trial_gains_nothing_and_is_not_sure() -> None:
+    e, own = blocks(2, 8)
+    trial = np.arange(8)
+    same, other = e - 2.0 * own, e - np.array([2.0, -2.0] * 4)[:, None] * own
+    steady, mixed = (gain(one, own, trial, float(e.size)) for one in (same, other))
+    assert steady.share > 0.9
+    assert steady.left == pytest.approx(1.0, abs=0.25)  # 320 squares: sqrt(2/320) = .08
+    assert steady.credible
+    assert mixed.share < 0.0
+    assert not mixed.credible
+
+
+def test_the_scatter_counts_windows_that_are_alike_within_a_trial_once() -> None:
+    """Copies of a window hold no more than it does: the error stays as many deviations away as in one of each."""
+    e, own = blocks(3, 6)
+    e -= 0.5 * own
+    once = gain(e, own, np.arange(6), 200.0)
+    again = gain(np.repeat(e, 5, axis=0), np.repeat(own, 5, axis=0), np.repeat(np.arange(6), 5), 1000.0)
+    assert again.deviates == pytest.approx(once.deviates, rel=1e-9)
+    # by hand: the size over the root of the sum of squared scores, with the degree of freedom of the mean
+    size = -float((own * e).sum() / (own**2).sum())
+    scores = (own * (e + size * own)).sum(axis=1)
+    assert once.deviates == pytest.approx(abs(size) * float((own**2).sum()) / math.sqrt(1.2 * float((scores**2).sum())))
+
+
+@pytest.mark.slow
+def test_deviates_of_no_error_are_standard_where_residuals_last() -> None:
+    """Noise that is alike over a window: white noise would call every third of these beyond five deviations."""
+    rng = np.random.default_rng(4)
+    found, white = [], []
+    for _ in range(400):
+        shape = np.ones((24, 30)) * rng.standard_normal((24, 1))
+        e = 3.0 * rng.standard_normal((24, 1)) * np.ones((24, 30)) + rng.standard_normal((24, 30))
+        found.append(gain(e, shape, np.arange(24), 720.0).deviates)
+        white.append(abs((e * shape).sum()) / math.sqrt((shape**2).sum()))
+    assert float(np.mean(np.square(found))) == pytest.approx(1.0, abs=0.35)  # of 400 squares, t of 23 degrees: .08
+    assert np.mean(np.array(white) > 5.0) > 0.5
+
+
+def test_what_is_certain_is_no_misfit_of_the_others() -> None:
+    e, own = blocks(5, 6, 400)
+    own = np.stack([own, blocks(6, 6, 400)[1]], axis=-1)
+    e = e - 9.0 * own[..., 0] - 0.5 * own[..., 1]
+    alone, beside = (gains(e, own, np.arange(6), some, float(e.size))[1] for some in ((), (0,)))
+    assert alone.share < 0.02
+    assert beside.share > 0.8
+    assert beside.left == pytest.approx(1.0, abs=0.15)  # 2400 squares: .03
+    none = np.zeros((6, 400, 1))
+    assert gains(e, none, np.arange(6), (), 1.0)[0].deviates == 0.0
+
+
+@pytest.mark.parametrize(("given", "credible"), [
+    ((0.51, 9.0, 5.1), True), ((0.49, 9.0, 5.1), False), ((0.51, 9.0, 4.9), False), ((0.0, 1.68, 5.1), True),
+    ((0.0, 1.70, 5.1), False)])  # fmt: skip
+def test_an_error_is_credible_where_little_but_noise_is_left(given: tuple[float, float, float], credible: bool) -> None:
+    assert Gain(*given).credible == credible
+
+
+# -- what the logs say without a model
+
+
+def log(seed: int = 0, errors: dict[str, float] | None = None, name: str = "a", **gone: float) -> Trial:
+    """A weaving ship of 60 m, its positions and speeds those of an exact path, read with white noise and errors."""
+    of = {"bias_psi": 0.0, "ahead": 0.0, "aside": 0.0, "late_r": 0.0, "scale_r": 0.0, "north": 0.0, "late_x": 0.0,
+          **(errors or {})}  # fmt: skip
+    t = np.arange(0.0, 600.0)
+    rng = np.random.default_rng(seed)
+    fine = np.arange(-20.0, 620.0, 0.05)
+
+    def rate(s: Array) -> Array:
+        return np.asarray(0.012 * np.sin(s / 23.0) + 0.009 * np.sin(s / 41.0 + seed), dtype=np.float64)
+
+    r = rate(fine)
+    psi = np.cumsum(r) * 0.05 + seed
+    u, v = 6.0 + 0.5 * np.cos(fine / 90.0), -9.0 * r
+    x, y = (np.cumsum(one) * 0.05 for one in (u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)))
+
+    def at(values: Array, late: float = 0.0) -> Array:
+        return np.asarray(np.interp(t - late, fine, values), dtype=np.float64)
+
+    c, s = np.cos(at(psi)), np.sin(at(psi))
+    read = {
+        "x": at(x, of["late_x"]) + of["ahead"] * c - of["aside"] * s + of["north"] * t,
+        "y": at(y, of["late_x"]) + of["ahead"] * s + of["aside"] * c,
+        "psi": at(psi) + of["bias_psi"], "r": at(r, of["late_r"]) * (1.0 + of["scale_r"]), "u": at(u), "v_m": at(v),
+    }  # fmt: skip
+    noise = {"x": 0.1, "y": 0.1, "psi": 0.1 * DEG, "r": 0.01 * DEG, "u": 0.02, "v_m": 0.02}
+    channels = {key: value + noise[key] * rng.standard_normal(t.size) for key, value in read.items() if key not in gone}
+    return Trial(name, t, channels, {}, {"L_pp": 60.0})
+
+
+SHOWN = {
+    "bias.psi": ("bias_psi", 2.0 * DEG), "antenna.ahead": ("ahead", 4.0), "antenna.starboard": ("aside", -4.0),
+    "delay.r": ("late_r", 1.5), "scale.r": ("scale_r", 0.06), "delay.position": ("late_x", 2.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_the_logs_show_the_error_that_was_planted_and_deny_the_others(name: str) -> None:
+    key, size = SHOWN[name]
+    found = witnesses([log(seed, {key: size}) for seed in range(3)])
+    assert found[name].shown
+    assert found[name].size == pytest.approx(size, rel=0.08)  # one step towards it, of large errors
+    assert not found[name].denies(size)
+    assert not found[name].denies(5.0 * size)
+    # At a steady speed an antenna ahead is a receiver that is early by the time to get there.
+    same = {"delay.receiver"} if name == "antenna.ahead" else set[str]()
+    assert {one for one, witness in found.items() if witness.shown} - same == {name}
+    if name != "delay.r":
+        assert found["delay.r"].denies(1.5)
+    if name != "antenna.starboard":
+        assert found["antenna.starboard"].denies(-4.0)
+
+
+def test_logs_without_a_fault_deny_what_a_model_would_blame_and_allow_what_they_cannot_tell() -> None:
+    found = witnesses([log(seed) for seed in range(3)])
+    assert not any(one.shown for one in found.values())
+    for name, size in (("bias.psi", DEG), ("antenna.ahead", 2.0), ("delay.position", 1.0), ("delay.r", 0.5),
+                       ("scale.r", 0.05), ("deviation.east", DEG)):  # fmt: skip
+        assert found[name].denies(size), name
+        assert not found[name].denies(0.5 * found[name].sigma), name
+
+
+@pytest.mark.slow
+def test_estimates_from_the_logs_scatter_as_they_say() -> None:
+    found = [witnesses([log(seed)]) for seed in range(20, 44)]
+    for name in ("antenna.ahead", "delay.r", "bias.psi"):
+        z = np.array([one[name].size / one[name].sigma for one in found])
+        # of 24 squares; windows overlap, and a floor of what instruments agree to makes sigma the larger
+        assert 0.1 < float(np.mean(z**2)) < 2.0, name
+
+
+def test_a_current_in_speeds_through_the_water_is_no_error_of_an_instrument() -> None:
+    found = witnesses([log(seed, {"north": 0.4}) for seed in range(3)])
+    assert not any(one.shown for one in found.values())
+    assert found["antenna.ahead"].denies(3.0)
+
+
+def test_without_a_second_instrument_there_is_no_witness() -> None:
+    found = witnesses([log(seed, x=0.0, y=0.0) for seed in range(3)])
+    assert not {"antenna.ahead", "bias.psi", "scale.u"} & set(found)
+    assert found["delay.r"].denies(1.0)
+    assert witnesses([log(0, x=0.0, y=0.0, r=0.0)]) == {}
+
+
+@pytest.mark.slow
+def test_yaw_that_follows_the_rudder_says_how_late_the_rudder_was_logged() -> None:
+    """Nomoto's equation, T r' + r = K delta; the hull leaves .35 root (L/g) open, .87 s."""
+    t, T, K = np.arange(0.0, 900.0), 12.0, 0.05
+    fine = np.arange(0.0, 900.0, 0.02)
+    delta = 0.17 * np.sign(np.sin(2.0 * np.pi * fine / 130.0))
+    r = np.zeros(fine.size)
+    for k in range(1, fine.size):
+        r[k] = r[k - 1] + 0.02 * (K * delta[k - 1] - r[k - 1]) / T
+    rng = np.random.default_rng(0)
+    for late in (0.0, 3.0):
+        read = {"delta": np.interp(t - late, fine, delta), "r": np.interp(t, fine, r), "u": 5.0 + 0.0 * t}
+        noisy = {name: values + 1e-4 * rng.standard_normal(t.size) for name, values in read.items()}
+        found = witnesses([Trial("a", t, noisy, {}, {})], 60.0)["delay.delta"]
+        assert found.size == pytest.approx(late, abs=0.87)
+        assert found.shown == (late > 0)
+        assert found.denies(-3.0) == (late == 0)
+
+
+# -- who is blamed
+
+
+def suspicion(**changes: Any) -> Suspicion:
+    given: dict[str, Any] = {"name": "antenna.starboard", "words": "an antenna to starboard", "unit": "m", "per": 1.0,
+                             "drop": 900.0, "share": 0.4, "size": 2.0, "sigma": 0.1, "moves": {"p": 9.0}}  # fmt: skip
+    return Suspicion(**{**given, **changes})
+
+
+WRONG = Gain(0.4, 6.0, 9.0)
+
+
+@pytest.mark.parametrize(("changes", "blamed"), [
+    ({"gain": CERTAIN}, True), ({"gain": WRONG}, False), ({"gain": CERTAIN, "log": Witness(0.1, 0.1, False)}, False),
+    ({"gain": WRONG, "log": Witness(1.9, 0.1, True)}, True), ({"gain": WRONG, "log": Witness(1.5, 0.1, False)}, False),
+    ({"gain": CERTAIN, "log": Witness(1.5, 0.1, False)}, True),
+    ({"gain": CERTAIN, "log": Witness(0.0, 0.9, False)}, True), ({"gain": WRONG, "name": "current.north"}, True),
+    ({"gain": WRONG, "whole": True}, True), ({"gain": CERTAIN, "drop": 1.0}, False)])  # fmt: skip
+def test_an_instrument_is_blamed_by_the_logs_or_by_most_of_the_misfit(changes: Any, blamed: bool) -> None:
+    one = suspicion(**changes)
+    assert (Diagnosis(suspicions=(one,)).causes == (one,)) == blamed
+    assert Diagnosis(suspicions=(one,)).lacking == (one.drop > 25.0)
+
+
+def test_an_instrument_that_is_not_blamed_is_told_with_the_reason_unless_another_one_is() -> None:
+    denied = suspicion(log=Witness(0.1, 0.25, False))
+    [told] = Diagnosis(suspicions=(denied,)).grounds
+    assert told == "an antenna to starboard of 2 +- 0.1 m is not it: the other instruments allow 0.1 +- 0.2 m"
+    small = suspicion(gain=WRONG)
+    [told] = Diagnosis(suspicions=(small,)).grounds
+    assert told.endswith("in other trials than those it is estimated in it explains 40% of what exceeds the noise")
+    assert "-" not in replace(small, gain=Gain(-0.2, 9.0, 1.0)).excused.rpartition("explains")[2]
+    blamed = suspicion(name="scale.r")
+    assert Diagnosis(suspicions=(denied, blamed)).grounds == ()
