@@ -31,13 +31,13 @@ from ..trajectory.suspects import Suspect, suspects
 from ..vector import Vector
 from .alternatives import alternatives
 from .apart import Beside, sigma_by_trial
+from .blame.gain import gains
+from .blame.witness import Witness, witnesses
 from .by_trial import Moments, Scores, contradictions, differing
 from .channels import Channel, Residuals
 from .findings import Contradiction, Diagnosis, Differing, Suspicion
-from .gain import gains
 from .linear import Linear, linearised
 from .priors import pulls
-from .witness import Witness, witnesses
 
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1

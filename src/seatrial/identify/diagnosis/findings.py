@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from .blame.gain import CERTAIN, Gain
+from .blame.witness import Witness
 from .channels import Channel, Residuals, plain
-from .gain import CERTAIN, Gain
 from .priors import Pull
-from .witness import Witness
 
 # A suspect is listed as a cause from this drop of the objective on, in squared sigma, and if it moves a parameter by
 # this many sigma or removes this share of the objective.

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from seatrial.data import Array, Trial
+from seatrial.identify.diagnosis.blame.gain import CERTAIN, Gain, gain, gains
+from seatrial.identify.diagnosis.blame.witness import Witness, witnesses
 from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
-from seatrial.identify.diagnosis.gain import CERTAIN, Gain, gain, gains
-from seatrial.identify.diagnosis.witness import Witness, witnesses
 
 DEG = math.radians(1.0)
 

@@ -13,10 +13,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from ...data import Trial
-from ...data.check.relations import CAUSES, left_over
-from ...data.check.rudder import rudder_lag
-from ...data.check.suspects import Normal
+from ....data import Trial
+from ....data.check.relations import CAUSES, left_over
+from ....data.check.rudder import rudder_lag
+from ....data.check.suspects import Normal
 
 _CAUSE_OF: Mapping[str, str] = MappingProxyType({
     "bias.psi": "heading_bias", "deviation.north": "deviation_north", "deviation.east": "deviation_east",

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...data import Array
-from .channels import LARGE
+from ....data import Array
+from ..channels import LARGE
 
 # An error is credible where it explains this share of what exceeds the noise, or leaves hardly more than noise, and is
 # so many times its scatter.

@@ -1,0 +1,1 @@
+"""Whether an instrument is at fault, or the model: other instruments and other trials judge."""
