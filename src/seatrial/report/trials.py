@@ -62,7 +62,8 @@ def warnings(found: Survey) -> list[str]:
 def held(entry: Entry) -> str:
     """The manoeuvres of a recording of several, each with its time by the clock."""
     told = "; ".join(f"{one.kind.label} {one.when(entry.trial)}" for one in entry.parts)
-    return f"{len(entry.parts)} manoeuvres in one file: {told}"
+    several = f"{len(entry.parts)} manoeuvres in one file" if len(entry.parts) > 1 else "a manoeuvre among other things"
+    return f"{several}: {told}"
 
 
 def numbers(found: Survey) -> dict[str, object]:

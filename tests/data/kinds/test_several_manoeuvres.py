@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -20,6 +21,19 @@ LEGS = {
     "zigzag": (Zigzag(N_P, 20.0 * DEG, 20.0 * DEG), 100.0), "turning": (Turning(N_P, 35.0 * DEG), 150.0),
     "straight": (Straight(N_P), 60.0),
 }  # fmt: skip
+
+
+def _day(seed: int) -> Trial:
+    """Hours on a course, the rudder at work in a sea, with three manoeuvres between; the length of the ship untold."""
+    whole = _joined("straight", "zigzag", "straight", "turning", "straight", "zigzag", "straight")
+    hours, random = 4000, np.random.default_rng(seed)
+    straight = [0, 382, 804, 1126, len(whole)]  # rows in the middle of its straight legs, which last for hours
+    rows = np.concatenate([np.r_[np.full(hours, a), np.arange(a, b)] for a, b in pairwise(straight)])
+    channels = {name: whole[name][rows] for name in ("psi", "u", "v_m", "r", "delta", "n_P")}
+    t = 0.5 * np.arange(rows.size)
+    helm = 2.0 * DEG * np.sin(t / 4.0) * (np.diff(rows, prepend=-1) == 0)
+    channels["delta"] = channels["delta"] + helm + 0.1 * DEG * random.standard_normal(t.size)
+    return Trial("day", t, channels, meta={})
 
 
 def _joined(*names: str, start: str = "") -> Trial:
@@ -53,6 +67,33 @@ def test_two_manoeuvres_are_told_with_their_times_and_separated_by_mend() -> Non
     assert [one.name for one in made] == ["log_1", "log_2"]
     for one, part in zip(made, found, strict=True):
         assert (one.t[0], one.t[-1]) == (part.start, part.stop)
+
+
+@pytest.mark.slow
+def test_manoeuvres_of_a_day_are_cut_out_of_its_transits() -> None:
+    log = _day(seed=1)
+    found = parts(log)
+    assert [one.kind.name for one in found] == ["zigzag", "pull-out", "zigzag"]  # the turn ends on a course
+    inside = np.zeros(len(log), dtype=bool)
+    for one in found:
+        inside |= (log.t >= one.start) & (log.t <= one.stop)
+    assert inside[np.abs(log["delta"]) > 10.0 * DEG].all()  # nothing of them is lost
+    assert inside.mean() < 0.06  # and the transits are, but for what leads in and out
+    made = mended(log, [separating(log, found)])
+    assert [len(part) for part in made] == [
+        np.count_nonzero((log.t >= one.start) & (log.t <= one.stop)) for one in found
+    ]
+
+
+@pytest.mark.slow
+def test_a_transit_with_one_manoeuvre_is_cut_and_one_without_any_is_not() -> None:
+    log = _day(seed=2)
+    [first, *_] = parts(log)
+    alone = log.rows(log.t < first.stop + 1500.0)
+    [again] = parts(alone)
+    assert again.kind == first.kind
+    assert again.start == pytest.approx(first.start, abs=30.0)  # a few lengths: its turns are the only measure of one
+    assert parts(log.rows(log.t < first.start - 60.0)) == ()
 
 
 @pytest.mark.slow

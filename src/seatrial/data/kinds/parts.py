@@ -1,4 +1,8 @@
-"""Several manoeuvres in one recording, told apart by the stretches between them in which the rudder rests."""
+"""Manoeuvres in one recording, told apart by the stretches between them on a course.
+
+On a course the rudder rests amidships, or works a little as an autopilot does, and the ship hardly turns.  A day of
+transits with some manoeuvres is a long recording of the same: what is left of it are the manoeuvres.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +12,22 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from .. import Trial
+from .. import Array, Trial
 from ..prepare.steps import Step
 from ..sidecar import began
 from . import recognised
 from .kind import Kind
-from .signals import DEGREE, Hold, Signals, signals
+from .signals import DEGREE, Signals, signals, smooth
 
-# Between two manoeuvres the rudder rests amidships, within this, and the ship turns by no more, for so many clocks;
-# of these the manoeuvres keep so many on either side.
-_MIDSHIPS, _TURNED, _CLOCKS, _KEPT = 1.5 * DEGREE, 10.0 * DEGREE, 3.0, 1.0
+# On a course the mean size of the rudder angle over a clock is at most this, or this share of the largest angles up to
+# the most, and the ship turns by no more than this, in so many clocks; of these the manoeuvres keep so many on either
+# side.  Before the first manoeuvre and after the last only so many are cut off.
+_MIDSHIPS, _SHARE, _MOST, _TURNED, _CLOCKS, _KEPT = 1.5 * DEGREE, 0.15, 4.0 * DEGREE, 10.0 * DEGREE, 3.0, 1.0
+_LONG = 20.0
+# A ship turns by at most so much while it covers its length.
+_HARDEST = 0.5
 # Kinds that one recording may hold several of, and those of which rest amidships is a part.
-_ONE = ("zigzag", "turning", "initial-turning", "spiral", "stopping", "recovery")
+_ONE = ("zigzag", "turning", "initial-turning", "spiral", "stopping", "recovery", "pull-out")
 _WHOLE = ("pull-out", "recovery", "at rest", "station", "unknown")
 
 
@@ -41,34 +49,52 @@ class Part:
 
 
 def parts(trial: Trial, whole: Kind | None = None) -> tuple[Part, ...]:
-    """The manoeuvres of a recording that holds several; empty where it holds one or is none.
+    """The manoeuvres of a recording that holds several, or much else; empty where it is one or none.
 
     Args:
         trial: the recording.
         whole: what it was recognised as; None looks.
     """
     kind = recognised(trial) if whole is None else whole
-    seen = signals(trial)
-    if isinstance(seen, str) or kind.name in _WHOLE:
+    seen = signals(trial, max(len(trial), 1))
+    if isinstance(seen, str) or kind.name in _WHOLE or seen.delta is None:
         return ()
-    rests = [one for one in seen.holds if _rests(seen, one)]
-    kept, t = _KEPT * seen.clock, seen.t + trial.t[0]
-    starts = [t[0], *(t[one.last] - kept for one in rests)]
-    stops = [*(t[one.first] + kept for one in rests), t[-1]]
+    clock, t = _clock(seen), seen.t + trial.t[0]
+    rests = _rests(seen, seen.delta, clock)
+    kept = _KEPT * clock
+    starts = [t[0], *(t[last] - kept for _, last in rests)]
+    stops = [*(t[first] + kept for first, _ in rests), t[-1]]
     found: list[Part] = []
     for start, stop in zip(starts, stops, strict=True):
         own = trial.rows((trial.t >= start) & (trial.t <= stop))
         one = recognised(own)
         if one.name in _ONE:
             found.append(Part(one, float(own.t[0]), float(own.t[-1])))
-    return tuple(found) if len(found) > 1 else ()
+    ended = bool(rests) and (rests[0][0] == 0 or rests[-1][1] == len(t) - 1)
+    return tuple(found) if len(found) > 1 or ended else ()
 
 
-def _rests(seen: Signals, one: Hold) -> bool:
-    """Whether nothing goes on: within the recording, not before the first helm or after the last."""
-    inside = one.first > 0 and one.last < len(seen.t) - 1
-    calm = abs(one.level) <= _MIDSHIPS and float(np.ptp(seen.psi[one.first : one.last + 1])) <= _TURNED
-    return inside and calm and seen.lasts(one) >= _CLOCKS * seen.clock
+def _clock(seen: Signals) -> float:
+    """L/U [s]; of a ship whose length is not told, by how hard it turns."""
+    if np.isfinite(seen.L_pp):
+        return seen.clock
+    hardest = float(np.quantile(np.abs(seen.r), 0.999))
+    return min(seen.clock, _HARDEST / max(hardest, 1e-9))
+
+
+def _rests(seen: Signals, delta: Array, clock: float) -> list[tuple[int, int]]:
+    """First and last rows of stretches on a course, at either end of the recording only long ones."""
+    width = max(round(clock / max(float(np.median(np.diff(seen.t))), 1e-9)), 1)
+    largest = float(np.quantile(np.abs(delta), 0.999))
+    most = max(_MIDSHIPS, min(_SHARE * largest, _MOST))
+    calm = (smooth(np.abs(delta), width) <= most) & (np.abs(smooth(seen.r, width)) <= _TURNED / _CLOCKS / clock)
+    edges = np.flatnonzero(np.diff(calm.astype(np.int8), prepend=0, append=0))
+    out: list[tuple[int, int]] = []
+    for first, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        inside = first > 0 and end < len(calm)
+        if seen.t[end - 1] - seen.t[first] >= (_CLOCKS if inside else _LONG) * clock:
+            out.append((first, end - 1))
+    return out
 
 
 def separating(trial: Trial, found: Sequence[Part]) -> Step:

@@ -123,12 +123,12 @@ class Signals:
         return tuple(found)
 
 
-def signals(trial: Trial) -> Signals | str:
-    """What the trial shows; a text where it is too little to tell a kind."""
+def signals(trial: Trial, rows: int = _ROWS) -> Signals | str:
+    """What some rows of the trial show; a text where it is too little to tell a kind."""
     trial = drop_trailing_gaps(trial)
     if len(trial) < _LEAST:
         return f"{len(trial)} rows are too few"
-    trial = trial.rows(slice(None, None, max(1, len(trial) // _ROWS)))
+    trial = trial.rows(slice(None, None, max(1, len(trial) // rows)))
     motion = _motion(trial)
     if motion is None:
         return "no heading, no rate of turn and no positions to tell it from"
