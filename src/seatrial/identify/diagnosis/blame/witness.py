@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from ....data import Trial
+from ....data.check.controls.rudder import rudder_lag
 from ....data.check.relations import CAUSES, left_over
-from ....data.check.rudder import rudder_lag
 from ....data.check.suspects import Normal
 
 _CAUSE_OF: Mapping[str, str] = MappingProxyType({
