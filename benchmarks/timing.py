@@ -22,7 +22,8 @@ other work.
 `make bench` writes the tables below from scripts of the repository, one script for each claim. Times are the shortest
 of repeated runs."""
 SCRIPTS = ("engine", "contact", "gpu", "peers", "campaign", "kills", "tuning", "export", "shooting", "networks",
-           "training", "realtime", "envs", "cold_start", "import_table", "scaling")  # fmt: skip
+           "training", "realtime", "envs", "cold_start", "import_table",
+           "import_instruments", "scaling")  # fmt: skip
 
 
 def publish(name: str, rows: list[dict[str, Any]], kept: bool = False) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .. import Array
 from . import heard
-from .digits import WHOLE_TENS, Bytes, Decimals, Places, decimals
+from .digits import WHOLE_TENS, Bytes, Decimals, Places, decimals, rows_of
 from .readings import Found, read
 
 _PARTS = 64
@@ -57,8 +57,7 @@ class Columns:
             return ""
         width = self.stop[k] - self.start[k]
         most = int(width.max())
-        at = np.arange(most)
-        table = np.where(at < width[:, None], self.data[self.start[k][:, None] + at], 0).astype(np.uint8)
+        table = rows_of(self.data, self.start[k], most) * (np.arange(most) < width[:, None])
         if (table == table[0]).all():
             return table[0].tobytes().decode("latin-1").rstrip("\0")
         raise _DifferError(np.unique(np.ascontiguousarray(table).view(f"V{most}").ravel(), return_inverse=True)[1])

@@ -57,13 +57,20 @@ class Decimals:
         return self.number / TENS[np.minimum(self.after, WIDEST)]
 
 
+def rows_of(data: Bytes, start: Places, width: int) -> Bytes:
+    """A row of bytes from each place on."""
+    return (
+        np.lib.stride_tricks.sliding_window_view(data, width)[start] if width else np.empty((len(start), 0), np.uint8)
+    )
+
+
 def decimals(data: Bytes, start: Places, width: Places) -> Decimals:
     """Scan fields that begin at `start` and are `width` bytes long; `data` goes on for `WIDEST` bytes behind them."""
     number: Places = np.zeros(len(start), np.int64)
     least, most = int(width.min(initial=WIDEST)), int(width.max(initial=0))
     digits, after, points = (np.zeros(len(start), np.uint8) for _ in range(3))
-    for k in range(min(most, WIDEST)):
-        digit = data[start + k] - np.uint8(_ZERO)
+    table = np.ascontiguousarray(rows_of(data, start, min(most, WIDEST)).T) - np.uint8(_ZERO)
+    for k, digit in enumerate(table):
         if k >= least:
             digit[width <= k] = 255
         is_digit = digit < 10
@@ -86,10 +93,7 @@ def mapped(data: Bytes, table: bytes) -> Bytes:
 
 def wholes(data: Bytes, start: Places, width: int) -> Places:
     """Whole numbers of `width` digits each, at most 18."""
-    out = np.zeros(len(start), np.int64)
-    for k in range(width):
-        out = 10 * out + (data[start + k] - np.uint8(_ZERO))
-    return out
+    return (rows_of(data, start, width) - np.uint8(_ZERO)) @ WHOLE_TENS[:width][::-1]
 
 
 @cache
@@ -122,8 +126,8 @@ def alike(
             continue
         size = int(length[rows[0]])
         same = length[rows] == size if beside is None else (length[rows] == size) & (beside[rows] == beside[rows[0]])
-        at = start[np.where(same, rows, rows[0])][:, None] + np.arange(size)
-        same &= (data[at] == data[at[0]]).all(axis=1)
+        table = rows_of(data, start[np.where(same, rows, rows[0])], size)
+        same &= (table == table[0]).all(axis=1)
         if not same.all():  # two rows of one hash
             waiting.append(rows[~same])
         yield rows[same]

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import Array
-from .digits import HEX, NOUGHTS, Bytes, Places, alike, mapped, wholes
+from .digits import HEX, NOUGHTS, Bytes, Places, alike, mapped, rows_of, wholes
 from .sentences import NmeaError, checksum
 
 TAGGED = re.compile(rb"\\[^\\]{3,200}\\\s*$")
@@ -164,7 +164,7 @@ def tag_times(data: Bytes, start: Places, width: Places) -> tuple[Array, Places]
         if found is None or said is None:
             continue
         at, star = start[rows] + found.start(), start[rows] + found.end(1)
-        total = np.bitwise_xor.reduce(data[at[:, None] + np.arange(1, len(found[1]) + 1)], axis=1)
+        total = np.bitwise_xor.reduce(rows_of(data, at + 1, len(found[1])), axis=1)
         good = total == 16 * HEX[data[star + 1]] + HEX[data[star + 2]]
         time = re.search(rb"(?:^|,)c:(\d+)", found[1])
         if time is None:

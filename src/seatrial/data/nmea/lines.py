@@ -18,7 +18,7 @@ from .. import Array, DataError
 from ..table import existing
 from .clocks import PIECES, Spoken
 from .columns import Columns
-from .digits import HEX, WIDEST, Bytes, Places, alike, mapped
+from .digits import HEX, WIDEST, Bytes, Places, alike, mapped, rows_of
 from .framing import TAGGED, TOKEN, read_line, tag_times
 from .heard import LONGEST, Piece, addressed, hear, pieces
 from .readings import KINDS, readings
@@ -176,11 +176,10 @@ def _sentences(data: Bytes, commas: Places, begin: Places, end: Places) -> _Plai
     width = np.append(commas, len(data))[comma] - dollar - 1
     good &= (dollar + 1 + width < stop) & (width >= 4) & (width <= _ADDRESS) & (stop + 3 - dollar <= LONGEST)
     good &= _inside(np.flatnonzero(mapped(data[:-_PAD], _ODD)), dollar, stop)[1] == 0
-    address, capital = np.zeros(len(line), np.uint64), mapped(data, _CAPITAL)
-    for k in range(_ADDRESS):
-        byte = np.where(k < width, data[dollar + 1 + k], 0).astype(np.uint8)
-        good &= (capital[dollar + 1 + k] == 1) | (k >= width)
-        address = address << np.uint64(8) | byte
+    inside = np.arange(_ADDRESS) < width[:, None]
+    letters = rows_of(data, dollar + 1, _ADDRESS) * inside
+    good &= (rows_of(mapped(data, _CAPITAL), dollar + 1, _ADDRESS) >= inside).all(axis=1)
+    address = np.ascontiguousarray(letters).view(np.uint64).ravel()
     return _Plain(line, begin, end, dollar, stop, checked, comma, address).only(good)
 
 
@@ -245,7 +244,7 @@ class _Ear:
     def _columns(self, data: Bytes, commas: Places, found: _Plain, stamp: Array, left: NDArray[np.bool_]) -> int:
         """Take in plain sentences, and say in `left` which lines these were not; the line of the first reading."""
         known, which = np.unique(found.address, return_inverse=True)
-        names = [addressed(int(one).to_bytes(_ADDRESS, "big").strip(b"\0").decode()) for one in known]
+        names = [addressed(one.tobytes().rstrip(b"\0").decode()) for one in known]
         wanted = np.array([kind in KINDS for _, kind in names], bool)[which]
         for (_, kind), count in zip(names, np.bincount(which, minlength=len(names)).tolist(), strict=True):
             if kind not in KINDS:
