@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from seatrial.data import DataError, Trial
-from seatrial.data.formats.nmea import read, read_mapping
+from seatrial.data.formats.nmea import read, read_all, read_mapping
 from seatrial.data.geodesy import Datum
 from seatrial.data.nmea.heard import hear, pieces
 from seatrial.data.nmea.readings import readings
@@ -291,6 +291,69 @@ def test_several_sentences_on_a_line_and_sentences_taken_apart() -> None:
 def test_a_clock_that_goes_back_is_refused_with_its_line(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"line 81: the clock of GPRMC goes back by 10 s, from 10:00:39.00 to 10:00:29"):
         log(tmp_path, (rmc, hdt), [*SECONDS[:40], *SECONDS[29:]])
+
+
+@pytest.mark.parametrize("says", [(rmc, hdt), (hdt, gga, rmc)], ids=["fix first", "fix last"])
+def test_a_log_joined_in_the_wrong_order_is_two_trials(tmp_path: Path, says: Sequence[Say]) -> None:
+    """Each piece has its own place on the circle, and nothing of the other one at its ends."""
+    later, path = [720.0 + k for k in range(70)], tmp_path / "log.nmea"
+    path.write_text("\n".join(say(t) for t in (*later, *[float(k) for k in range(90)]) for say in says) + "\n")
+    trials = read_all(path)
+    assert [(one.name, len(one)) for one in trials] == [("log_1", 70), ("log_2", 90)]
+    for one in trials:  # the circle takes 720 s; what stands where the log is cut belongs to neither for sure
+        true(one, headed=False)
+        there = np.isfinite(one["psi"])
+        assert (~there).sum() <= 1
+        assert np.rad2deg(one["psi"])[there] == pytest.approx(0.5 * np.flatnonzero(there), abs=0.01)
+    assert [one.meta["start"][11:19] for one in trials] == ["10:12:00", "10:00:00"]
+    for one in trials:
+        assert any("goes back by 789 s, from 10:13:09.00 to 10:00:00.00" in step for step in one.meta["processing"])
+        assert not any("doubt" in step for step in one.meta["processing"])
+    with pytest.raises(DataError, match="2 trials of it; import it first"):
+        read(path)
+
+
+@pytest.mark.parametrize("wrong", [[100], [100, 101, 102]])
+def test_a_clock_that_is_wrong_for_a_while_is_refused(tmp_path: Path, wrong: list[int]) -> None:
+    path = tmp_path / "log.nmea"
+    path.write_text("\n".join(say(t + 1800.0 * (t in wrong)) for t in range(200) for say in (rmc, hdt)))
+    with pytest.raises(DataError, match=f"line {2 * wrong[-1] + 3}: the clock of GPRMC goes back"):
+        read_all(path)
+
+
+def test_pieces_that_lie_over_each_other_are_doubted(tmp_path: Path) -> None:
+    path = tmp_path / "log.nmea"
+    path.write_text("\n".join(say(t) for t in [*range(80), *range(60, 140)] for say in (rmc, hdt)))
+    trials = read_all(path)
+    assert [len(one) for one in trials] == [80, 80]
+    assert all(any(step.startswith("doubt: it lies over") for step in one.meta["processing"]) for one in trials)
+
+
+def test_stamps_that_go_back_part_a_log_without_a_clock(tmp_path: Path) -> None:
+    """Two sources tell the step each; the hour that a logger loses in autumn is not sorted into the one before."""
+    path, times = tmp_path / "log.txt", [*range(7200, 7300), *range(3700, 3800)]
+    line = lambda t, say: f"2026-10-25T{t // 3600:02d}:{t // 60 % 60:02d}:{t % 60:02d}Z {say}"  # noqa: E731
+    path.write_text("\n".join(line(t, say) for t in times for say in (hdt(t), signed("TIROT,30.0,A"))))
+    trials = read_all(path)
+    assert [len(one) for one in trials] == [100, 100]
+    for one, first in zip(trials, (7200, 3700), strict=True):
+        turn = np.rad2deg(one["psi"]) - course(first)
+        assert turn - 360.0 * round(float(turn[0]) / 360.0) == pytest.approx(0.5 * np.arange(100), abs=0.01)
+    short = [*range(7200, 7300), *range(7250, 7260)]
+    path.write_text("\n".join(line(t, hdt(t)) for t in short))
+    with pytest.raises(DataError, match=r"line 101: the stamp goes back by 49 s, from 02:01:39"):
+        read_all(path)
+
+
+def test_stamps_that_go_back_are_left_aside_where_the_fix_has_a_clock(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    stamp = lambda t: f"2026-05-01T10:{(t - 20 * (t > 50)) // 60 % 60:02d}:{(t - 20 * (t > 50)) % 60:02d}Z "  # noqa: E731
+    path.write_text("\n".join(stamp(t) + say(float(t)) for t in range(100) for say in (rmc, hdt)))
+    trial = read(path)
+    assert trial.t == pytest.approx(np.arange(100.0))
+    true(trial)
+    assert any(step.startswith("stamps of lines left aside: line 103: the stamp goes back") for step in
+               trial.meta["processing"])  # fmt: skip
 
 
 def test_midnight_is_no_step_back(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from seatrial.data.formats.nmea import (
 )
 from seatrial.data.geodesy import Datum
 from seatrial.data.nmea import ais
-from seatrial.data.nmea.clocks import PIECES, Spoken, timed
+from seatrial.data.nmea.clocks import PIECES, Piece, Spoken, timed
 from seatrial.data.nmea.framing import LARGEST, TOKEN, Line, NmeaError, Tag, datagram, read_line, split, tag_block
 from seatrial.data.nmea.heard import hear
 from seatrial.data.nmea.readings import readings
@@ -293,7 +293,7 @@ def spoken(source: str, lines: Sequence[int], stamps: Sequence[float], **values:
 
 def test_a_line_without_a_stamp_has_that_of_both_its_neighbours() -> None:
     found = spoken("HEHDT", range(6), (1.0, np.nan, 1.0, np.nan, 2.0, 3.0), a=[float(k) for k in range(6)])
-    when = timed("log", [found], False)
+    when = timed("log", Piece([found]), False)
     assert [one.tolist() for one in when.told["HEHDT"]["a"]] == [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0]]
     assert when.untimed == 1
     assert when.steps == ("2 of 6 sentences have no stamp: 1 of them get that of the lines around them, 1 are left out",
@@ -306,12 +306,12 @@ def test_sentences_are_spread_between_the_clocks_also_over_midnight() -> None:
         return [spoken("GPZDA", lines, [np.nan] * len(lines), time_of_day=clock, day=day),
                 spoken("HEHDT", heads, [np.nan] * len(heads), psi=[0.0, 1.0] * len(lines))]  # fmt: skip
 
-    when = timed("log", told([1, 4, 7], [86399.0, 0.0, 3.0], [0.0, 86400.0, 86400.0]), False)
+    when = timed("log", Piece(told([1, 4, 7], [86399.0, 0.0, 3.0], [0.0, 86400.0, 86400.0])), False)
     assert when.told["HEHDT"]["psi"][0].tolist() == [86399.0, 86399.5, 86400.0, 86401.5, 86403.0, 86404.5]
     assert when.told["HEHDT"]["psi"][1].tolist() == [0.0, 1.0] * 3
     assert when.epoch == 0.0
     with pytest.raises(DataError, match="no time: the clock of GPZDA stands still"):
-        timed("log", told([1], [5.0], [0.0]), False)
+        timed("log", Piece(told([1], [5.0], [0.0])), False)
 
 
 def test_rows_are_those_of_the_quickest_and_others_go_to_the_nearest() -> None:

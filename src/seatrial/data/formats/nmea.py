@@ -2,7 +2,8 @@
 
 Sentences are read as devices write them (`nmea.heard`).  The time of a fix is the one that its sentence carries, and a
 fix that several sentences tell is one; other sentences have the time of the TAG block before them or of the logger's
-own stamp (`nmea.stamping`), or lie between the fixes around them (`nmea.clocks`).  A clock that goes back is refused.
+own stamp (`nmea.stamping`), or lie between the fixes around them (`nmea.clocks`).  A clock that goes back
+parts a log into pieces, a trial each; where one of them is too short for a trial, the log is refused.
 Each quantity is taken from one source, talker and kind, in the order of `nmea.sources`, and what the others say is
 told.  Rows are those of the instrument with the most readings (heading, position or rate of turn); other readings go to
 the nearest row, and a row without one is a gap.
@@ -24,7 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -34,8 +35,8 @@ from ...core.files import write_whole
 from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
-from ..nmea.clocks import timed
-from ..nmea.lines import listen
+from ..nmea.clocks import Timed, parted, timed
+from ..nmea.lines import Lines, listen
 from ..nmea.readings import KINDS
 from ..nmea.sources import GROUPS, Choice, Series, chosen
 from ..prepare import nearest_rows
@@ -114,9 +115,38 @@ def write_aboard(
 
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
-    """Read one log; without a mapping by the one beside it."""
+    """Read the only trial of one log; without a mapping by the one beside it.
+
+    Raises:
+        DataError: also for a log whose clock goes back, which is several.
+    """
+    return only(read_all(source, mapping), source)
+
+
+def read_all(source: Path, mapping: Aboard | None = None) -> tuple[Trial, ...]:
+    """Read one log; where its clock goes back, each piece is a trial."""
     aboard = mapping or aboard_of(source)
-    return trial_of(source, _read_log(source, aboard), aboard, "NMEA 0183 sentences")
+    trials = [trial_of(source, log, aboard, "NMEA 0183 sentences") for log in _read_log(source, aboard)]
+    return numbered(trials)
+
+
+def numbered(trials: Sequence[Trial]) -> tuple[Trial, ...]:
+    """Trials of one log, named by numbers where there are several."""
+    if len(trials) == 1:
+        return tuple(trials)
+    return tuple(replace(one, name=f"{one.name}_{k}") for k, one in enumerate(trials, 1))
+
+
+def only(trials: Sequence[Trial], source: Path) -> Trial:
+    """The trial of a log that is one.
+
+    Raises:
+        DataError: its clock goes back, and it is several.
+    """
+    if len(trials) != 1:
+        raise DataError(f"{source}: its clock goes back, which makes {len(trials)} trials of it; import it first "
+                        "(seatrial import)")  # fmt: skip
+    return trials[0]
 
 
 def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
@@ -277,8 +307,8 @@ class Log:
     ignored: Mapping[str, int] = field(default_factory=dict[str, int])
 
 
-def _read_log(path: Path, aboard: Aboard) -> Log:
-    """Readings of a log by quantity.
+def _read_log(path: Path, aboard: Aboard) -> list[Log]:
+    """Readings of a log by quantity; of a log whose clock goes back those of each piece.
 
     Raises:
         DataError: not readable, more invalid lines than sentences, no time, or a clock that goes back.
@@ -296,7 +326,12 @@ def _read_log(path: Path, aboard: Aboard) -> Log:
         steps.append("left out: " + ", ".join(f"{count} {kind}" for kind, count in sorted(read.others.items())))
     if read.about:
         steps.append(f"stamps of lines: {read.about}")
-    when = timed(path, read.found, read.dated)
+    pieces = parted(path, read.found, read.dated)
+    return [_log(path, aboard, read, timed(path, one, read.dated), [*steps]) for one in pieces]
+
+
+def _log(path: Path, aboard: Aboard, read: Lines, when: Timed, steps: list[str]) -> Log:
+    """Readings whose times are known, from one source each."""
     steps += when.steps
     told = true_headings(path, when.told, aboard, steps)
     ends = [float(t[k]) for one in told.values() for t, _ in one.values() for k in (0, -1)]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,12 @@ _ONCE = 0.5
 _OFF, _SPREAD = 0.5, 0.5
 """Stamps that are off the receiver's clock by more [s], or that scatter about it by more, are told."""
 _SLOW = 0.5
+_BACK = 1.0
+"""Stamps may go back by so much from one line of a source to the next [s]: lines are written as they come."""
+_LONG = 60.0
+"""A piece of a log is a trial where it is at least so long [s]."""
+_MANY = 50
+"""Pieces of a log at most."""
 _NO_CLOCK = ("ZDA",)
 """Its time is that of a pulse or of sending, and not of a fix: it serves where no fix has a clock."""
 
@@ -58,6 +65,10 @@ class Spoken:
     def __getitem__(self, name: str) -> Array:
         return self.values[self.names.index(name)]
 
+    def rows(self, some: slice | NDArray[np.bool_]) -> Spoken:
+        """Some of it."""
+        return Spoken(self.source, self.names, self.place[some], self.values[:, some], self.stamp[some])
+
 
 @dataclass(frozen=True)
 class Timed:
@@ -76,17 +87,126 @@ class Timed:
     steps: tuple[str, ...]
 
 
-def timed(where: object, found: Sequence[Spoken], dated: bool) -> Timed:
+@dataclass(frozen=True)
+class _Step:
+    """Where a clock goes back: places of the reading before and of the first one after, and their times [s]."""
+
+    clock: str
+    before: int
+    after: int
+    last: float
+    now: float
+
+    def __str__(self) -> str:
+        return (f"line {self.after // PIECES}: {self.clock} goes back by {self.last - self.now:.6g} s, from "
+                f"{_said(self.last)} to {_said(self.now)}")  # fmt: skip
+
+
+_Key = tuple[str, tuple[str, ...]]
+"""Source and names."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A log, or a piece of it that its clock parts from the others.
+
+    Attributes:
+        found: what each source tells.
+        ahead: those that speak before the fix of their time.
+        steps: what is said of it.
+    """
+
+    found: Sequence[Spoken]
+    ahead: frozenset[_Key] = frozenset()
+    steps: tuple[str, ...] = ()
+
+
+def parted(where: object, found: Sequence[Spoken], dated: bool) -> list[Piece]:
+    """The pieces of a log whose clock goes back; one where it does not.
+
+    What stands between the last time of a piece and the first one of the next belongs to neither for sure: it is left
+    out, but for what speaks before the fix of its time.
+
+    Raises:
+        DataError: a piece that is too short for a trial, naming the line where the clock goes back.
+    """
+    clock = _clock_of(found)
+    steps, ahead = _steps(found, clock, dated), _ahead(found, clock)
+    if not steps:
+        return [Piece(found, ahead)]
+    begins, ends = [0, *(one.after for one in steps)], [*(one.before for one in steps), 1 << 62]
+    times = [_inside(found, begin, end, dated) for begin, end in zip(begins, ends, strict=True)]
+    spans = [(float(one[0]), float(one[-1])) for one in times]
+    runs = [np.split(one, np.flatnonzero(np.diff(one) > _LONG) + 1) for one in times]
+    beside = [run for a, b in pairwise(runs) for run in (a[-1], b[0])]  # a clock that is wrong for a while is no piece
+    once = any(len(a) > 1 and a[-2] <= b[0] for a, b in pairwise(times))
+    if once or len(steps) >= _MANY or min(float(one[-1] - one[0]) for one in beside) < _LONG:
+        raise DataError(f"{where}: {steps[0]}; cut the log there into two, or take out what was logged twice")
+    out = list[Piece]()
+    for k, (begin, end, (first, last)) in enumerate(zip(begins, ends, spans, strict=True)):
+        early = ends[k - 1] + 1 if k else 0
+        mine = [one.rows((one.place >= (early if (one.source, one.names) in ahead else begin)) & (one.place <= end))
+                for one in found]  # fmt: skip
+        said = [f"piece {k + 1} of {len(begins)}, cut at {'; '.join(map(str, steps))}"]
+        twice = [f"{n + 1}" for n, (a, b) in enumerate(spans) if n != k and a < last and first < b]
+        if twice:
+            said.append(f"doubt: it lies over the time of piece {', '.join(twice)}; what was logged twice is in both, "
+                        "and a clock that was set tells a wrong time before")  # fmt: skip
+        out.append(Piece([one for one in mine if len(one)], ahead, tuple(said)))
+    return out
+
+
+def _ahead(found: Sequence[Spoken], clock: str | None) -> frozenset[_Key]:
+    """Sources that speak before the first fix and not after the last one: they speak before each."""
+    if clock is None:
+        return frozenset()
+    place, t, _ = _shown(found, clock)
+    last = place[np.append(True, np.diff(t) != 0.0)][-1]
+    return frozenset((one.source, one.names) for one in found if one.place[0] < place[0] and one.place[-1] < last)
+
+
+def _steps(found: Sequence[Spoken], clock: str | None, dated: bool) -> list[_Step]:
+    """Where the clock goes back, or without one the stamps of a source."""
+    if clock is not None:
+        place, t, _ = _shown(found, clock)
+        return [_Step(f"the clock of {clock}", *map(int, place[k : k + 2]), *map(float, t[k : k + 2]))
+                for k in np.flatnonzero(np.diff(t) < 0.0).tolist()]  # fmt: skip
+    every = list[_Step]()
+    for one in found:
+        mine = one.rows(np.isfinite(one.stamp))
+        step = np.diff(mine.stamp)
+        for k in np.flatnonzero((step < -_BACK) & (dated | (step >= -0.5 * _DAY))).tolist():
+            every.append(_Step("the stamp", *map(int, mine.place[k : k + 2]), *map(float, mine.stamp[k : k + 2])))
+    out = list[_Step]()
+    for one in sorted(every, key=lambda step: step.after):
+        if not out or one.before >= out[-1].after:  # each source tells the same step
+            out.append(one)
+    return out
+
+
+def _inside(found: Sequence[Spoken], begin: int, end: int, dated: bool) -> Array:
+    """Times of a piece of a log, by its clock or by its stamps [s]."""
+    clock = _clock_of(found)
+    if clock is not None:
+        place, t, _ = _shown(found, clock)
+    else:
+        place, t = _ordered([(one.place, one.stamp) for one in found])
+    inside = t[(place >= begin) & (place <= end) & np.isfinite(t)]
+    return inside if clock is not None or dated else unwrapped_days(inside)
+
+
+def timed(where: object, piece: Piece, dated: bool) -> Timed:
     """Times of all readings.
 
     Args:
         where: of the log, which errors begin with.
-        found: what each source tells.
+        piece: what each source tells.
         dated: whether stamps count from 1970.
 
     Raises:
-        DataError: no time, or a clock that goes back.
+        DataError: no time, or a clock that goes back, see `parted`.
     """
+    found = piece.found
     clock = _clock_of(found)
     stamped, count = sum(int(np.isfinite(one.stamp).sum()) for one in found), sum(map(len, found))
     most = 2 * stamped > count
@@ -95,9 +215,9 @@ def timed(where: object, found: Sequence[Spoken], dated: bool) -> Timed:
                         "clock that goes on in RMC, GGA, GNS, GLL, PASHR or ZDA")  # fmt: skip
     ticks = _ticks(where, found, clock) if clock else _NONE
     own = [_own(one, ticks) for one in found]
-    steps = list[str]()
+    steps = list(piece.steps)
     midnight = _midnight(found, ticks, clock)
-    if clock is None or (most and _tells(found)):
+    if clock is None or (most and _tells(found) and not _steps(found, None, dated)):
         times = _stamped(found, dated)
         lost = sum(int(np.isnan(one).sum()) for one in times)
         if lost:
@@ -106,10 +226,12 @@ def timed(where: object, found: Sequence[Spoken], dated: bool) -> Timed:
                          f"around them, {lost} are left out")  # fmt: skip
         times, midnight = _onto(times, own, midnight, dated, steps)
     else:
-        why = f"{count - stamped} of {count} lines have none" if not most else "coarser than the readings"
+        back = _steps(found, None, dated)
+        why = (f"{count - stamped} of {count} lines have none" if not most else
+               f"{back[0]}" if back else "coarser than the readings")  # fmt: skip
         steps += [f"stamps of lines left aside: {why}"] * bool(stamped)
         steps.append(f"time by the clock in {clock}; sentences without one spread between its fixes")
-        times, lost = _between(found, ticks), 0
+        times, lost = _between(piece, ticks), 0
     times = [np.where(np.isnan(mine), one, mine) for mine, one in zip(own, times, strict=True)]
     return Timed(_told(found, times, steps), midnight, lost, tuple(steps))
 
@@ -179,23 +301,23 @@ def _ordered(parts: Sequence[tuple[Places, Array]]) -> tuple[Places, Array]:
     return place[order], values[order]
 
 
+def _shown(found: Sequence[Spoken], clock: str) -> tuple[Places, Array, Places]:
+    """Places and times of the clock of a source [s], and how many midnights it has passed."""
+    name = "time_of_day" if any("time_of_day" in one.names for one in found) else "time_of_none"
+    place, t = _ordered([(one.place, one[name]) for one in found if one.source == clock and name in one.names])
+    days = np.cumsum(np.append(False, np.diff(t) < -0.5 * _DAY))
+    return place, t + _DAY * days, days
+
+
 def _ticks(where: object, found: Sequence[Spoken], clock: str) -> _Ticks:
     """The clock of a source.
 
     Raises:
         DataError: it goes back, or stands still from beginning to end.
     """
-    name = "time_of_day" if any("time_of_day" in one.names for one in found) else "time_of_none"
-    place, t = _ordered([(one.place, one[name]) for one in found if one.source == clock and name in one.names])
-    days = np.cumsum(np.append(False, np.diff(t) < -0.5 * _DAY))
-    t = t + _DAY * days
-    back = np.flatnonzero(np.diff(t) < 0.0)
-    if len(back):
-        last, now = float(t[back[0]]), float(t[back[0] + 1])
-        raise DataError(
-            f"{where}: line {place[back[0] + 1] // PIECES}: the clock of {clock} goes back by {last - now:.6g} s, from "
-            f"{_said(last)} to {_said(now)}; cut the log there into two, or take out what was logged twice"
-        )
+    if back := _steps(found, clock, False):
+        raise DataError(f"{where}: {back[0]}; cut the log there into two, or take out what was logged twice")
+    place, t, days = _shown(found, clock)
     if t[0] == t[-1]:
         raise DataError(f"{where}: no time: the clock of {clock} stands still, and most lines have no stamp")
     return _Ticks(place, t, days)
@@ -229,19 +351,19 @@ def _own(one: Spoken, ticks: _Ticks) -> Array:
     return t + _DAY * np.round((now - t) / _DAY)
 
 
-def _between(found: Sequence[Spoken], ticks: _Ticks) -> list[Array]:
+def _between(piece: Piece, ticks: _Ticks) -> list[Array]:
     """Times without stamps: those of one source between two times of the clock are spread over them evenly.
 
-    One that tells one shaft after the other is not told twice.  Where a source speaks before the first fix and not
-    after the last one, it speaks before each: the last of its readings between two fixes is that of the later one.
+    One that tells one shaft after the other is not told twice.  Of a source that speaks ahead of each fix, the last of
+    its readings between two fixes is that of the later one.
     """
     new = np.append(True, np.diff(ticks.t) > 0.0)
     place, t = ticks.place[new], ticks.t[new]
     start, end = np.append(2.0 * t[0] - t[1], t), np.append(t, 2.0 * t[-1] - t[-2])
     out = list[Array]()
-    for one in found:
+    for one in piece.found:
         span = np.searchsorted(place, one.place, side="right")
-        before = bool(np.any(span == 0) and not np.any(span == len(place)))
+        before = (one.source, one.names) in piece.ahead
         many, seen = np.bincount(span)[span], np.arange(len(one)) - np.searchsorted(span, span)
         out.append(start[span] + (end - start)[span] * (seen + before) / many)
     return out
