@@ -12,7 +12,8 @@ from seatrial.data.units import KNOWN, conversion, standard_unit
 MILE, FOOT, TURN, MINUTE, HOUR = 1852.0, 0.3048, 2 * math.pi, 60.0, 3600.0
 # so many of the unit are so much in SI
 DEFINED = {
-    "s": (1, 1), "ms": (1000, 1), "us": (1_000_000, 1), "min": (1, MINUTE), "h": (1, HOUR), "d": (1, 24 * HOUR),
+    "s": (1, 1), "ms": (1000, 1), "us": (1_000_000, 1), "ns": (1_000_000_000, 1), "min": (1, MINUTE),
+    "h": (1, HOUR), "d": (1, 24 * HOUR),
     "m": (1, 1), "mm": (1000, 1), "cm": (100, 1), "km": (1, 1000), "NM": (1, MILE), "nmi": (1, MILE), "ft": (1, FOOT),
     "rad": (1, 1), "deg": (360, TURN), "°": (360, TURN),
     "m/s": (1, 1), "cm/s": (100, 1), "km/h": (HOUR, 1000), "kn": (HOUR, MILE), "kt": (HOUR, MILE), "kts": (HOUR, MILE),

@@ -20,6 +20,9 @@ _CENTURY = 946684800.0
 """The year 2000 in Unix time [s]: where the seconds of all clocks with a date begin here."""
 
 _WEEK = 7 * _DAY
+_TICKS = 1e4
+"""Steps of a clock beyond which its numbers are no minutes, but may be nanoseconds."""
+
 _UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": _DAY}
 
 
@@ -324,6 +327,7 @@ def _numbers(columns: Sequence[Column]) -> list[Clock]:
         unit = known or "s"
         answer = Answer(f"unit by its {column.where}" if known else "numbers that rise from row to row")
         t = column.values * _UNITS[unit]
-        others = () if known else ("ms", "min", "us")
+        far = float(np.nanmedian(np.abs(np.diff(column.values)))) > _TICKS
+        others = () if known else ("ms", "us", "ns") if far else ("ms", "min", "us")
         found += _ranked(t, 2.2 + 0.1 * name, {**keys, "unit": quoted(unit)}, answer, (column.head,), others)
     return found

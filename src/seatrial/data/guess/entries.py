@@ -408,29 +408,25 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
         yield entry_of(role, signal, keys, answer)
 
 
-def other_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
-    """Entries of the speed through water, roll, depth and current."""
+def other_entries(found: Mapping[str, Signal], known: Known, angles: set[str]) -> Iterator[Entry]:
+    """Entries of the speed through water, roll, depth and current; `angles` is the unit of the heading."""
     covered = {"u", "v_north", "vx", "sog"} & set(found) or {"speed", "cog"} <= set(found)
     log = found.get("stw") or (None if covered else found.get("speed"))
     if log is not None and not covered:
         yield _log_entry(log, known)
     for role in ("phi", "depth", "U_C", "gamma_C"):
         if role in found:
-            yield _plain_entry(role, found[role])
+            yield _plain_entry(role, found[role], next(iter(angles), ""))
 
 
-def _plain_entry(role: str, signal: Signal) -> Entry:
-    """A channel that no test reaches: what its header says, or a doubt."""
+def _plain_entry(role: str, signal: Signal, angle: str) -> Entry:
+    """A channel that no test reaches: what its header says, else the unit of other angles, with a doubt."""
     largest = float(np.nanmax(np.abs(signal.values), initial=0.0))
-    turns = role in ("phi", "gamma_C")
-    unit = signal.unit or (
-        "m" if role == "depth" else "" if not turns or largest > 360.0 else "deg" if largest > 1.0 else "rad"
-    )
-    doubts = (
-        []
-        if signal.unit
-        else [f"no unit is said; taken as {unit}" if unit else "nothing shows its unit; write it in place of ?"]
-    )
+    turns, like = role in ("phi", "gamma_C"), angle and not (angle == "rad" and largest > math.pi)
+    usual = angle if like else "deg" if largest > 1.0 else "rad"
+    unit = signal.unit or ("m" if role == "depth" else "" if not turns or largest > 360.0 else usual)
+    said = f"no unit is said; taken as {unit}" + ", as the heading" * bool(turns and like)
+    doubts = [] if signal.unit else [said if unit else "nothing shows its unit; write it in place of ?"]
     doubts += ["taken as positive to starboard; nothing tests it"] if role == "phi" else []
     return Entry(f"channels.{role}", _of(signal, unit=quoted(unit or ASK)), Answer(signal.column.said, tuple(doubts)))
 

@@ -18,7 +18,7 @@ from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
 from .cells import Column
 from .entries import Known, control_entries, in_degrees, known_motion, motion_entries, other_entries
 from .logs import Log, Topic, find_log, leap
-from .motion import Motion, Verdict
+from .motion import TIMES, Motion, Verdict
 from .roles import Signal, sided, signals, trial_column
 from .thrust import neglected, thrust_entries
 from .wind import read_two_winds, read_wind, wind_entries
@@ -160,7 +160,7 @@ def _entries(log: Log) -> Iterator[Entry]:
     for entry in _wind_entries(found, known):
         doubts = ("it is turned to the other side if the sense of psi is",) if turned and entry.answer.evidence else ()
         yield replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, *doubts)))
-    yield from other_entries(found, known)
+    yield from other_entries(found, known, angles)
 
 
 def _with_letters(log: Log) -> dict[str, Signal]:
@@ -184,7 +184,7 @@ def _once(t: Array, found: Mapping[str, Signal], piece: slice) -> tuple[Array, d
 
 
 def _scaled(t: Array, verdict: Verdict) -> Array:
-    return t * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}[verdict.best.choice.get("unit of time", "s")]
+    return t * TIMES[verdict.best.choice.get("unit of time", "s")]
 
 
 def _judged(

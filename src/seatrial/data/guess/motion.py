@@ -23,8 +23,8 @@ from .roles import Signal
 
 SPEEDS = {"m/s": 1.0, "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6}
 RATES = {"deg/s": np.pi / 180.0, "rad/s": 1.0, "deg/min": np.pi / 10800.0}
-_TIME_STRAIN = {"s": 0.0, "ms": 0.5, "us": 1.0, "min": 1.6}
-_TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}
+_TIME_STRAIN = {"s": 0.0, "ms": 0.5, "us": 1.0, "ns": 1.2, "min": 1.6}
+TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 _LOST = 0.25
 _COURSE = 0.3  # weight of the angle between heading and course [rad]: drift and current are no fault
 _ABSURD = 5.0
@@ -257,7 +257,7 @@ class Motion:
 
     def _with(self, time: str, heading: Option) -> list[Reading]:
         """Readings with this unit of time and this heading, with every rate, position and velocity."""
-        t = self.t * _TIMES[time]
+        t = self.t * TIMES[time]
         strain = heading.strain + _TIME_STRAIN[time]
         turned = [(rate, self._turn(t, heading, rate)) for rate in self.rates]
         moved = [

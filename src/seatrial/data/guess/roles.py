@@ -71,7 +71,16 @@ def signals(columns: Sequence[Column], clock: Sequence[str], file: str = "") -> 
     """The quantities of a table by role; columns of the clock are none."""
     found = _assigned(columns, clock, file, frozenset())
     alone = {role for two in _PAIRS for role in two if role in found and not set(two) <= set(found)}
-    return _assigned(columns, clock, file, frozenset(alone)) if alone else found
+    return _of_a_unit(_assigned(columns, clock, file, frozenset(alone)) if alone else found)
+
+
+def _of_a_unit(found: dict[str, Signal]) -> dict[str, Signal]:
+    """The azimuth of an inertial unit is a heading: the log has no other, and no thruster that could have one."""
+    others = {role.split("_")[0] for role in found} & {"heading", "yaw", "qw", "n", "throttle", "force"}
+    if "alpha" not in found or others:
+        return found
+    rest = {role: one for role, one in found.items() if role != "alpha"}
+    return rest | {"heading": replace(found["alpha"], role="heading")}
 
 
 def _assigned(columns: Sequence[Column], clock: Sequence[str], file: str, never: frozenset[str]) -> dict[str, Signal]:
