@@ -63,6 +63,8 @@ _MAGIC: tuple[tuple[int, bytes, Known], ...] = (
     (0, b"\xff\x5a", Known("a binary log of SBG (sbgECom)", way=f"sbgBasicLogger or sbgCenter: {_TABLE}")),
     (0, b"CDF\x01", Known("a netCDF file", way=f"xarray reads it: {_TABLE}")),
     (0, b"CDF\x02", Known("a netCDF file", way=f"xarray reads it: {_TABLE}")),
+    (0, b"\x89HDF\r\n\x1a\n", Known("an HDF5 file", way=f"h5py or xarray reads it: {_TABLE}")),
+    (0, b"# Created by Octave", Known("a text file of Octave", way="in Octave: save('-v7', 'NAME.mat')")),
     (0, b"SQLite format 3\0", Known("a database of SQLite", way="give the folder of the bag, with metadata.yaml "
                                                            "(ros2 bag reindex writes it), or export a table")),
     (0, b"\x1f\x8b", Known("packed by gzip", way="gunzip it")),

@@ -157,6 +157,21 @@ def test_a_row_without_a_fix_is_a_gap_and_told(tmp_path: Path) -> None:
     assert any("2 positions of 0, 0 are gaps" in str(one) for one in found.meta["processing"])
 
 
+def test_the_speed_of_a_receiver_without_a_fix_is_a_gap_and_that_of_one_at_rest_is_none(tmp_path: Path) -> None:
+    true = truth()
+    latitude, longitude = ([0.0, 0.0, 0.0, *one[3:]] for one in fixes(true))
+    speed = [0.0, 0.0, 1.5, 0.0, *np.hypot(true["u"], true["v_m"])[4:].tolist()]
+    log = table(tmp_path / "log.csv", {
+        "t": true.t.tolist(), "sog": speed, "cog": [0.0, 0.0, *np.degrees(true["psi"])[2:].tolist()],
+        "lat": latitude, "lon": longitude, "psi": true["psi"].tolist(),
+    })  # fmt: skip
+    found = trials(log, 'time = { column = "t", unit = "s" }\n[position]\nlatitude = "lat"\nlongitude = "lon"\n'
+                        '[ground]\nspeed = "sog"\ncourse = "cog"\n[channels.psi]\ncolumn = "psi"\nunit = "rad"\n')[0]
+    for name in ("U_G", "gamma_G", "u", "v_m"):
+        assert np.isnan(found[name]).tolist() == [True, True, *[False] * (true.t.size - 2)], name
+    assert found["U_G"][2:4] == pytest.approx([1.5, 0.0])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("empty", "separator"), [((1,), ","), ((2,), ";"), ((1, 2, 4, 6), "\t")])
 def test_empty_lines_anywhere_change_nothing(empty: tuple[int, ...], separator: str, tmp_path: Path) -> None:

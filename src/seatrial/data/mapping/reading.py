@@ -200,6 +200,7 @@ def _strand(
     unfixed: list[str] = []
     for place, sensor in parts:
         channels |= measured(table, place, sensor)
+    for _, sensor in parts:
         if isinstance(sensor, Position):
             unfixed += _to_plane(channels, sensor, datum)
     t, steps = _continued(found.seconds(zero), channels)
@@ -250,7 +251,8 @@ def _to_plane(channels: dict[str, Array], position: Position, datum: list[Datum]
     """Latitude and longitude as metres north and east of the datum, which is the first fix where none is given.
 
     Returns:
-        what was done, in words: rows of 0, 0 among others are those of a receiver without a fix, and gaps.
+        what was done, in words: rows of 0, 0 among others are those of a receiver without a fix, and gaps, and so is a
+        speed of 0 that it tells there.
     """
     latitude, longitude = channels.pop("latitude"), channels.pop("longitude")
     good = np.flatnonzero(np.isfinite(latitude + longitude))
@@ -259,6 +261,9 @@ def _to_plane(channels: dict[str, Array], position: Position, datum: list[Datum]
     if none:
         latitude, longitude = (np.where(unfixed, np.nan, one) for one in (latitude, longitude))
         good = fixed
+        still = unfixed & (channels.get("north", latitude) == 0.0) & (channels.get("east", latitude) == 0.0)
+        for name in {"north", "east", "U_G", "gamma_G"} & set(channels):
+            channels[name] = np.where(still, np.nan, channels[name])
     if position.datum:
         datum.append(Datum(*position.datum))
     elif good.size:
