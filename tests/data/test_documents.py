@@ -17,7 +17,7 @@ from seatrial.data.formats.usv_asw import FULL, STOP, _clock, _numbers, _unswapp
 from seatrial.data.geodesy import Datum
 from seatrial.data.guess.entries import Known, control_entries
 from seatrial.data.robot.messages import FIX, NUMBER, ODOMETRY, TWIST, _angles, earth_fixed, packed, unpacked
-from seatrial.data.robot.trial import Number
+from seatrial.data.robot.topics import Number
 from seatrial.data.sidecar import began, check_meta, plain_meta, sidecar_text
 from seatrial.data.trialfile import read_trial, write_trial
 

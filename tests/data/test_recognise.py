@@ -18,7 +18,7 @@ from seatrial.workflow.data import importing
 BY_CONTENT = ("n2k", "moos", "signalk", "gpx", "dataflash")
 TABLE = "Time,HDG,RUD\n0.0,10.0,1.0\n1.0,11.0,1.0\n2.0,12.0,1.0\n"
 NAMED = {
-    b"#ROSBAG V2.0\n": "ROS 1", b"ULog\x01\x12\x35\x01": "PX4", b"\x1b\x01\x03\xad\x59": "EBL", b"LOGG": "BLF",
+    b"ULog\x01\x12\x35\x01": "PX4", b"\x1b\x01\x03\xad\x59": "EBL", b"LOGG": "BLF",
     b"\xaa\x44\x12\x1c": "NovAtel", b"$@\x00\x01": "Septentrio", b"\xb5\x62\x01": "UBX", b"\xff\x5a": "SBG",
     b"\xfa\xff": "Xsens",
     b"CDF\x01": "netCDF", b"\x89HDF\r\n\x1a\n": "HDF5", b"# Created by Octave 6.4.0\n# name: t\n": "Octave",

@@ -27,7 +27,8 @@ QUANTITIES: Mapping[str, re.Pattern[str]] = MappingProxyType({
 """Quantities with the channels that hold them."""
 
 _GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "speed over ground": ("log over ground", "velocity over ground"), "speed through water": ("log through the water",),
+    "position": ("track", "position"), "speed over ground": ("log over ground", "velocity over ground"),
+    "speed through water": ("log through the water",),
     "rudder or azimuth": ("rudder", "rudder order"), "wind": ("apparent wind", "true wind", "wind over ground"),
 })  # fmt: skip
 """Names under which a reader has the source of a quantity, where they are others."""

@@ -33,7 +33,7 @@ def import_log(format: str, src: str | Path, out: str | Path, mapping: str | Pat
         src: a file, or a folder whose files (of the format's suffix, also in its folders) are read; for rosbag2 the
             folder of a bag, or one of such folders.
         out: folder for the trial files; made if it is not there.
-        mapping: mapping file; required for csv, optional for nmea, mcap and rosbag2.
+        mapping: mapping file; required for csv, optional for logs of instruments: nmea, mcap, rosbag1 and others.
 
     Returns:
         The CSV files written, in the order read.

@@ -6,13 +6,13 @@ A source is named as a talker and three characters, such as ``35/127250``: addre
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from . import DataError, Trial
+from . import Array, DataError, Trial
 from .formats.nmea import Aboard, Log, aboard_of, preferred, trial_of, true_headings
 from .nmea.sources import Series, chosen
 from .table import existing
@@ -39,12 +39,23 @@ class Heard:
     invalid: int = 0
     first: str = ""
     _kept: dict[str, dict[str, dict[float, float]]] = field(default_factory=dict[str, dict[str, dict[float, float]]])
+    _whole: dict[str, dict[str, Series]] = field(default_factory=dict[str, dict[str, Series]])
 
     def add(self, t: float, source: str, values: Mapping[str, float]) -> None:
         """Readings of one source at one time [s], by the names of `nmea.readings.readings`."""
         for name, value in values.items():
             if math.isfinite(value) and math.isfinite(t):
                 self._kept.setdefault(source, {}).setdefault(name, {})[t] = value
+
+    def whole(self, source: str, name: str, t: Array, values: Array) -> None:
+        """All readings of one name of a source; of several at one time the later ones."""
+        good = np.flatnonzero(np.isfinite(t) & np.isfinite(values))
+        t, values = t[good], values[good]
+        order = np.argsort(t, kind="stable")
+        t, values = t[order], values[order]
+        last = np.append(t[1:] > t[:-1], np.True_) if t.size else np.zeros(0, dtype=bool)
+        if t.size:
+            self._whole.setdefault(source, {})[name] = t[last], values[last]
 
     def leave(self, kind: str) -> None:
         """Count what nothing is read from."""
@@ -57,7 +68,9 @@ class Heard:
 
     def told(self) -> dict[str, dict[str, Series]]:
         """Times, rising, and values of each quantity of each source."""
-        return {source: {name: _series(kept) for name, kept in some.items()} for source, some in self._kept.items()}
+        one_by_one = {source: {name: _series(kept) for name, kept in some.items()}
+                      for source, some in self._kept.items()}  # fmt: skip
+        return {**self._whole, **one_by_one}
 
 
 def _series(kept: Mapping[float, float]) -> Series:
@@ -84,7 +97,7 @@ def each_line(path: Path, heard: Heard, take: Callable[[str], None]) -> None:
 
 def trial_by(
     path: Path, heard: Heard, what: str, mapping: Aboard | None = None, epoch: float | None = 0.0,
-    steps: Sequence[str] = (), finish: Finish | None = None,
+    steps: Sequence[str] = (), finish: Finish | None = None, plain: Collection[str] = (), digits: int = 6,
 ) -> Trial:  # fmt: skip
     """The trial of what instruments told.
 
@@ -96,6 +109,8 @@ def trial_by(
         epoch: seconds since 1970 at time 0; None where the log has no date.
         steps: what was done before.
         finish: see `Finish`.
+        plain: names of readings that are channels as they are.
+        digits: of the seconds of the clock.
 
     Raises:
         DataError: nothing of a ship's motion, magnetic headings alone without variation, or mostly invalid lines.
@@ -114,5 +129,6 @@ def trial_by(
     choices = [replace(one, group=renamed.get(one.group, one.group)) for one in choices]
     more += [f"{one.group}: {one}" for one in choices if one.others]
     counts = {"all": heard.lines, "invalid": heard.invalid} if heard.lines else {}
-    log = Log(series, more, epoch, counts, choices, dict(sorted(heard.ignored.items())))
+    log = Log(series, more, epoch, counts, choices, dict(sorted(heard.ignored.items())), plain,
+              digits)
     return trial_of(path, log, aboard, what)

@@ -44,7 +44,7 @@ _CONVERT = "NovAtel Convert makes ASCII or tables of it"
 _TABLE = "export a table (CSV) and use seatrial import --guess"
 _MAGIC: tuple[tuple[int, bytes, Known], ...] = (
     (0, b"\x89MCAP0\r\n", Known("an MCAP file", "mcap")),
-    (0, b"#ROSBAG V2.0\n", Known("a bag of ROS 1", way="rosbags-convert makes a bag of ROS 2 of it")),
+    (0, b"#ROSBAG V2.0\n", Known("a bag of ROS 1", "rosbag1")),
     (0, b"\xa3\x95\x80", Known("a log of ArduPilot (DataFlash)", "dataflash")),
     (0, b"ULog\x01\x12\x35", Known("a ULog of PX4", way="ulog2csv of pyulog makes tables: seatrial import --guess")),
     (8, b"\xfd", Known("a telemetry log of MAVLink (.tlog)", way=_FLASH)),
@@ -65,8 +65,7 @@ _MAGIC: tuple[tuple[int, bytes, Known], ...] = (
     (0, b"CDF\x02", Known("a netCDF file", way=f"xarray reads it: {_TABLE}")),
     (0, b"\x89HDF\r\n\x1a\n", Known("an HDF5 file", way=f"h5py or xarray reads it: {_TABLE}")),
     (0, b"# Created by Octave", Known("a text file of Octave", way="in Octave: save('-v7', 'NAME.mat')")),
-    (0, b"SQLite format 3\0", Known("a database of SQLite", way="give the folder of the bag, with metadata.yaml "
-                                                           "(ros2 bag reindex writes it), or export a table")),
+    (0, b"SQLite format 3\0", Known("a database of SQLite", way=_TABLE)),
     (0, b"\x1f\x8b", Known("packed by gzip", way="gunzip it")),
     (0, b"\x28\xb5\x2f\xfd", Known("packed by zstd", way="unzstd it")),
     (0, b"BZh", Known("packed by bzip2", way="bunzip2 it")),
@@ -97,6 +96,8 @@ def recognise(path: Path) -> Known | None:
     except OSError:
         return None
     known = next((one for at, magic, one in _MAGIC if head.startswith(magic, at)), None)
+    if head.startswith(b"SQLite") and all(f"CREATE TABLE {name}".encode() in head for name in ("topics", "messages")):
+        return Known("a database of a bag of ROS 2", "rosbag2")
     if known is not None and not (known.name.startswith("a telemetry") and not _since_1970(head)):
         return known
     return None if b"\0" in head else _by_lines(head.decode("utf-8-sig", "replace"))

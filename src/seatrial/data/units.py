@@ -42,7 +42,7 @@ KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
 """Unit symbols that a header may name: the SI symbol and the factor to it."""
 
 # First parts of the names of a thruster's channels (docs/conventions.md), such as n_1, alpha_bow, f_2.
-_THRUSTERS = {"n": "1/s", "alpha": "rad", "f": "N", "throttle": "-", "X": "N", "Y": "N", "N": "N m"}
+UNIT_OF_THRUSTERS = {"n": "1/s", "alpha": "rad", "f": "N", "throttle": "-", "X": "N", "Y": "N", "N": "N m"}
 # Units that they cannot have; other units are accepted, as other names begin alike (n_satellites).
 _SPEEDS = ("m/s", "rad", "rad/s")
 _NEVER = {"n": _SPEEDS, "alpha": ("m/s", "1/s", "rad/s"), "throttle": ("1/s", *_SPEEDS)}
@@ -65,7 +65,7 @@ def standard_unit(name: str) -> str | None:
 def of_thruster(name: str) -> bool:
     """Whether a channel is that of a thruster with a number, such as `n_1` or `alpha_2_cmd`."""
     stem, _, number = re.sub(r"_(cmd|sd)$", "", name).partition("_")
-    return stem in _THRUSTERS and number.isdigit()
+    return stem in UNIT_OF_THRUSTERS and number.isdigit()
 
 
 def conversion(name: str, unit: str) -> tuple[str, float]:
@@ -84,8 +84,8 @@ def conversion(name: str, unit: str) -> tuple[str, float]:
     if wanted is None:
         stem, named, _ = name.partition("_")
         if named and KNOWN[unit][0] in _NEVER.get(stem, ()):
-            raise DataError(f"column '{name}': unit '{unit}' cannot measure it; it is in {_THRUSTERS[stem]}")
-        return KNOWN[unit] if named and KNOWN[unit][0] == _THRUSTERS.get(stem) else (unit, 1.0)
+            raise DataError(f"column '{name}': unit '{unit}' cannot measure it; it is in {UNIT_OF_THRUSTERS[stem]}")
+        return KNOWN[unit] if named and KNOWN[unit][0] == UNIT_OF_THRUSTERS.get(stem) else (unit, 1.0)
     si, factor = KNOWN[unit]
     if si != wanted:
         fitting = ", ".join(symbol for symbol, (to, _) in KNOWN.items() if to == wanted)

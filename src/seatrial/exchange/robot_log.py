@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ..data import UNITS, Array, DataError, Trial
 from ..data.geodesy import Datum
-from ..data.robot.files import Message, write_bag, write_mcap
-from ..data.robot.messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VELOCITY, packed
+from ..data.robot.files import write_bag, write_mcap
+from ..data.robot.messages import FIX, FRAMES, NUMBER, ODOMETRY, POSE, TWIST, VELOCITY, Message, packed
 from ..data.sidecar import began, plain_meta, sidecar_text
 
 FORMATS = ("mcap", "rosbag2")

@@ -57,6 +57,9 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
     for path, meta in zip(written, found.values(), strict=True):
         if damage := _damage(meta.get("lines", {})):
             note(f"warning: {path.stem}: {damage}; see processing in {sidecar_path(path)}")
+        for step in meta.get("processing", []):
+            if str(step).startswith("doubt: "):
+                note(f"warning: {path.stem}: {step}")
     return Imported(
         written, {name: meta["lines"] for name, meta in found.items() if "lines" in meta},
         {name: meta.get("processing", []) for name, meta in found.items()},

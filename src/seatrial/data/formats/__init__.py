@@ -139,7 +139,7 @@ def recordings(format: str, src: str | Path, mapping: str | Path | None = None) 
 
 
 def _found(chosen: Format, checked: Any, here: Path) -> list[Path]:
-    if chosen.recordings is not None and checked is not None:
+    if chosen.recordings is not None and (checked is not None or not chosen.needs_mapping):
         return chosen.recordings(here, checked)
     suffixes, format = chosen.suffixes, chosen.name
     marks = [name for name in suffixes if not name.startswith(".")]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..robot.trial import read, read_topics
+from ..robot.topics import read_topics
+from ..robot.trial import read
 
 __all__ = ["name", "read", "read_mapping", "suffixes"]
 

@@ -24,12 +24,13 @@ logs, is one; every key may be left out:
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.files import write_whole
 from ...core.parameters import unknown
@@ -41,6 +42,7 @@ from ..nmea.readings import KINDS
 from ..nmea.sources import GROUPS, Choice, Series, chosen
 from ..prepare import nearest_rows
 from ..sidecar import CONVENTIONS, UNPLACED, Described, read_described
+from ..units import UNIT_OF_THRUSTERS, standard_unit
 
 name = "nmea"
 suffixes = (".nmea",)
@@ -163,6 +165,7 @@ def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
     channels["r"] = r
     controls(channels, raw, steps)
     _around(channels, raw, psi, r, aboard.mast)
+    channels |= {name: raw[name] for name in log.plain if name in raw}
     where = {} if datum is None else {"datum": asdict(datum)}
     begun = {} if log.epoch is None else {
         "start": datetime.fromtimestamp(log.epoch + float(t[0]), UTC).isoformat(timespec="microseconds")}  # fmt: skip
@@ -176,13 +179,14 @@ def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
         "sources": sources, "ignored": dict(log.ignored), **made,
     }  # fmt: skip
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
-    # floats hold seconds since 1970 to a quarter of a microsecond
-    units = {name: unit for name in known if name not in UNITS and (unit := _unit(name))}
-    return Trial(source.stem, np.round(t - t[0], 6), known, units, meta)
+    units = {name: unit for name in known if name not in UNITS and (unit := _unit(name, log.plain))}
+    return Trial(source.stem, np.round(t - t[0], log.digits), known, units, meta)
 
 
-def _unit(name: str) -> str:
-    """Unit of a numbered control; empty where the name has a standard one."""
+def _unit(name: str, plain: Collection[str]) -> str:
+    """Unit of a numbered control, and of what has no standard one; empty where the name has one."""
+    if name in plain:
+        return standard_unit(name) or UNIT_OF_THRUSTERS.get(name.partition("_")[0], "-")
     stems = ("delta_", "rad"), ("n_P_", "1/s"), *((one, "-") for one in _SHARES)
     return next((unit for stem, unit in stems if name.startswith(stem)), "")
 
@@ -203,7 +207,10 @@ def _positions(
     good = np.flatnonzero(np.isfinite(latitude + longitude))
     if not good.size:
         return aboard.datum
-    datum = aboard.datum or Datum(float(latitude[good[0]]), float(longitude[good[0]]))
+    first = Datum(float(latitude[good[0]]), float(longitude[good[0]]))
+    if "x" in raw and "y" in raw:
+        return aboard.datum or _zero(raw, good, first)
+    datum = aboard.datum or first
     x, y = datum.track(latitude, longitude)
     if aboard.antenna is None:
         steps.append(UNPLACED)
@@ -214,6 +221,15 @@ def _positions(
         steps.append(f"x, y from the antenna to midship: {forward:g} m forward, {starboard:g} m to starboard")
     channels["x"], channels["y"] = x, y
     return datum
+
+
+def _zero(raw: Mapping[str, Array], fixed: NDArray[np.intp], first: Datum) -> Datum:
+    """Where positions in metres are zero, by the first fix beside one."""
+    both = fixed[np.isfinite(raw["x"][fixed] + raw["y"][fixed])]
+    if not both.size:
+        return first
+    k = int(both[0])
+    return Datum.seeing(float(raw["latitude"][k]), float(raw["longitude"][k]), float(raw["x"][k]), float(raw["y"][k]))
 
 
 def _velocities(
@@ -297,6 +313,8 @@ class Log:
             many sentences are left out because they have no time (``untimed``).
         choices: which source each quantity is from.
         ignored: number of sentences of each kind that nothing is read from.
+        plain: names of readings that are channels as they are, beside those of instruments.
+        digits: of the seconds of the clock; floats hold seconds since 1970 to a quarter of a microsecond.
     """
 
     series: dict[str, Series]
@@ -305,6 +323,8 @@ class Log:
     lines: Mapping[str, int] = field(default_factory=dict[str, int])
     choices: Sequence[Choice] = ()
     ignored: Mapping[str, int] = field(default_factory=dict[str, int])
+    plain: Collection[str] = ()
+    digits: int = 6
 
 
 def _read_log(path: Path, aboard: Aboard) -> list[Log]:

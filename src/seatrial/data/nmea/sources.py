@@ -17,8 +17,9 @@ import numpy as np
 from .. import Array
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "position": ("latitude", "longitude"), "velocity over ground": ("U_G", "gamma_G"), "heading": ("psi",),
-    "rate of turn": ("r",), "log through the water": ("u_log_water", "v_log_water", "v_stern_water"),
+    "position": ("latitude", "longitude"), "track": ("x", "y"), "velocity over ground": ("U_G", "gamma_G"),
+    "heading": ("psi",), "rate of turn": ("r",),
+    "log through the water": ("u_log_water", "v_log_water", "v_stern_water"),
     "log over ground": ("u_log", "v_log", "v_stern"), "rudder": ("delta", "delta_port"),
     "rudder order": ("delta_cmd", "delta_port_cmd"), "apparent wind": ("U_A", "gamma_A"),
     "true wind": ("U_T", "gamma_T_bow"), "wind over ground": ("U_T_ground", "gamma_T_ground"), "depth": ("depth",),
@@ -48,10 +49,12 @@ def rank(group: str, source: str) -> int:
     if group == "heading":
         if source in _INERTIAL:
             return 2
-        return {"HDG": 3, "HDM": 4, "VHW": 5}.get(kind, 1 if talker in _SATELLITES else 0)
+        later = {"Imu": 1, "HDG": 3, "HDM": 4, "VHW": 5, "Num": 6, "Hud": 7}
+        return later.get(kind, 1 if talker in _SATELLITES else 0)
     order = {"position": ("RMC", "GNS", "GGA", "GLL"), "velocity over ground": ("RMC", "VTG"), "rudder": ("RSA", "XDR"),
              "depth": ("DPT", "DBT"), "log through the water": ("VBW", "VHW"), "true wind": ("MWV", "VWT"),
-             "apparent wind": ("MWV", "VWR")}.get(group, ())  # fmt: skip
+             "apparent wind": ("MWV", "VWR"), "track": ("Odo", "Pos"), "rate of turn": ("Odo", "Imu", "Twi"),
+             "log over ground": ("Odo", "Twi")}.get(group, ())  # fmt: skip
     return order.index(kind) if kind in order else len(order)
 
 
@@ -147,8 +150,8 @@ def _beside(kept: Mapping[str, Series], other: Mapping[str, Series], same: bool)
     out = dict(kept)
     said, filled = f"left aside{_metres(kept, other)}", ""
     for name in kept:
-        if name not in other:
-            continue
+        if name not in other or name in ("x", "y"):
+            continue  # metres from another zero, perhaps of turned axes, fill no gap
         (t, values), (times, more) = out[name], other[name]
         if len(t) < 2 or not len(times):
             continue

@@ -18,9 +18,9 @@ _BLOCK = 1 << 20
 _CHUNK, _MESSAGE = 6, 5
 _RECORD = struct.Struct("<BQ")
 # Bytes of a packed message at least, and messages that any file may have.
-_PACKED, _FEW = 4, 200_000
+PACKED, FEW = 4, 200_000
 # Unpacked so many times as large, a file is of what instruments measure: nobody counts its messages.
-_USUAL = 10
+USUAL = 10
 _MADE = re.compile(r"\b(?:GENERATED\s+ALWAYS|AS)\b", re.IGNORECASE)
 
 
@@ -35,9 +35,9 @@ def hold_mcap(path: Path, file: BinaryIO) -> None:
         unpacked = _unpacked(compression, said, data, unpacking.most(size) - total)
         total += max(said, len(unpacked))
         _hold(path, total, size)
-        if len(unpacked) > _USUAL * len(data):
+        if len(unpacked) > USUAL * len(data):
             messages += sum(1 for code in _records(unpacked) if code == _MESSAGE)
-    if messages > max(_FEW, size // _PACKED):
+    if messages > max(FEW, size // PACKED):
         raise DataError(f"{path}: {messages} messages in {size} bytes; no instrument repeats itself so often")
     file.seek(0)
 
@@ -103,18 +103,25 @@ def hold_bag(path: Path, about: Mapping[str, Any]) -> None:
             with file.open("rb") as raw:
                 hold_mcap(file, raw)
         elif file.suffix == ".db3":
-            total += _rows(file, str(about.get("compression_mode") or "").lower() == "message")
+            with closing(sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as base:
+                hold_database(file, base)
+                total += _rows(base) if str(about.get("compression_mode") or "").lower() == "message" else 0
             _hold(path, total, size)
 
 
-def _rows(file: Path, packed: bool) -> int:
-    """Bytes of the messages of a database, unpacked where they are packed one by one."""
-    size_of = extra("zstandard").frame_content_size if packed else len
-    with closing(sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as base:
-        for kind, name, said in base.execute("SELECT type, name, sql FROM sqlite_master"):
-            made = str(said or "").upper().startswith("CREATE VIRTUAL") or _MADE.search(str(said or ""))
-            if kind not in ("table", "index") or made:
-                raise DataError(f"{file}: its {kind} '{name}' makes up rows; a bag has tables only")
-        if not packed:
-            return 0
-        return sum(size_of(bytes(data)) for (data,) in base.execute("SELECT data FROM messages"))
+def hold_database(file: Path, base: sqlite3.Connection) -> None:
+    """Refuse a database that makes up its rows.
+
+    Raises:
+        DataError: it does.
+    """
+    for kind, name, said in base.execute("SELECT type, name, sql FROM sqlite_master"):
+        made = str(said or "").upper().startswith("CREATE VIRTUAL") or _MADE.search(str(said or ""))
+        if kind not in ("table", "index") or made:
+            raise DataError(f"{file}: its {kind} '{name}' makes up rows; a bag has tables only")
+
+
+def _rows(base: sqlite3.Connection) -> int:
+    """Bytes of the messages of a database that are packed one by one."""
+    size_of = extra("zstandard").frame_content_size
+    return sum(size_of(bytes(data)) for (data,) in base.execute("SELECT data FROM messages"))

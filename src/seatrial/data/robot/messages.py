@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -24,10 +24,7 @@ from .. import DataError
 ODOMETRY, FIX, TWIST, NUMBER = (
     "nav_msgs/msg/Odometry", "sensor_msgs/msg/NavSatFix", "geometry_msgs/msg/TwistStamped", "std_msgs/msg/Float64",
 )  # fmt: skip
-TYPES = (ODOMETRY, FIX, TWIST, NUMBER)
-"""Message types that are read and written."""
-NUMBERS = (NUMBER, "std_msgs/msg/Float32")
-"""Types of bare numbers that are read."""
+"""Message types that are written, and read besides those of `READ`."""
 
 POSE = ("x", "y", "psi")
 VELOCITY = ("u", "v_m", "r")
@@ -37,18 +34,38 @@ FRAMES: Mapping[str, str] = MappingProxyType({"earth": "map", "ship": "base_link
 
 
 @dataclass(frozen=True)
+class Message:
+    """One message of a file.
+
+    Attributes:
+        topic, kind: its topic and its type as ROS 2 names it (`std_msgs/msg/Float64`).
+        logged: time of logging [ns].
+        data: packed.
+        encoding: how: `cdr` or `ros1`; others are not read.
+    """
+
+    topic: str
+    kind: str
+    logged: int
+    data: bytes
+    encoding: str = "cdr"
+
+
+@dataclass(frozen=True)
 class Values:
     """One message, in the terms of a trial.
 
     Attributes:
         stamp: its own time [ns]; None where the message has none.
-        values: by channel, SI; latitude and longitude [deg]; `value` of a bare number.
+        values: by channel, SI; latitude and longitude [deg]; `value` of a bare number, `[0]`, `[1]` of an array.
         frames: of the header and, for an odometry, of the child.
+        sentence: of NMEA 0183; empty in other messages.
     """
 
     stamp: int | None
     values: Mapping[str, float]
     frames: tuple[str, ...] = ()
+    sentence: str = ""
 
 
 _EARTH = re.compile(r"(^|/)(map|odom|earth|world|utm|local_origin)(_\w*)?$|(^|[_/])enu($|[_/])")
@@ -73,59 +90,203 @@ def extra(module: str) -> Any:
 
 @cache
 def store() -> Any:
-    """The definitions of the messages.
+    """The definitions of the messages that are written.
 
     Raises:
         DataError: the extra is not installed.
     """
-    types = extra("rosbags.typesys")
-    return types.get_typestore(types.Stores.ROS2_HUMBLE)
+    return Definitions().of("cdr")
 
 
-def unpacked(kind: str, data: bytes) -> Values:
-    """The values of a message of one of `TYPES`.
+_DEFINED: Mapping[str, str] = MappingProxyType({
+    "nmea_msgs/msg/Sentence": "std_msgs/Header header\nstring sentence",
+    "mavros_msgs/msg/RCOut": "std_msgs/Header header\nuint16[] channels",
+    "mavros_msgs/msg/VfrHud": "std_msgs/Header header\nfloat32 airspeed\nfloat32 groundspeed\nint16 heading\n"
+                              "float32 throttle\nfloat32 altitude\nfloat32 climb",
+    "mavros_msgs/msg/VFR_HUD": "std_msgs/Header header\nfloat32 airspeed\nfloat32 groundspeed\nint16 heading\n"
+                               "float32 throttle\nfloat32 altitude\nfloat32 climb",
+    "heron_msgs/msg/Drive": "float32 left\nfloat32 right",
+    "marine_msgs/msg/Helm": "std_msgs/Header header\nfloat64 throttle\nfloat64 rudder",
+    "marine_msgs/msg/DifferentialDrive": "std_msgs/Header header\nfloat64 left_thrust\nfloat64 right_thrust",
+})  # fmt: skip
+"""Messages that are read where a file does not define them, as a database of ROS 2 does not; others need a file that
+does."""
+
+_LONGEST = 100_000
+"""Letters of a definition at most."""
+
+
+class Definitions:
+    """The standard messages of ROS and those that a file defines."""
+
+    def __init__(self) -> None:
+        self._stores: dict[str, Any] = {}
+        self._told: dict[str, str] = {}
+
+    def learn(self, kind: str, text: str) -> None:
+        """Take the definition of a message from a file, where it is one that is read."""
+        if kind in READ and len(text) <= _LONGEST:
+            self._told.setdefault(kind, text)
+
+    def of(self, encoding: str) -> Any:
+        """The types of the messages that are packed so."""
+        if encoding not in self._stores:
+            types = extra("rosbags.typesys")
+            kind = types.Stores.ROS1_NOETIC if encoding == "ros1" else types.Stores.ROS2_HUMBLE
+            self._stores[encoding] = types.get_typestore(kind)
+        return self._stores[encoding]
+
+    def unpacked(self, kind: str, data: bytes, encoding: str = "cdr") -> Any:
+        """A message.
+
+        Raises:
+            DataError: bytes that are no such message.
+        """
+        types = self.of(encoding)
+        try:
+            if kind not in types.types:
+                self._register(types, kind)
+            return (types.deserialize_ros1 if encoding == "ros1" else types.deserialize_cdr)(data, kind)
+        except DataError:
+            raise
+        except Exception:  # the codec raises many kinds of errors on damaged bytes
+            raise DataError(f"not a whole {kind}") from None
+
+    def _register(self, types: Any, kind: str) -> None:
+        text = self._told.get(kind) or _DEFINED.get(kind)
+        if text is None:
+            raise DataError(f"no definition of {kind} in the file")
+        found = extra("rosbags.typesys").get_types_from_msg(text, kind)
+        types.register({name: one for name, one in found.items() if name not in types.types})
+
+
+def unpacked(kind: str, data: bytes, encoding: str = "cdr", definitions: Definitions | None = None) -> Values:
+    """The values of a message of one of `READ`.
 
     Raises:
         DataError: bytes that are no such message.
     """
+    message = (definitions or _standard()).unpacked(kind, data, encoding)
     try:
-        message = store().deserialize_cdr(data, kind)
-    except DataError:
-        raise
-    except Exception:  # the codec raises many kinds of errors on damaged bytes
-        raise DataError(f"not a whole {kind}") from None
-    if kind in NUMBERS:
-        return Values(None, {"value": float(message.data)})
-    header = message.header
-    stamp = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
-    if kind == FIX:
-        fixed = message.status.status >= 0
-        place = {"latitude": message.latitude, "longitude": message.longitude} if fixed else {}
-        return Values(stamp, place, (header.frame_id,))
-    if kind == TWIST:
-        return Values(stamp, _velocities(message.twist), (header.frame_id,))
-    at, psi, phi = message.pose.pose.position, *_angles(message.pose.pose.orientation)
-    values = {"x": at.y, "y": at.x, "psi": psi, "phi": phi, **_velocities(message.twist.twist)}
-    return Values(stamp, values, (header.frame_id, message.child_frame_id))
+        return READ[kind][1](message)
+    except AttributeError as error:
+        raise DataError(f"a {kind} as its file defines it has no '{error.name}'") from None
+
+
+@cache
+def _standard() -> Definitions:
+    return Definitions()
+
+
+def _stamp(message: Any) -> int:
+    return int(message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec)
+
+
+def _number(message: Any) -> Values:
+    return Values(None, {"value": float(message.data)})
+
+
+def _numbers(message: Any) -> Values:
+    return Values(None, {f"[{k}]": float(one) for k, one in enumerate(message.data[:MOST])})
+
+
+MOST = 32
+"""Numbers of an array that are read."""
+
+
+def _odometry_of(message: Any) -> Values:
+    said = {**_pose_of(message.pose.pose), **_velocities(message.twist.twist)}
+    return Values(_stamp(message), said, (message.header.frame_id, message.child_frame_id))
+
+
+def _pose_of(pose: Any) -> dict[str, float]:
+    return {"x": pose.position.y, "y": pose.position.x, **_angles(pose.orientation)}
+
+
+def _fix_of(message: Any) -> Values:
+    fixed = message.status.status >= 0
+    place = {"latitude": message.latitude, "longitude": message.longitude} if fixed else {}
+    return Values(_stamp(message), place, (message.header.frame_id,))
+
+
+def _gps_of(message: Any) -> Values:
+    """A fix with course [deg] and speed."""
+    place = _fix_of(message)
+    moving = {"U_G": message.speed, "gamma_G": math.radians(message.track % 360.0)}
+    return Values(place.stamp, {**place.values, **moving} if place.values else {}, place.frames)
+
+
+def _imu_of(message: Any) -> Values:
+    """Attitude and rate of turn; a covariance that begins with -1 says that one is not known."""
+    said = _angles(message.orientation) if message.orientation_covariance[0] != -1.0 else {}
+    if message.angular_velocity_covariance[0] != -1.0:
+        said["r"] = -message.angular_velocity.z
+    return Values(_stamp(message), said, (message.header.frame_id,))
+
+
+def _euler_of(message: Any) -> Values:
+    """Angles of an inertial unit [deg]: clockwise, starboard down, bow up."""
+    angles = message.orientation
+    said = {"psi": angles.heading, "phi": angles.roll, "theta": angles.pitch}
+    return Values(_stamp(message), {name: math.radians(value) for name, value in said.items()})
+
+
+def _drive_of(message: Any) -> Values:
+    return Values(None, {"[left]": message.left, "[right]": message.right})
+
+
+def _differential_of(message: Any) -> Values:
+    return Values(_stamp(message), {"[left]": message.left_thrust, "[right]": message.right_thrust})
+
+
+READ: Mapping[str, tuple[str, Callable[[Any], Values]]] = MappingProxyType({
+    ODOMETRY: ("Odo", _odometry_of),
+    "geometry_msgs/msg/PoseStamped": (
+        "Pos", lambda one: Values(_stamp(one), _pose_of(one.pose), (one.header.frame_id,))),
+    "geometry_msgs/msg/PoseWithCovarianceStamped": (
+        "Pos", lambda one: Values(_stamp(one), _pose_of(one.pose.pose), (one.header.frame_id,))),
+    TWIST: ("Twi", lambda one: Values(_stamp(one), _velocities(one.twist), (one.header.frame_id,))),
+    "geometry_msgs/msg/TwistWithCovarianceStamped": (
+        "Twi", lambda one: Values(_stamp(one), _velocities(one.twist.twist), (one.header.frame_id,))),
+    "sensor_msgs/msg/Imu": ("Imu", _imu_of),
+    FIX: ("Fix", _fix_of),
+    "gps_common/msg/GPSFix": ("Fix", _gps_of), "gps_msgs/msg/GPSFix": ("Fix", _gps_of),
+    "marine_msgs/msg/NavEulerStamped": ("Eul", _euler_of),
+    "mavros_msgs/msg/VfrHud": (
+        "Hud", lambda one: Values(_stamp(one), {"psi": math.radians(one.heading % 360)})),
+    "mavros_msgs/msg/VFR_HUD": (
+        "Hud", lambda one: Values(_stamp(one), {"psi": math.radians(one.heading % 360)})),
+    "mavros_msgs/msg/RCOut": (
+        "Out", lambda one: Values(_stamp(one), {f"[{k}]": float(v) for k, v in enumerate(one.channels[:MOST])})),
+    "heron_msgs/msg/Drive": ("Out", _drive_of), "marine_msgs/msg/DifferentialDrive": ("Out", _differential_of),
+    "marine_msgs/msg/Helm": (
+        "Out", lambda one: Values(_stamp(one), {"[throttle]": one.throttle, "[rudder]": one.rudder})),
+    "nmea_msgs/msg/Sentence": ("Sen", lambda one: Values(_stamp(one), {}, (one.header.frame_id,), one.sentence)),
+    **{f"std_msgs/msg/{kind}": ("Num", _number) for kind in
+       ("Float64", "Float32", "Int8", "Int16", "Int32", "UInt8", "UInt16", "UInt32")},
+    **{f"std_msgs/msg/{kind}MultiArray": ("Num", _numbers) for kind in ("Float64", "Float32", "Int16", "Int32")},
+})  # fmt: skip
+"""Message types that are read: three letters, by which a source is named, and their values."""
 
 
 def _velocities(twist: Any) -> dict[str, float]:
     return {"u": twist.linear.x, "v_m": -twist.linear.y, "r": -twist.angular.z}
 
 
-def _angles(q: Any) -> tuple[float, float]:
-    """Heading and roll of an orientation; NaN where it is undefined (all zeros)."""
+def _angles(q: Any) -> dict[str, float]:
+    """Heading, roll and pitch of an orientation; nothing where it is undefined (all zeros)."""
     size = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if not abs(size - 1.0) < 1e-3:
-        return math.nan, math.nan
+        return {}
     yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), size - 2.0 * (q.y * q.y + q.z * q.z))
     roll = math.atan2(2.0 * (q.w * q.x + q.y * q.z), size - 2.0 * (q.x * q.x + q.y * q.y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (q.w * q.y - q.x * q.z) / size)))
     psi = 0.5 * math.pi - yaw
-    return psi - 2.0 * math.pi if psi > math.pi else psi, roll
+    return {"psi": psi - 2.0 * math.pi if psi > math.pi else psi, "phi": roll, "theta": -pitch}
 
 
 def packed(kind: str, stamp: int, values: Mapping[str, float], frames: Mapping[str, str] = FRAMES) -> bytes:
-    """A message of one of `TYPES`; a value that is absent is written as NaN.
+    """A message of one of the types that are written; a value that is absent is written as NaN.
 
     Args:
         kind: its type.

@@ -171,7 +171,8 @@ def _log(
         found = (sentences.read(Path(nmea), replace(aboard, antenna=None)),)
         return _of(ship, nmea, found, aboard.place)
     if mcap is not None:
-        from ...data.robot.trial import read, read_topics
+        from ...data.robot.topics import read_topics
+        from ...data.robot.trial import read
 
         found = (read(mcap, read_topics(mapping) if mapping else None),)
     else:

@@ -1,0 +1,143 @@
+"""In which axes the messages of a log are, by the motion of the ship: convention and practice differ.
+
+REP 103 has the earth's axes east, north, up.  Drivers also give north, east, down, or count the yaw from north; a yaw
+that a unit began at zero counts from anywhere.  The course over ground tells: a ship goes about where it heads.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from .. import Array
+
+AXES: Mapping[str, tuple[float, float]] = MappingProxyType({
+    "enu": (1.0, 0.0), "ned": (-1.0, 0.5 * math.pi), "nwu": (1.0, -0.5 * math.pi),
+})  # fmt: skip
+"""Axes of an orientation: sign and offset [rad] of the heading from what it is in those of REP 103."""
+
+_SPAN, _ROWS, _LEAST = 4.0, 20, 0.5
+"""Seconds over which a course is taken; rows that make an evidence; least way in that time [m]."""
+_NEAR, _FAR = math.radians(30.0), math.radians(45.0)
+_TURNED = math.radians(60.0)
+
+
+@dataclass(frozen=True)
+class Track:
+    """Course and speed over ground, by positions.
+
+    Attributes:
+        t: times [s].
+        gamma: course [rad].
+        speed: [m/s].
+        by: what told the positions.
+    """
+
+    t: Array
+    gamma: Array
+    speed: Array
+    by: str
+
+
+def track(t: Array, north: Array, east: Array, by: str) -> Track | None:
+    """Course and speed where the ship moves; None where it does so too little to tell."""
+    good = np.isfinite(north + east)
+    t, north, east = t[good], north[good], east[good]
+    if t.size < _ROWS:
+        return None
+    after = np.searchsorted(t, t + _SPAN)
+    rows = np.flatnonzero(after < t.size)
+    after = after[rows]
+    step = t[after] - t[rows]
+    rows, after, step = rows[step < 2.0 * _SPAN], after[step < 2.0 * _SPAN], step[step < 2.0 * _SPAN]
+    dx, dy = north[after] - north[rows], east[after] - east[rows]
+    way = np.hypot(dx, dy)
+    moving = way > max(_LEAST, 0.3 * float(np.quantile(way, 0.9))) if way.size else np.zeros(0, dtype=bool)
+    if moving.sum() < _ROWS:
+        return None
+    middle = 0.5 * (t[after] + t[rows])
+    return Track(middle[moving], np.arctan2(dy, dx)[moving], (way / step)[moving], by)
+
+
+def _at(times: Array, t: Array, values: Array, circle: bool = False) -> Array:
+    """Values at other times, NaN outside."""
+    good = np.isfinite(values)
+    if good.sum() < 2:
+        return np.full(len(times), math.nan)
+    steady = np.unwrap(values[good]) if circle else values[good]
+    return np.interp(times, t[good], steady, left=math.nan, right=math.nan)
+
+
+def _off(angles: Array) -> Array:
+    return np.abs(np.mod(angles + math.pi, 2.0 * math.pi) - math.pi)
+
+
+def axes_of(t: Array, psi: Array, ground: Track) -> tuple[str, str]:
+    """Axes of headings that were read by REP 103, by the course, and what is said of that; "" where none fits.
+
+    Args:
+        t: times [s].
+        psi: headings by REP 103 [rad].
+        ground: the course over ground.
+    """
+    heading = _at(ground.t, t, psi, circle=True)
+    there = np.isfinite(heading)
+    if there.sum() < _ROWS:
+        return "enu", ""
+    apart = {name: float(np.median(_off(sign * heading[there] + offset - ground.gamma[there])))
+             for name, (sign, offset) in AXES.items()}  # fmt: skip
+    told = (f"{math.degrees(apart['enu']):.0f} deg off the course by {ground.by} in the median of "
+            f"{int(there.sum())} rows")
+    best = min(apart, key=lambda one: apart[one])
+    if apart["enu"] < _NEAR or apart["enu"] <= apart[best]:
+        return ("enu" if apart["enu"] < _FAR else ""), told
+    turned = float(np.ptp(np.unwrap(ground.gamma[there])))
+    if apart[best] < _NEAR and apart["enu"] > apart[best] + math.radians(15.0) and turned > _TURNED:
+        return best, f"{told}, {math.degrees(apart[best]):.0f} if its axes are {_WORDS[best]}"
+    return ("enu" if apart["enu"] < _FAR else ""), told
+
+
+_WORDS = MappingProxyType({"ned": "north, east, down", "nwu": "north, west, up"})
+
+
+def in_the_earth(t: Array, ahead: Array, aside: Array, psi: Array, ground: Track) -> bool:
+    """Whether velocities that were read as ahead and to starboard are east and minus north.
+
+    Args:
+        t: times [s].
+        ahead, aside: as `u` and `v_m` are read [m/s].
+        psi: headings at these times [rad].
+        ground: course and speed over ground.
+    """
+    u, v = _at(ground.t, t, ahead), _at(ground.t, t, aside)
+    heading = _at(ground.t, t, psi, circle=True)
+    north, east = ground.speed * np.cos(ground.gamma), ground.speed * np.sin(ground.gamma)
+    body = np.hypot(u * np.cos(heading) - v * np.sin(heading) - north,
+                    u * np.sin(heading) + v * np.cos(heading) - east)  # fmt: skip
+    earth = np.hypot(-v - north, u - east)
+    there = np.isfinite(body + earth)
+    if there.sum() < _ROWS:
+        return False
+    size = float(np.median(ground.speed[there]))
+    return float(np.median(earth[there])) < 0.25 * size and float(np.median(body[there])) > 0.5 * size
+
+
+def against(t: Array, psi: Array, times: Array, r: Array) -> bool:
+    """Whether rates of turn have the sign opposite to the change of the heading."""
+    good = np.isfinite(psi)
+    if good.sum() < _ROWS:
+        return False
+    t, steady = t[good], np.unwrap(psi[good])
+    grid = np.arange(t[0], t[-1], 0.5)
+    if grid.size < _ROWS:
+        return False
+    change = np.gradient(np.interp(grid, t, steady), grid)
+    rate = _at(grid, times, r)
+    there = np.isfinite(rate + change)
+    if there.sum() < _ROWS or not (np.std(rate[there]) > 1e-3 and np.std(change[there]) > 1e-3):
+        return False
+    return float(np.corrcoef(rate[there], change[there])[0, 1]) < -0.5
