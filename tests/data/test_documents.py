@@ -143,12 +143,15 @@ def test_an_orientation_is_yaw_from_east_and_roll_about_the_bow(psi: float) -> N
         q = SimpleNamespace(w=math.cos(half) * math.cos(tilt), x=math.cos(half) * math.sin(tilt),
                             y=math.sin(half) * math.sin(tilt), z=math.sin(half) * math.cos(tilt))  # fmt: skip
         found = _angles(q)
-        assert math.cos(found[0] - psi) == pytest.approx(1.0)
-        assert -math.pi < found[0] <= math.pi + 1e-12
-        assert found[1] == pytest.approx(phi)
+        assert math.cos(found["psi"] - psi) == pytest.approx(1.0)
+        assert -math.pi < found["psi"] <= math.pi + 1e-12
+        assert found["phi"] == pytest.approx(phi)
+        assert found["theta"] == pytest.approx(0.0)
     for size, known in ((1.0004, True), (1.0006, False)):
         q = SimpleNamespace(x=0.0, y=0.0, z=0.0, w=size)
-        assert math.isfinite(_angles(q)[0]) == known
+        assert ("psi" in _angles(q)) == known
+    bow_up = SimpleNamespace(x=0.0, y=-math.sin(0.1), z=0.0, w=math.cos(0.1))  # about an axis to port
+    assert _angles(bow_up)["theta"] == pytest.approx(0.2)
 
 
 @pytest.mark.slow
@@ -158,7 +161,7 @@ def test_messages_come_back_with_their_stamps_and_frames() -> None:
     said = {"x": 3.0, "y": -4.0, "psi": 2.0, "phi": 0.1, "u": 5.0, "v_m": 0.3, "r": -0.02}
     found = unpacked(ODOMETRY, packed(ODOMETRY, stamp, said))
     assert (found.stamp, found.frames) == (stamp, ("map", "base_link"))
-    assert dict(found.values) == pytest.approx(said)
+    assert dict(found.values) == pytest.approx({**said, "theta": 0.0})
     twist = unpacked(TWIST, packed(TWIST, stamp, said))
     assert (twist.frames, dict(twist.values)) == (("base_link",), {"u": 5.0, "v_m": 0.3, "r": -0.02})
     fix = unpacked(FIX, packed(FIX, stamp, {"latitude": 35.0, "longitude": -139.0}))
