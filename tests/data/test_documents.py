@@ -171,7 +171,10 @@ def test_messages_come_back_with_their_stamps_and_frames() -> None:
     for frame, earth in (("map", True), ("odom_combined", True), ("base_link", False), ("ship/earth", True),
                          ("local_enu", True), ("mapped", False)):  # fmt: skip
         assert earth_fixed(frame) == earth
-    assert (Number("delta", "deg", -1).factor, Number("delta").factor) == (pytest.approx(-math.pi / 180.0), 1.0)
+    degrees, pulses = Number("delta", "deg", -1), Number("throttle_port", "%", scale=0.25, offset=-375.0)
+    assert degrees.of(np.array([10.0]))[0] == pytest.approx(-math.pi / 18.0)
+    assert pulses.of(np.array([1500.0, 1900.0])).tolist() == pytest.approx([0.0, 1.0])
+    assert Number("delta").of(np.array([10.0]))[0] == 10.0
 
 
 # -- the public catamaran

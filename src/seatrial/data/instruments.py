@@ -6,9 +6,10 @@ A source is named as a talker and three characters, such as ``35/127250``: addre
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -97,7 +98,8 @@ def each_line(path: Path, heard: Heard, take: Callable[[str], None]) -> None:
 
 def trial_by(
     path: Path, heard: Heard, what: str, mapping: Aboard | None = None, epoch: float | None = 0.0,
-    steps: Sequence[str] = (), finish: Finish | None = None, plain: Collection[str] = (), digits: int = 6,
+    steps: Sequence[str] = (), finish: Finish | None = None, plain: Mapping[str, str] = MappingProxyType({}),
+    digits: int = 6,
 ) -> Trial:  # fmt: skip
     """The trial of what instruments told.
 
@@ -109,7 +111,7 @@ def trial_by(
         epoch: seconds since 1970 at time 0; None where the log has no date.
         steps: what was done before.
         finish: see `Finish`.
-        plain: names of readings that are channels as they are.
+        plain: readings that are channels as they are, with their units.
         digits: of the seconds of the clock.
 
     Raises:

@@ -24,7 +24,7 @@ logs, is one; every key may be left out:
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -42,7 +42,6 @@ from ..nmea.readings import KINDS
 from ..nmea.sources import GROUPS, Choice, Series, chosen
 from ..prepare import nearest_rows
 from ..sidecar import CONVENTIONS, UNPLACED, Described, read_described
-from ..units import UNIT_OF_THRUSTERS, standard_unit
 
 name = "nmea"
 suffixes = (".nmea",)
@@ -183,10 +182,10 @@ def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
     return Trial(source.stem, np.round(t - t[0], log.digits), known, units, meta)
 
 
-def _unit(name: str, plain: Collection[str]) -> str:
+def _unit(name: str, plain: Mapping[str, str]) -> str:
     """Unit of a numbered control, and of what has no standard one; empty where the name has one."""
     if name in plain:
-        return standard_unit(name) or UNIT_OF_THRUSTERS.get(name.partition("_")[0], "-")
+        return plain[name]
     stems = ("delta_", "rad"), ("n_P_", "1/s"), *((one, "-") for one in _SHARES)
     return next((unit for stem, unit in stems if name.startswith(stem)), "")
 
@@ -313,7 +312,7 @@ class Log:
             many sentences are left out because they have no time (``untimed``).
         choices: which source each quantity is from.
         ignored: number of sentences of each kind that nothing is read from.
-        plain: names of readings that are channels as they are, beside those of instruments.
+        plain: readings that are channels as they are, beside those of instruments, with their units.
         digits: of the seconds of the clock; floats hold seconds since 1970 to a quarter of a microsecond.
     """
 
@@ -323,7 +322,7 @@ class Log:
     lines: Mapping[str, int] = field(default_factory=dict[str, int])
     choices: Sequence[Choice] = ()
     ignored: Mapping[str, int] = field(default_factory=dict[str, int])
-    plain: Collection[str] = ()
+    plain: Mapping[str, str] = field(default_factory=dict[str, str])
     digits: int = 6
 
 

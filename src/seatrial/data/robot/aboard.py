@@ -47,14 +47,14 @@ class Aboard:
         heard: the readings by source.
         steps: what was done and what is in doubt, in words.
         epoch: seconds since 1970 at time 0; None where the log has no date.
-        named: channels of bare numbers.
+        named: topic and unit of the channels of bare numbers.
         frames: names of the frames of the motion.
     """
 
     def __init__(self, path: Path, series: Mapping[str, Series], topics: Topics) -> None:
         self.path, self.series, self.topics = path, series, topics
         self.heard, self.steps = Heard(), list[str]()
-        self.named: dict[str, str] = {}
+        self.named: dict[str, tuple[str, str]] = {}
         self.frames: dict[str, str] = {}
         ticks = [int(np.min(np.array(one.times))) for one in series.values() if len(one.times)]
         self._first = min(ticks, default=0)
@@ -226,7 +226,7 @@ class Aboard:
                 if np.nan_to_num(values).any():
                     self.heard.ignored[f"{at} ({one.kind})"] = len(one.times)
                 continue
-            self.named[mapped.channel] = at
+            self.named[mapped.channel] = at, mapped.si
             if at not in self.topics.numbers and _unknown_control(mapped.channel):
                 self.steps.append(f"doubt: {at} looks like a control, and is the channel {mapped.channel}; say what it "
                                   "is by [numbers] in a mapping (seatrial import --guess)")
@@ -243,14 +243,14 @@ class Aboard:
         if channel not in self.named or channel == "psi":
             return True
         if at in self.topics.numbers or standard_unit(channel) is not None:
-            raise DataError(f"{self.path}: two topics for channel '{channel}', {self.named[channel]} and {at}; "
+            raise DataError(f"{self.path}: two topics for channel '{channel}', {self.named[channel][0]} and {at}; "
                             "map them in a mapping file")
         return False
 
     @property
-    def plain(self) -> frozenset[str]:
-        """Channels of bare numbers that are no readings of instruments."""
-        return frozenset(name for name in self.named if _LOGS.get(name, name) not in _READINGS)
+    def plain(self) -> dict[str, str]:
+        """Channels of bare numbers that are no readings of instruments, with their units."""
+        return {name: unit for name, (_, unit) in self.named.items() if _LOGS.get(name, name) not in _READINGS}
 
 
 def _axes_key(topic: str) -> str:

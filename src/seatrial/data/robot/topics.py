@@ -25,7 +25,7 @@ from .. import Array, DataError
 from ..formats.nmea import Aboard
 from ..sidecar import read_described
 from ..table import within
-from ..units import conversion
+from ..units import UNIT_OF_THRUSTERS, conversion, standard_unit
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,13 @@ class Number:
             DataError: an unknown unit, or one that cannot measure the channel.
         """
         return 1.0 if self.unit is None else conversion(self.channel, self.unit)[1]
+
+    @property
+    def si(self) -> str:
+        """Unit of the channel."""
+        if self.unit is not None:
+            return conversion(self.channel, self.unit)[0]
+        return standard_unit(self.channel) or UNIT_OF_THRUSTERS.get(self.channel.partition("_")[0], "-")
 
     def of(self, values: Array) -> Array:
         """The channel of numbers."""

@@ -90,6 +90,8 @@ def _again(path: Path, note: Mapping[str, Any], series: Mapping[str, Series], to
     if topics.datum is not None:
         meta["datum"] = asdict(topics.datum)
     known = {name: values for name, values in channels.items() if np.isfinite(values).any()}
-    units = {name: note.get("units", {}).get(name, standard_unit(name) or "-") for name in known if name not in UNITS}
+    mapped = {one.channel: one.si for one in topics.numbers.values()}
+    units = {name: mapped.get(name) or note.get("units", {}).get(name, standard_unit(name) or "-")
+             for name in known if name not in UNITS}  # fmt: skip
     zero = began(path, note.get("meta", {}))
     return Trial(path.stem, (ticks - zero) / 1e9, known, units, meta)
