@@ -39,6 +39,12 @@ def ahead(trial: Trial, metres: float, aside: float) -> Trial:
     return trial.having(x=trial["x"] + metres * c - aside * s, y=trial["y"] + metres * s + aside * c)
 
 
+def received(trial: Trial, metres: float, aside: float) -> Trial:
+    """Position and speeds of another point of the hull."""
+    moved = ahead(trial, metres, aside)
+    return moved.having(u=trial["u"] - aside * trial["r"], v_m=trial["v_m"] + metres * trial["r"])
+
+
 PLANTED = {
     "offset.delta": (1.5 * DEG, lambda t, c: t.having(delta=t["delta"] + c)),
     "scale.delta": (0.1, lambda t, c: t.having(delta=t["delta"] / (1.0 - c))),
@@ -52,6 +58,9 @@ PLANTED = {
     "scale.u": (0.05, lambda t, c: t.having(u=(1.0 + c) * t["u"])),
     "antenna.ahead": (-100.0, lambda t, c: ahead(t, c, 0.0)),
     "antenna.starboard": (12.0, lambda t, c: ahead(t, 0.0, c)),
+    "receiver.ahead": (-100.0, lambda t, c: received(t, c, 0.0)),
+    "receiver.starboard": (12.0, lambda t, c: received(t, 0.0, c)),
+    "delay.receiver": (3.0, lambda t, c: late(t, c, "x", "y", "u", "v_m")),
     "scale.wind": (0.2, lambda t, c: t.having(U_T=t["U_T"] / (1.0 - c))),
 }
 

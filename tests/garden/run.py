@@ -46,7 +46,9 @@ train = ["*"]
 """
 FAR = 4.0
 KEYS = {
-    "bias.psi": "heading_bias", "deviation.north": "heading_deviation", "deviation.east": "heading_deviation",
+    "bias.psi": "heading_bias", "bias.psi_speed": "heading_bias", "delay.receiver": "lag:x",
+    "receiver.ahead": "lever_arm", "receiver.starboard": "lever_arm",
+    "deviation.north": "heading_deviation", "deviation.east": "heading_deviation",
     "bias.r": "gyro_bias", "bias.u": "log_bias", "bias.v_m": "sway_bias",
     "scale.u": "log_scale", "scale.r": "gyro_scale", "delay.position": "lag:x", "delay.psi": "lag:psi",
     "delay.speed": "lag:u", "delay.r": "lag:r", "antenna.ahead": "lever_arm", "antenna.starboard": "lever_arm",

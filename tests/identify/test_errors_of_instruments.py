@@ -29,7 +29,7 @@ RUN = np.column_stack([3.0 * T, T**2, PSI, 1.0 + 0.1 * T, np.sin(T), 0.05 + 0.01
 
 
 def every() -> dict[str, Any]:
-    wind = Trial("w", T, {"U_T": 5.0 + 0.0 * T, "gamma_T": 0.0 * T})
+    wind = Trial("w", T, {"U_T": 5.0 + 0.0 * T, "gamma_T": 0.0 * T, "u": 1.0 + 0.0 * T, "v_m": 0.0 * T})
     return {one.name: one for one in suspects(SHIP.model, [wind])}
 
 
@@ -43,12 +43,22 @@ def every() -> dict[str, Any]:
         math.radians(1.0)),
     ("antenna.ahead", 0, np.cos(PSI), "m", 1.0), ("antenna.ahead", 1, np.sin(PSI), "m", 1.0),
     ("antenna.starboard", 0, -np.sin(PSI), "m", 1.0), ("antenna.starboard", 1, np.cos(PSI), "m", 1.0),
+    # a point ahead of midship moves to starboard at r, one to starboard moves astern
+    ("receiver.ahead", 0, np.cos(PSI), "m", 1.0), ("receiver.ahead", 4, 0.05 + 0.01 * T, "m", 1.0),
+    ("receiver.starboard", 1, np.cos(PSI), "m", 1.0), ("receiver.starboard", 3, -0.05 - 0.01 * T, "m", 1.0),
+    ("delay.receiver", 0, -3.0 + 0.0 * T, "s", 1.0), ("delay.receiver", 3, -0.1 + 0.0 * T, "s", 1.0),
+    # a velocity over ground, told from a heading that is too large, comes more from port
+    ("bias.psi_speed", 2, 1.0 + 0.0 * T, "deg", math.radians(1.0)),
+    ("bias.psi_speed", 3, np.sin(T), "deg", math.radians(1.0)),
+    ("bias.psi_speed", 4, -1.0 - 0.1 * T, "deg", math.radians(1.0)),
 ])  # fmt: skip
 def test_a_sensor_reads_its_error_and_nothing_else(name: str, channel: int, wanted: Any, unit: str, per: float) -> None:
     one = every()[name]
     found = one.reads(RUN, None, 0.5)
     np.testing.assert_allclose(found[0, :, channel], wanted, atol=1e-12)
-    pairs = {"antenna.ahead": {0, 1}, "antenna.starboard": {0, 1}, "delay.position": {0, 1}, "delay.speed": {3, 4}}
+    pairs = {"antenna.ahead": {0, 1}, "antenna.starboard": {0, 1}, "delay.position": {0, 1}, "delay.speed": {3, 4},
+             "receiver.ahead": {0, 1, 4}, "receiver.starboard": {0, 1, 3}, "delay.receiver": {0, 1, 3, 4},
+             "bias.psi_speed": {2, 3, 4}}  # fmt: skip
     others = set(range(6)) - pairs.get(name, {channel})
     assert not found[..., sorted(others)].any()
     assert (one.unit, one.per) == (unit, pytest.approx(per))
@@ -244,3 +254,16 @@ def test_runs_of_one_condition_err_alike_to_either_side() -> None:
     assert len({one, still, slow, turn}) == 4
     runs = Captive("t", motion, {"Y": np.zeros(6)}, 7.0, 1000.0)
     assert captive_loads.Predicted.of(SHIP, runs).group.tolist() == [1, 1, 0, 1, 1, 1]
+
+
+def test_speeds_share_no_error_where_they_are_not_measured() -> None:
+    speeds = {"u": 1.0 + 0.0 * T, "v_m": 0.1 * np.sin(T)}
+    shared = {"bias.psi_speed", "delay.receiver", "receiver.ahead", "receiver.starboard"}
+
+    def offered(trial: Trial) -> set[str]:
+        return shared & {one.name for one in suspects(SHIP.model, [trial])}
+
+    assert offered(Trial("a", T, speeds)) == shared
+    assert offered(Trial("a", T, {"u": speeds["u"]})) == set()
+    made = Trial("a", T, speeds, {}, {"derived": {"v_m": "x, y, psi"}})
+    assert offered(made) == set()

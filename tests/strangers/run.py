@@ -34,7 +34,9 @@ from seatrial.workflow.validate import check
 from .logs import FAULTS, sheet, unseen, written
 from .ships import BY_NAME, STRANGERS, Stranger
 
-INSTRUMENTS = ("bias", "scale", "delay", "offset", "port", "antenna", "deviation", "direction", "exchange", "sign")
+INSTRUMENTS = (
+    "bias", "scale", "delay", "offset", "port", "antenna", "receiver", "deviation", "direction", "exchange", "sign",
+)  # fmt: skip
 """How the names of suspects begin that are errors of instruments; a current is none."""
 GRADED = ("identified", "graded")
 INSIDE = 1.96

@@ -23,7 +23,9 @@ Errors = Mapping[str, float]
 """Errors by name as in `trajectory.suspects`, such as "offset.delta", "bias.psi", "current.north"; SI units."""
 
 # Channels of a sensor that has a delay, where they are not one channel of that name.
-_TOGETHER = {"position": ("x", "y"), "speed": ("u", "v_m")}
+_TOGETHER = {"position": ("x", "y"), "speed": ("u", "v_m"), "receiver": ("x", "y", "u", "v_m")}
+# Errors of readings that depend on the whole state.
+_OF_STATE = ("antenna", "receiver", "deviation")
 # Kinds of errors that are not corrected by their direction: a shift in time, and the current, which is no error.
 _APART = ("delay", "current")
 _CURRENTS = {"current.north": CURRENT[0].rpartition(".")[2], "current.east": CURRENT[1].rpartition(".")[2]}
@@ -106,7 +108,7 @@ def _acted(trial: Trial, acting: list[tuple[Suspect, float]], model: Model) -> T
 
 
 def _read(trial: Trial, errors: Errors, reading: list[tuple[Suspect, float]]) -> Trial:
-    """The trial with corrected readings: biases and scales of each channel first, then the place of the antenna."""
+    """The trial with corrected readings: biases and scales of each channel first, then what the whole state says."""
     state = np.zeros((len(trial), len(STATES)))
     for k, name in enumerate(STATES):
         if name in trial:
@@ -114,7 +116,7 @@ def _read(trial: Trial, errors: Errors, reading: list[tuple[Suspect, float]]) ->
             state[:, k] = (values - errors.get(f"bias.{name}", 0.0)) / (1.0 + errors.get(f"scale.{name}", 0.0))
     right = state.copy()
     for one, c in reading:
-        if one.reads and one.name.partition(".")[0] == "antenna":
+        if one.reads and (one.name.partition(".")[0] in _OF_STATE or one.name == "bias.psi_speed"):
             right -= c * one.reads(state, None, trial.dt)
     before = trial.stack(*(name for name in STATES if name in trial))
     after: dict[str, Array] = {}

@@ -19,6 +19,7 @@ import numpy as np
 
 from ...core.errors import StudyError
 from ...data import Array, Trial
+from ...data.prepare.made import measured
 from ...environment import CHANNELS
 from ...models import Model, Sampled, unit
 from ...simulate.replay import from_apparent, wind_of
@@ -26,7 +27,8 @@ from ...simulate.replay import from_apparent, wind_of
 X, Y, PSI, U, V, R = range(6)
 _DEG = math.radians(1.0)
 MOST: Mapping[str, float] = {
-    "bias.psi": 30.0 * _DEG,  # a magnetic compass read as true: the variation of most waters
+    # a magnetic compass read as true: the variation of most waters
+    "bias.psi": 30.0 * _DEG, "bias.psi_speed": 30.0 * _DEG,
     "bias.r": 1.0 * _DEG,  # a gyro of a phone before it is warm; a ship's turn indicator has .01 deg/s
     "bias.u": 1.5, "bias.v_m": 1.5,  # a log that is not calibrated, and a lever arm in a turn
     "scale.r": 0.15,  # IMO A.526(13) allows .05
@@ -35,7 +37,8 @@ MOST: Mapping[str, float] = {
     "offset": 10.0 * _DEG,
     "deviation": 15.0 * _DEG,  # a magnetic compass without correctors; the speed error of a gyro is 2 deg
     "delay": 60.0,  # clocks set by hand
-    "antenna.ahead": 250.0, "antenna.starboard": 40.0,  # half the length and the beam of the largest ships
+    # half the length and the beam of the largest ships
+    "antenna.ahead": 250.0, "antenna.starboard": 40.0, "receiver.ahead": 250.0, "receiver.starboard": 40.0,
     "current": 5.0, "wind": 40.0,
 }  # fmt: skip
 """The largest error that an instrument may have and still be called one, by name or kind, SI units.
@@ -134,6 +137,26 @@ def _antenna(aside: bool) -> Reads:
     return reads
 
 
+def _receiver(aside: bool) -> Reads:
+    """Position and speeds one metre ahead of midship, or to starboard of it: a point of a turning hull moves across."""
+    place, channel, way = _antenna(aside), U if aside else V, -1.0 if aside else 1.0
+
+    def reads(predicted: Array, change: Array | None, dt: float) -> Array:
+        out = place(predicted, change, dt)
+        out[..., channel] = way * (predicted if change is None else change)[..., R]
+        return out
+
+    return reads
+
+
+def _turned(predicted: Array, change: Array | None, dt: float) -> Array:
+    """Heading one radian too large, and the speeds over ground that it turned into u and v_m."""
+    of = predicted if change is None else change
+    out = np.zeros_like(of)
+    out[..., PSI], out[..., U], out[..., V] = change is None, of[..., V], -of[..., U]
+    return out
+
+
 def _deviation(east: bool) -> Reads:
     """Error of the compass of one cycle, largest on a heading to the north, or to the east."""
 
@@ -168,6 +191,18 @@ _SENSORS = (
     Suspect("antenna.starboard", "a position measured to starboard of midship", "m", 1.0, reads=_antenna(aside=True)),
 )  # fmt: skip
 
+_RECEIVER = (
+    Suspect("bias.psi_speed", "a bias of the heading that turned the speeds over ground too", "deg", _DEG,
+            reads=_turned),
+    Suspect("delay.receiver", "a delay of position and speeds, those of one receiver,", "s", 1.0,
+            reads=_channels((X, Y, U, V), _earlier)),
+    Suspect("receiver.ahead", "position and speeds of a receiver ahead of midship, by", "m", 1.0,
+            reads=_receiver(aside=False)),
+    Suspect("receiver.starboard", "position and speeds of a receiver to starboard of midship, by", "m", 1.0,
+            reads=_receiver(aside=True)),
+)  # fmt: skip
+"""Errors that position and measured speeds share, so that they agree with each other."""
+
 
 def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
     """Those that the model and the trials can have.
@@ -179,6 +214,8 @@ def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
     if isinstance(model, Sampled):
         return ()
     found = list(_SENSORS)
+    if all(measured(trial, name) for trial in trials for name in ("u", "v_m")):
+        found += _RECEIVER
     for at, name in enumerate(model.controls):
         angle = unit(name) == "rad"
         if angle:

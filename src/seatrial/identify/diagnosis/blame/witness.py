@@ -17,6 +17,7 @@ from ....data import Trial
 from ....data.check.controls.rudder import rudder_lag
 from ....data.check.relations import CAUSES, left_over
 from ....data.check.suspects import Normal
+from ....data.prepare.made import derived
 
 _CAUSE_OF: Mapping[str, str] = MappingProxyType({
     "bias.psi": "heading_bias", "deviation.north": "deviation_north", "deviation.east": "deviation_east",
@@ -63,8 +64,14 @@ def witnesses(trials: Sequence[Trial], length: float | None = None) -> dict[str,
     Args:
         length: of the ship [m], for trials that do not say it.
     """
-    told = [replace(one, meta={"L_pp": length, **one.meta}) if length else one for one in trials]
+    told = [replace(_own(one), meta={"L_pp": length, **one.meta} if length else one.meta) for one in trials]
     return {**_of_sensors(told), **dict(_of_rudder(told))}
+
+
+def _own(trial: Trial) -> Trial:
+    """The trial without channels that are made from others: those agree with their sources whatever is wrong."""
+    made = derived(trial)
+    return replace(trial, channels={name: values for name, values in trial.channels.items() if name not in made})
 
 
 def _of_sensors(trials: Sequence[Trial]) -> dict[str, Witness]:
