@@ -91,7 +91,7 @@ def bytes_of(path: str | Path) -> bytes:
         raw = here.read_bytes()
     except OSError as error:
         raise DataError(f"{here}: cannot be read: {error.strerror}") from error
-    if not raw.strip():
+    if not raw.strip(b"\0 \t\r\n"):
         raise DataError(f"{here}: the file is empty; it should have a header and rows of numbers")
     return raw
 

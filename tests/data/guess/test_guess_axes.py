@@ -358,7 +358,7 @@ def test_the_unit_of_a_log_is_that_of_the_speed_of_the_track(unit: str, factor: 
     still = Known(np.arange(30.0), None, None, None, None, speed)
     for share, doubtful in ((1.0, False), (1.17, False), (1.28, True)):
         log = np.append(speed[:-1] / factor / share, 0.0)  # at rest it says nothing of its unit
-        (entry,) = other_entries({"stw": signal("stw", log)}, still)
+        (entry,) = other_entries({"stw": signal("stw", log)}, still, set())
         assert entry.keys["unit"] == f'"{unit}"'
         assert any("only the nearest unit" in one for one in entry.answer.doubts) == doubtful
         assert f"{share * factor:.3g} m/s of the track" in entry.answer.evidence
@@ -366,12 +366,12 @@ def test_the_unit_of_a_log_is_that_of_the_speed_of_the_track(unit: str, factor: 
 
 def test_the_speed_of_a_ship_whose_track_is_unknown_has_no_unit() -> None:
     nothing = Known(np.arange(3.0), None, None, None, None, None)
-    (entry,) = other_entries({"speed": signal("speed", [1.0, 2.0, 3.0])}, nothing)
+    (entry,) = other_entries({"speed": signal("speed", [1.0, 2.0, 3.0])}, nothing, set())
     assert (entry.table, entry.keys["unit"]) == ("log", f'"{ASK}"')
     assert len(entry.answer.doubts) == 2
     covered = {"speed": signal("speed", [1.0, 2.0]), "cog": signal("cog", [1.0, 2.0])}
-    assert not list(other_entries(covered, nothing))
-    (entry,) = other_entries({"stw": signal("stw", [1.0, 2.0], unit="kn")}, nothing)
+    assert not list(other_entries(covered, nothing, set()))
+    (entry,) = other_entries({"stw": signal("stw", [1.0, 2.0], unit="kn")}, nothing, set())
     assert (entry.keys["unit"], entry.answer.doubts) == ('"kn"', ())
 
 
@@ -381,7 +381,7 @@ def test_the_speed_of_a_ship_whose_track_is_unknown_has_no_unit() -> None:
 ])  # fmt: skip
 def test_units_of_channels_that_nothing_tests_are_those_of_their_size(role: str, largest: float, unit: str) -> None:
     nothing = Known(np.arange(3.0), None, None, None, None, None)
-    (entry,) = other_entries({role: signal(role, [0.0, -largest])}, nothing)
+    (entry,) = other_entries({role: signal(role, [0.0, -largest])}, nothing, set())
     assert entry.keys["unit"] == f'"{unit}"'
     assert len(entry.answer.doubts) == 1 + (role == "phi")
     assert any("write it in place" in one for one in entry.answer.doubts) == (unit == ASK)

@@ -172,6 +172,17 @@ def test_the_speed_of_a_receiver_without_a_fix_is_a_gap_and_that_of_one_at_rest_
     assert found["U_G"][2:4] == pytest.approx([1.5, 0.0])
 
 
+@pytest.mark.parametrize("mark", ["\x0b", "\x0c", "\x1c", "\x85", "\u2028"])
+def test_a_mark_that_is_no_end_of_a_line_ends_none_for_the_guess_either(mark: str, tmp_path: Path) -> None:
+    true = truth()
+    rows = [f"{t:g};{np.degrees(one):.6f}" for t, one in zip(true.t, true["psi"], strict=True)]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([f"Ship{mark} blue", "a line", "time;heading", *rows]) + "\n", encoding="utf-8")
+    text = guess(log).text
+    assert "skip = 2" in text
+    assert trials(log, text.replace(SCHEMA, ""))[0]["psi"] == pytest.approx(true["psi"], abs=1e-7)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("empty", "separator"), [((1,), ","), ((2,), ";"), ((1, 2, 4, 6), "\t")])
 def test_empty_lines_anywhere_change_nothing(empty: tuple[int, ...], separator: str, tmp_path: Path) -> None:

@@ -13,7 +13,8 @@ from pathlib import Path
 
 from .. import DataError
 from ..mapping.schema import Long
-from ..table import existing, quoted_cells
+from ..mapping.text import cells_of, texts_of
+from ..table import bytes_of
 from .naming import unit_of
 
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
@@ -85,19 +86,13 @@ class Table:
 
 
 def decoded(path: Path) -> tuple[str, str]:
-    """The text of a file and its encoding: by byte-order mark, zero bytes, or else UTF-8 and then Latin-1.
+    """The text of a file as an import reads it, and its encoding: by byte-order mark, zero bytes, or else by trial.
 
     Raises:
         DataError: no such file, an empty or a binary one.
     """
-    raw = existing(path).read_bytes()
-    if not raw.strip(b"\0 \r\n\t"):
-        raise DataError(f"{path}: the file is empty; it should have a header and rows of numbers")
-    encoding = _encoding(raw)
-    try:
-        return raw.decode(encoding).removeprefix("\ufeff"), encoding
-    except UnicodeDecodeError:
-        raise DataError(f"{path}: a binary file, not text; expected rows of numbers") from None
+    encoding = _encoding(bytes_of(path))
+    return texts_of(path, encoding).decode(), encoding
 
 
 def _encoding(raw: bytes) -> str:
@@ -150,10 +145,8 @@ def number(cell: str, mark: str = ".") -> float | None:
 
 
 def split_line(line: str, delimiter: str) -> list[str]:
-    """Cells of a line, quotes taken off."""
-    if delimiter == "whitespace":
-        return line.split()
-    return [cell.strip().strip('"').strip() for cell in quoted_cells(line, delimiter)]
+    """Cells of a line, as an import splits it."""
+    return cells_of(line, None if delimiter == "whitespace" else delimiter)
 
 
 def read_text(path: Path, most: int = ROWS) -> Table:
@@ -163,7 +156,7 @@ def read_text(path: Path, most: int = ROWS) -> Table:
         DataError: not text, no rows of numbers, or no header above them.
     """
     text, encoding = decoded(path)
-    lines = text.splitlines()
+    lines = text.split("\n")
     filled = [line for line in lines if line.strip()]
     middle = filled[len(filled) // 3 :][:_PROBED]
     ranked = sorted(

@@ -121,7 +121,7 @@ def laid_out(
             b"\n".join(_put(line, separator) for line in body.split(b"\n")),
         )
         separator = _UNIT
-    rows = [tuple(_cells(line.decode(), separator)) for line in heading]
+    rows = [tuple(cells_of(line.decode(), separator)) for line in heading]
     heads, *rest = [tuple(named), *rows] if named else rows
     first = found + 1
     source = "columns of the mapping" if named else "the header"
@@ -204,9 +204,11 @@ def _counted(
     return blank, k + 1, quoted
 
 
-def _cells(line: str, separator: str) -> list[str]:
-    quoted = '"' in line
-    cells = quoted_cells(line, separator) if quoted else line.split(separator)
+def cells_of(line: str, separator: str | None) -> list[str]:
+    """Cells of a line without blanks and quotes around them; None separates by any white space."""
+    if separator is None:
+        return line.split()
+    cells = quoted_cells(line, separator) if '"' in line else line.split(separator)
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
