@@ -142,6 +142,9 @@ def test_priors_of_an_estimated_ship_are_its_own_and_those_of_a_published_one_re
     published = {one.path: one for one in read_study(made_study(folder, tmp_path / "published.toml")).problem.free}
     one = published["hull.N_r"]
     assert one.sigma == pytest.approx(0.3 * abs(one.start))
+    guessed = {"propeller.C_1", "propeller.C_2n", "propeller.k_0", "propeller.k_2", "rudder.f_alpha", "rudder.eta"}
+    assert guessed <= {*free}, "a number that a regression gave, if held, makes others wrong"
+    assert not guessed & {*published}, "what was measured is fixed"
 
 
 def made_study(folder: Path, out: Path) -> Path:

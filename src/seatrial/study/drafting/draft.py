@@ -42,7 +42,9 @@ _RULES: tuple[tuple[str, float, str], ...] = (
     ("hull.[RX]_*", 0.3, "surge"), ("hull.*", 0.3, "turn"), ("damping.X_*", 0.5, "surge"), ("damping.*", 0.5, "turn"),
     ("derivatives.X_*", 0.3, "surge"), ("derivatives.*", 0.3, "turn"),
     ("*.t_P", 0.3, "surge"), ("*.w_P0", 0.2, "surge"),
-    ("propeller.[ABCk]_*", 0.3, "engine"),
+    ("propeller.[ABCk]_*", 0.3, "engine"), ("propeller*.C_*", OWN, "turn"), ("propeller*.x_P", OWN, "turn"),
+    ("propeller*.k_*", OWN, "surge"), ("rudder*.f_alpha", OWN, "turn"), ("rudder*.eta", OWN, "turn"),
+    ("rudder*.x_R", OWN, "turn"),
     ("rudder*.t_R", 0.3, "turn"), ("rudder*.a_H", 0.3, "turn"), ("rudder*.x_H", 0.3, "turn"),
     ("rudder*.epsilon", 0.3, "turn"), ("rudder*.kappa", 0.3, "turn"), ("rudder*.k_x", 0.3, "turn"),
     ("rudder*.l_R", 0.3, "turn"), ("rudder*.gamma_*", 0.3, "turn"),
@@ -53,7 +55,9 @@ _RULES: tuple[tuple[str, float, str], ...] = (
 )  # fmt: skip
 """Patterns of parameters that trials can tell, the relative prior of each, and what the trials must show for it.
 
-A ship that states the sigma of every parameter of a pattern has its own instead."""
+A ship that states the sigma of every parameter of a pattern has its own instead; a pattern of `OWN` is free of such a
+ship only: what was measured is fixed, but what a regression gave is not known, and a wrong number that is held makes
+others wrong, or an instrument that is right."""
 
 _CURRENT = 0.5, 0.25
 """Prior of a current: a tide at sea [m/s], and on a pond at most a share of the speed of the ship."""
@@ -186,8 +190,9 @@ def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
         # A pattern without a dot is of a model without parts.
         if "." not in pattern:
             paths = tuple(path for path in paths if "." not in path)
-        if paths and needs in shows:
-            out.append((pattern, OWN if all(path in sigmas for path in paths) else prior, paths))
+        own = all(path in sigmas for path in paths)
+        if paths and needs in shows and (own or prior != OWN):
+            out.append((pattern, OWN if own else prior, paths))
             taken |= set(paths)
     if not out:
         raise StudyError(f"{ship.name}: no parameter that these recordings could tell; write [free] by hand")
