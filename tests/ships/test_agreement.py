@@ -11,7 +11,7 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.ships import ShipError
 from seatrial.ships.agreement import agree, revolutions
-from seatrial.ships.estimate import Estimate, estimate
+from seatrial.ships.estimate import SCATTER, Estimate, estimate
 from seatrial.simulate.approach import approach, surge_balance
 
 KNOT = 1852.0 / 3600.0
@@ -108,6 +108,19 @@ class TestShip:
         thrust = 0.8 * 1.9**2 * (0.32 * nD**2 - 0.28 * nD * u_P - 0.15 * u_P**2)
         assert ship.entries["hull.R_0"].given == pytest.approx(thrust / q, rel=1e-6)
         assert ship.entries["hull.R_0"].sigma == pytest.approx(0.0, abs=1e-6)
+
+    @pytest.mark.slow
+    def test_a_propeller_moves_as_a_whole_by_the_sigma_of_its_pull(self, tmp_path: Path) -> None:
+        """With all else given K_T alone is open: its curve keeps its form, and its move is told in sigmas of k_0."""
+        held = "pitch_ratio = 0.8\n[given]\nhull.R_0 = 0.0185\npropeller.w_P0 = 0.2\npropeller.t_P = 0.2\n"
+        met, bare = (made(tmp_path, more + held) for more in (GIVEN, GIVEN.replace("n_P", "# n_P")))
+        after, before = ({n.path: n.value for n in one.numbers} for one in (met, bare))
+        factor = after["propeller.k_0"] / before["propeller.k_0"]
+        assert abs(factor - 1.0) > 0.01
+        for k in ("propeller.k_1", "propeller.k_2"):
+            assert after[k] / before[k] == pytest.approx(factor)
+        z = (factor - 1.0) * before["propeller.k_0"] / SCATTER["propeller.k_0"]
+        assert any(f"moved: propeller.k_0 by {z:+.2g} sigma" in line for line in met.cautions)
 
     @pytest.mark.slow
     def test_without_a_speed_the_assumed_one_moves(self, tmp_path: Path) -> None:

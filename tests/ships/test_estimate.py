@@ -216,6 +216,15 @@ class TestUncertainty:
                     assert item.sigma == max(known)
                     assert not item.sigma_from.startswith("assumed")
 
+    def test_an_assumed_pitch_adds_what_it_moves_the_propeller_by(self, tmp_path: Path) -> None:
+        """A fifth of the assumed .8, through the B-series, beside the scatter of the series; nothing if given."""
+        k_0 = [propeller.b_series(read_particulars(written(tmp_path, BARE + f"pitch_ratio = {pitch}\n")).ship)
+               ["propeller.k_0"] for pitch in (0.8, 0.96)]  # fmt: skip
+        open_, known = (by_path(estimate(written(tmp_path, BARE + more)))["propeller.k_0"].sigma
+                        for more in ("", "pitch_ratio = 0.8\n"))  # fmt: skip
+        assert known == SCATTER["propeller.k_0"]
+        assert open_ == pytest.approx(math.hypot(known, k_0[1] - k_0[0]))
+
     def test_where_no_source_gives_a_scatter_sigma_is_a_stated_assumption(self) -> None:
         made = estimate(EXAMPLES / "kvlcc2.toml")
         numbers = by_path(made)

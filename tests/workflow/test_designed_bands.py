@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fitted_run import saved, trial
 from seatrial.cli.app import main
+from seatrial.core.parameters import Free
+from seatrial.identify.design.excitation import before
+from seatrial.ships.estimate import estimate
+from seatrial.ships.files import save
 from seatrial.workflow.asked import Draws
+from seatrial.workflow.evidence import designed
 from seatrial.workflow.judging import design
 
 FREE = ["hull.Y_v", "hull.N_r"]
@@ -58,3 +64,16 @@ def test_without_a_fit_the_priors_stand_before(capsys: pytest.CaptureFixture[str
     assert "as wide as their own size" in captured.err
     advance = next(one for one in found["indices"] if one["index"].startswith("advance"))
     assert advance["after"][1] - advance["after"][0] < 0.1 * (advance["before"][1] - advance["before"][0])
+
+
+def test_an_estimated_ship_is_as_open_before_trials_as_it_states(tmp_path: Path) -> None:
+    """The sigma of the file where it has one, each number by itself; the prior of the design for any other."""
+    ship = estimate(Path(__file__).parents[2] / "examples" / "particulars" / "kcs.toml").ship
+    file, told = save(ship, tmp_path / "ship.toml"), list[str]()
+    free = (Free("hull.N_r", -0.05, prior=-0.05, sigma=0.05), Free("body.L_pp", 230.0, prior=230.0, sigma=5.0),
+            Free("hull.Y_v", -0.3, prior=-0.3, sigma=0.3))  # fmt: skip
+    found = designed._known(SimpleNamespace(free=free), file, told.append)  # type: ignore[arg-type]
+    stated = [ship.entries[path].sigma for path in ("hull.N_r", "hull.Y_v")]
+    assert np.sqrt(np.diag(found)).tolist() == pytest.approx([stated[0], before(free)[1], stated[1]])
+    assert found == pytest.approx(np.diag(np.diag(found)))
+    assert told == ["note: before the trials 2 of 3 parameters are as open as the estimate states them"]

@@ -45,6 +45,18 @@ def test_bands_shrink_in_proportion_to_small_sigmas(tmp_path: Path) -> None:
         assert widths[2] < 1e-4
 
 
+@pytest.mark.slow
+def test_draws_of_an_estimate_do_not_end_at_the_validity_of_its_file(tmp_path: Path) -> None:
+    """Half of the draws turn faster than the run by the numbers themselves, which the file calls the limit."""
+    ship = estimate(KCS).ship
+    run = simulate_with_bands(str(written(tmp_path, 0.3)), "turning", Bands(90.0, 100))
+    fastest = 1.01 * float(np.abs(run.run.trial["r"]).max())
+    path = save(replace(ship, validity={**ship.validity, "r": (-fastest, fastest)}), tmp_path / "narrow.toml")
+    narrow = simulate_with_bands(str(path), "turning", Bands(90.0, 100)).sailed.bands
+    assert float(np.nanmax(np.abs(narrow.tracks[:, :, 5]))) > 1.2 * fastest
+    assert np.isnan(narrow.failed).mean() > 0.95
+
+
 def shares(table: ImoTable) -> dict[str, float]:
     return {row.title: row.band.met for row in table.rows if row.band is not None}
 

@@ -119,3 +119,8 @@ def test_van_oortmerssen_holds_for_small_ships_below_half_a_froude_number() -> N
     assert own.slender(slender) == own.by_oortmerssen(slender) != own.broad(slender)
     assert own.by_oortmerssen(replace(slender, speed=0.51 * math.sqrt(9.80665 * 45.0))) == {}
     assert own.by_oortmerssen(PRINTED) == {}
+
+
+def test_each_rudder_adds_the_friction_of_its_two_sides() -> None:
+    one, two = (own.resistance(replace(PRINTED, screws=screws))["hull.R_0"] for screws in (1.0, 2.0))
+    assert two - one == pytest.approx(1.5 * 2.0 * 25.0 * own.friction(PRINTED) / (205.0 * 10.0))

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...belief.bands.manoeuvring import Bands, bands
 from ...belief.posterior import Posterior
-from ...belief.reading import posterior
+from ...belief.reading import drawn_from
 from ...data import Array
 from ...environment import Uniform
 from ...identify import StudyError
@@ -61,7 +61,7 @@ def foreseen(
 
     Args:
         asked: the bands; 400 draws unless it says another number.
-        model: file of the ship, whose posterior is taken where it is fitted.
+        model: file of the ship, whose posterior is taken where it is fitted, and what it states where it is estimated.
 
     Raises:
         RequestError: a level or number of draws that makes no band.
@@ -82,7 +82,7 @@ def _known(plan: Plan, model: str | Path | None, note: Note) -> Array:
     """Covariance of the free parameters before the trials: of the fit for those that it has, else of their priors."""
     out = np.diag(before(plan.free) ** 2)
     try:
-        held = None if model is None else posterior(str(model))
+        held = None if model is None else drawn_from(str(model))
     except StudyError:
         held = None
     if held is None:
@@ -93,7 +93,8 @@ def _known(plan: Plan, model: str | Path | None, note: Note) -> Array:
     if pairs:
         mine, theirs = map(list, zip(*pairs, strict=True))
         out[np.ix_(mine, mine)] = held.covariance[np.ix_(theirs, theirs)]
-    note(f"note: before the trials {len(pairs)} of {len(plan.free)} parameters are as open as the fit leaves them")
+    said = "the fit leaves them" if held.fitted else "the estimate states them"
+    note(f"note: before the trials {len(pairs)} of {len(plan.free)} parameters are as open as {said}")
     return out
 
 
