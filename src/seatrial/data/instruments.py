@@ -6,6 +6,7 @@ A source is named as a talker and three characters, such as ``35/127250``: addre
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -39,24 +40,27 @@ class Heard:
     lines: int = 0
     invalid: int = 0
     first: str = ""
-    _kept: dict[str, dict[str, dict[float, float]]] = field(default_factory=dict[str, dict[str, dict[float, float]]])
+    _kept: dict[str, dict[str, _Kept]] = field(default_factory=dict[str, "dict[str, _Kept]"])
     _whole: dict[str, dict[str, Series]] = field(default_factory=dict[str, dict[str, Series]])
 
     def add(self, t: float, source: str, values: Mapping[str, float]) -> None:
         """Readings of one source at one time [s], by the names of `nmea.readings.readings`."""
         for name, value in values.items():
             if math.isfinite(value) and math.isfinite(t):
-                self._kept.setdefault(source, {}).setdefault(name, {})[t] = value
+                times, kept = self._kept.setdefault(source, {}).setdefault(name, (array("d"), array("d")))
+                times.append(t)
+                kept.append(value)
+
+    def join(self, other: Heard) -> None:
+        """What other sources told."""
+        self._kept |= other._kept
+        self._whole |= other._whole
 
     def whole(self, source: str, name: str, t: Array, values: Array) -> None:
         """All readings of one name of a source; of several at one time the later ones."""
         good = np.flatnonzero(np.isfinite(t) & np.isfinite(values))
-        t, values = t[good], values[good]
-        order = np.argsort(t, kind="stable")
-        t, values = t[order], values[order]
-        last = np.append(t[1:] > t[:-1], np.True_) if t.size else np.zeros(0, dtype=bool)
-        if t.size:
-            self._whole.setdefault(source, {})[name] = t[last], values[last]
+        if good.size:
+            self._whole.setdefault(source, {})[name] = _rising(t[good], values[good])
 
     def leave(self, kind: str) -> None:
         """Count what nothing is read from."""
@@ -69,14 +73,21 @@ class Heard:
 
     def told(self) -> dict[str, dict[str, Series]]:
         """Times, rising, and values of each quantity of each source."""
-        one_by_one = {source: {name: _series(kept) for name, kept in some.items()}
+        one_by_one = {source: {name: _rising(*map(np.array, kept)) for name, kept in some.items()}
                       for source, some in self._kept.items()}  # fmt: skip
         return {**self._whole, **one_by_one}
 
 
-def _series(kept: Mapping[float, float]) -> Series:
-    t = np.array(sorted(kept), dtype=np.float64)
-    return t, np.array([kept[one] for one in t.tolist()], dtype=np.float64)
+_Kept = tuple["array[float]", "array[float]"]
+"""Times and values as they came."""
+
+
+def _rising(t: Array, values: Array) -> Series:
+    """Readings in the order of time; of several at one time the last."""
+    order = np.argsort(t, kind="stable")
+    t, values = t[order], values[order]
+    last = np.append(np.diff(t) != 0.0, np.True_)
+    return t[last], values[last]
 
 
 def each_line(path: Path, heard: Heard, take: Callable[[str], None]) -> None:
@@ -131,6 +142,5 @@ def trial_by(
     choices = [replace(one, group=renamed.get(one.group, one.group)) for one in choices]
     more += [f"{one.group}: {one}" for one in choices if one.others]
     counts = {"all": heard.lines, "invalid": heard.invalid} if heard.lines else {}
-    log = Log(series, more, epoch, counts, choices, dict(sorted(heard.ignored.items())), plain,
-              digits)
+    log = Log(series, more, epoch, counts, choices, dict(sorted(heard.ignored.items())), plain, digits)
     return trial_of(path, log, aboard, what)

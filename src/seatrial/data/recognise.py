@@ -71,9 +71,11 @@ _MAGIC: tuple[tuple[int, bytes, Known], ...] = (
     (0, b"BZh", Known("packed by bzip2", way="bunzip2 it")),
     (0, b"7z\xbc\xaf\x27\x1c", Known("packed by 7-Zip", way="unpack it")),
 )  # fmt: skip
+_LOGGED = re.compile(r"\d{13};(A;|I;\{)")
+"""A line of a server of Signal K that is a frame or a delta, and no sentence."""
 _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
     (re.compile(r"%%%%|%% LOG|[\d.]+\s+[A-Z][A-Z0-9_]+\s+[A-Za-z]\w+\s"), Known("a log of MOOS", "moos")),
-    (re.compile(r'(\d{13};I;)?\{.*"updates"'), Known("a log of Signal K", "signalk")),
+    (re.compile(r'\{.*"updates"'), Known("a log of Signal K", "signalk")),
     (re.compile(r"FMT, \d+, \d+, |[A-Z][A-Z0-9]{2,3}, \d{4,}, "), Known("a text log of ArduPilot", "dataflash")),
     (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+: [A-Z0-9]+ \{"),
      Known("a print of mavlogdump", way=_FLASH)),
@@ -115,6 +117,8 @@ def _by_lines(text: str) -> Known | None:
         return None
     if "<gpx" in text[:2000]:
         return _FORMS[-1][1]
+    if sum(_LOGGED.match(line) is not None for line in spoken) > _MOST * len(spoken):
+        return Known("a log of Signal K", "signalk")
     if sum(frame_of(line.rstrip()) is not None for line in spoken) > _MOST * len(spoken):
         return Known("a log of NMEA 2000", "n2k")
     for form, known in _FORMS[:-1]:

@@ -13,6 +13,7 @@ import pytest
 
 from seatrial.data import DataError, Trial
 from seatrial.data.formats import dataflash, gpx, moos, signalk
+from seatrial.data.recognise import recognise
 
 START = 1795694400.0
 DEGREE = math.pi / 180.0
@@ -77,6 +78,34 @@ def test_signal_k(seed: int, tmp_path: Path) -> None:
     assert np.allclose(trial["n_P_2"], 20.0 + t, atol=1e-12)
     assert np.allclose(trial["gamma_A"], 2.0 * math.pi - 0.5)
     assert trial.meta["ignored"] == {"of vessels.urn:mrn:imo:mmsi:1": len(t)}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_a_server_of_signal_k_has_logged(seed: int, tmp_path: Path) -> None:
+    """Heading by frames, rudder by deltas, course by sentences, and frames of no use."""
+    t, psi, delta = _truth(seed)
+    lines: list[str] = []
+    for one, heading, rudder in zip(t, psi, delta, strict=True):
+        at = round(1000.0 * (START + one))
+        raw = struct.pack("<BHhhB", 1, round(heading * 100), 0x7FFF, 0x7FFF, 0xFC)
+        values = [{"path": "steering.rudderAngle", "value": rudder * DEGREE}]
+        lines += [f"{at};A;{_iso(at / 1000.0)},2,127250,35,255,8,{raw.hex(',')}",
+                  f"{at};A;{_iso(at / 1000.0)},6,127505,35,255,2,00,01",
+                  f"{at};I;" + json.dumps({"updates": [{"timestamp": _iso(at / 1000.0), "values": values}]}),
+                  f"{at};N;$GPVTG,{heading:.2f},T,,M,10.0,N,,K"]  # fmt: skip
+    file = tmp_path / "skserver-raw.log"
+    file.write_text("\n".join(lines))
+    known = recognise(file)
+    assert known is not None
+    assert known.format == "signalk"
+    trial = signalk.read(file)
+    assert trial.t == pytest.approx(t, abs=1e-6)
+    assert _same_heading(trial, np.round(psi * 100) * 1e-4)
+    assert np.allclose(trial["delta"], delta * DEGREE, atol=1e-14)
+    assert np.allclose(trial["U_G"], 10.0 * 1852.0 / 3600.0)
+    assert np.allclose(np.cos(trial["gamma_G"] - psi * DEGREE), 1.0, atol=1e-10)
+    assert trial.meta["ignored"] == {"PGN 127505": len(t)}
+    assert trial.meta["lines"]["invalid"] == 0
 
 
 def test_gpx(tmp_path: Path) -> None:

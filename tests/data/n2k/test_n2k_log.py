@@ -76,10 +76,14 @@ def test_each_layout_holds_the_frame_that_was_written(layout: str) -> None:
     assert said(frame.pgn, frame.data) == {"psi": pytest.approx(1.7139, abs=1e-12)}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("cases", [4, pytest.param(1000, marks=pytest.mark.long)])
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_a_log_of_random_rates_and_gaps_equals_its_truth(layout: str, seed: int, tmp_path: Path) -> None:
-    rng = np.random.default_rng(seed)
+def test_a_log_of_random_rates_and_gaps_equals_its_truth(layout: str, cases: int, tmp_path: Path) -> None:
+    for seed in range(cases):
+        _random_log(layout, np.random.default_rng(seed), tmp_path)
+
+
+def _random_log(layout: str, rng: np.random.Generator, tmp_path: Path) -> None:
     step = rng.integers(20, 500) / 1000.0
     ticks = np.flatnonzero(rng.random(40) > 0.2)
     psi = rng.integers(0, 62831, len(ticks))
@@ -195,6 +199,39 @@ def test_times_between_lines_and_clocks_that_go_back_are_refused(tmp_path: Path)
         n2k.read(_written(tmp_path / "d.n2k", [LAYOUTS["candump -ta"](t, 127250, HEADING) for t in steps]))
     with pytest.raises(DataError, match="line 3: the clock goes back by 50 s"):
         n2k.read(_written(tmp_path / "b.n2k", [LAYOUTS["plain"](EPOCH + t, 127250, HEADING) for t in (0, 60, 10, 20)]))
+
+
+def test_a_clock_that_goes_back_parts_a_log_into_trials(tmp_path: Path) -> None:
+    """Two runs of 90 s in the wrong order, each with its own headings; a stamp that is ahead once is refused."""
+
+    def log(times: list[float]) -> Path:
+        return _written(tmp_path / "p.n2k", [_heading(round(50 * t), k=t) for t in times])
+
+    later, sooner = [300.0 + k for k in range(90)], [float(k) for k in range(91)]
+    trials = n2k.read_all(log([*later, *sooner]))
+    assert [(one.name, len(one)) for one in trials] == [("p_1", 90), ("p_2", 91)]
+    for trial, times in zip(trials, (later, sooner), strict=True):
+        assert trial["psi"] == pytest.approx(0.005 * np.array(times), abs=1e-12)
+        assert any("line 91: the clock goes back by 389 s" in step for step in trial.meta["processing"])
+        assert not any("doubt" in step for step in trial.meta["processing"])
+    again = n2k.read_all(log([*sooner, *[30.0 + k for k in range(90)]]))
+    assert all(any(step.startswith("doubt: it lies over") for step in one.meta["processing"]) for one in again)
+    with pytest.raises(DataError, match="makes 2 trials of it; import it first"):
+        n2k.read(log([*later, *sooner]))
+    for wrong in ([120.0], [900.0, 901.0, 902.0]):
+        with pytest.raises(DataError, match="the clock goes back by"):
+            n2k.read_all(log([*sooner, *wrong, *[91.0 + k for k in range(90)]]))
+
+
+def test_lines_that_an_ikonvert_has_glued_are_taken_apart(tmp_path: Path) -> None:
+    lines = [LAYOUTS["ikonvert"](EPOCH + k, 127250, struct.pack("<BHhhB", 1, 1000 + k, 0x7FFF, 0x7FFF, 0xFC)) + end
+             for k, end in enumerate(("$PDGY,000000,4,,5,482,1,0", "", "!PDGY,000000,3,,5,483,1,0", ""))]  # fmt: skip
+    trial = n2k.read(
+        _written(tmp_path / "g.n2k", ["$PDGY,000000,4,,5,481,1,0", lines[0], lines[1] + lines[2], lines[3]])
+    )
+    assert trial.t == pytest.approx([0.0, 1.0, 2.0, 3.0])
+    assert trial["psi"] == pytest.approx(0.1 + 1e-4 * np.arange(4), abs=1e-12)
+    assert trial.meta["lines"]["invalid"] == 0
 
 
 @pytest.mark.parametrize("line", [

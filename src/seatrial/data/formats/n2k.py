@@ -1,17 +1,17 @@
 """Logs of NMEA 2000: lines of candump, canboat, Actisense, Yacht Devices, iKonvert, SeaSmart, Airmar or PCAN-View.
 
-The stamps of the lines are the time; a log that has only the hour, or seconds since its start, gets its date from
-groups 126992, 129029 or 129033 where it has them.  A source is an address and a group, such as ``35/127250``; each
-quantity has one, as in `nmea`.  Engines turn as 127488 says, with the sign of the gear in 127493.  Rudders above
-instance 250 are those of displays, and are left out where another one is there.  A mapping file is that of `nmea`.
+The stamps of the lines are the time; where they go back the log is cut into pieces, a trial each.  A log that has only
+the hour, or seconds since its start, gets its date from groups 126992, 129029 or 129033 where it has them.  A source
+is an address and a group, such as ``35/127250``; each quantity has one, as in `nmea`.  Engines turn as 127488 says,
+with the sign of the gear in 127493.  Rudders above instance 250 are those of displays, and are left out where another
+one is there.  A mapping file is that of `nmea`.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
+import re
 from dataclasses import dataclass, field
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from .. import Array, DataError, Trial
 from ..instruments import Heard, each_line, trial_by
-from ..n2k.groups import said
+from ..n2k.groups import PGNS, said
 from ..n2k.layouts import Clock, Frame, Packets, frame_of
 from ..nmea.sources import Series
-from .nmea import Aboard, read_mapping
+from .nmea import Aboard, numbered, only, read_mapping
 
-__all__ = ["EXAMPLE", "name", "read", "read_mapping", "suffixes"]
+__all__ = ["EXAMPLE", "finished", "name", "read", "read_all", "read_mapping", "suffixes"]
 
 name = "n2k"
 suffixes = (".n2k", ".candump", ".raw", ".trc")
@@ -37,85 +37,160 @@ EXAMPLE = """2026-11-26T12:00:00.000Z,2,127250,35,255,8,07,f3,42,ff,7f,ff,7f,fc
 _DAY, _QUARTER = 86400.0, 900.0
 _BACK = 1.0
 """How far the clock of a log may go back from one line to the next [s]: frames are written as they come."""
+_LONG = 60.0
+"""A piece of a log whose clock goes back is a trial where it is at least so long [s]."""
+_MANY = 50
+"""Pieces of a log at most."""
 _DISPLAYS = 250
+_GLUED = re.compile(r"(?<=.)(?=[!$]PDGY,)")
+"""Where an iKonvert begins a line without having ended the one before."""
+
+
+@dataclass
+class _Piece:
+    """Readings of a time in which the clock goes on.
+
+    Attributes:
+        first, last, prior: its first, its last and its last but one time [s].
+        opened, run: how long it went on without a gap of `_LONG` at first [s], and since when it does.
+        utc: what times are off UTC.
+    """
+
+    heard: Heard = field(default_factory=Heard)
+    first: float = math.inf
+    last: float = -math.inf
+    prior: float = -math.inf
+    opened: float = math.inf
+    run: float = math.inf
+    utc: list[float] = field(default_factory=list[float])
+
+    def at(self, t: float) -> None:
+        """A message at a time [s]."""
+        if t > self.last + _LONG:
+            self.opened = min(self.opened, self.last - self.first if self.first < math.inf else math.inf)
+            self.run = t
+        self.first, self.prior, self.last = min(self.first, t), self.last, max(self.last, t)
+
+    def enough(self, first: bool, last: bool) -> bool:
+        """Whether it is long enough for a trial, on both sides that are cuts: a clock wrong for a while is none."""
+        begins = min(self.opened, self.last - self.first) >= _LONG
+        return (first or begins) and (last or self.last - self.run >= _LONG)
+
+
+@dataclass
+class _Told:
+    """What the messages tell whose stamps count from one thing.
+
+    Attributes:
+        pieces: between the times at which the clock goes back.
+        messages, down: how many there are, and how many of a stamp before that of the one before.
+        back: where the clock goes back first, in words.
+        once: whether one message alone was ahead.
+        days: seconds of the midnights that a clock of the day has passed.
+        before: the last stamp.
+    """
+
+    pieces: list[_Piece] = field(default_factory=lambda: [_Piece()])
+    messages: int = 0
+    down: int = 0
+    back: str = ""
+    once: bool = False
+    days: float = 0.0
+    before: float = -math.inf
+
+    def take(self, frame: Frame, line: int) -> None:
+        """One message."""
+        self.messages += 1
+        self.down += frame.t < self.before
+        self.before = frame.t
+        piece = self.pieces[-1]
+        if frame.clock == "day" and frame.t + self.days < piece.last - _DAY / 2:
+            self.days += _DAY
+        t = frame.t + self.days
+        if t < piece.last - _BACK:
+            self.back = self.back or f"line {line}: the clock goes back by {piece.last - t:.6g} s"
+            self.once |= t >= piece.prior
+            if len(self.pieces) < _MANY:
+                piece = _Piece()
+                self.pieces.append(piece)
+        piece.at(t)
+        values = said(frame.pgn, frame.data) or {}
+        if "utc" in values:
+            piece.utc.append(values.pop("utc") - t)
+        piece.heard.add(t, f"{frame.source}/{frame.pgn}", values)
 
 
 @dataclass
 class _Lines:
-    """The whole messages of a log, the lines they end in, and frames of fast packets without the others."""
+    """The messages of a log by what their stamps count from, and frames of fast packets without the others."""
 
-    frames: list[Frame] = field(default_factory=list[Frame])
-    places: list[int] = field(default_factory=list[int])
+    told: dict[Clock, _Told] = field(default_factory=dict[Clock, _Told])
     packets: Packets = field(default_factory=Packets)
 
     def take(self, heard: Heard, text: str) -> None:
         """One line."""
-        if text[0] in "#;" or text[1:].startswith("PDGY,000000"):
-            return
-        frame = frame_of(text)
-        if frame is None:
-            heard.refuse(f"{text[:40]!r} is no frame")
-        elif said(frame.pgn, b"") is None:
-            heard.leave(f"PGN {frame.pgn}")
-        elif (whole := self.packets.whole(frame)) is not None:
-            self.frames.append(whole)
-            self.places.append(heard.lines)
+        for part in _GLUED.split(text) if "PDGY" in text else (text,):
+            if part[0] in "#;" or part[1:].startswith("PDGY,000000"):
+                continue
+            frame = frame_of(part)
+            if frame is None:
+                heard.refuse(f"{part[:40]!r} is no frame")
+            elif frame.pgn not in PGNS:
+                heard.leave(f"PGN {frame.pgn}")
+            elif (whole := self.packets.whole(frame)) is not None:
+                self.told.setdefault(whole.clock, _Told()).take(whole, heard.lines)
 
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
-    """Read one log; without a mapping by the one beside it."""
-    heard, lines, utc = Heard(), _Lines(), list[float]()
+    """Read the only trial of one log; without a mapping by the one beside it.
+
+    Raises:
+        DataError: also for a log whose clock goes back, which is several.
+    """
+    return only(read_all(source, mapping), source)
+
+
+def read_all(source: Path, mapping: Aboard | None = None) -> tuple[Trial, ...]:
+    """Read one log; where its clock goes back, each piece is a trial."""
+    heard, lines = Heard(), _Lines()
     each_line(source, heard, lambda text: lines.take(heard, text))
-    clock = _clock(source, lines.frames)
-    for t, frame in zip(_times(source, lines, clock), lines.frames, strict=True):
-        values = said(frame.pgn, frame.data) or {}
-        if "utc" in values:
-            utc.append(values.pop("utc") - t)
-        heard.add(t, f"{frame.source}/{frame.pgn}", values)
+    clock, told = _leading(source, lines)
     steps = [f"{lines.packets.lost} frames of fast packets without the others"] if lines.packets.lost else []
-    untimed = sum(one.clock != clock for one in lines.frames)
+    untimed = sum(one.messages for one in lines.told.values()) - told.messages
     if untimed:
         steps.append(f"{untimed} messages without a stamp, or with one of another clock, are left out")
-    epoch = _epoch(clock, [one for one in utc if math.isfinite(one)], steps)
-    return trial_by(source, heard, "NMEA 2000", mapping, epoch, steps, _finished)
+    out = list[Trial]()
+    for k, piece in enumerate(told.pieces, 1):
+        said = [*steps, f"piece {k} of {len(told.pieces)}, cut at {told.back}"] if told.back else [*steps]
+        over = [
+            other for other in told.pieces if other is not piece and other.first < piece.last > piece.first < other.last
+        ]
+        said += ["doubt: it lies over the time of another piece; what was logged twice is in both"] * bool(over)
+        one = piece.heard
+        one.lines, one.invalid, one.first, one.ignored = heard.lines, heard.invalid, heard.first, heard.ignored
+        epoch = _epoch(clock, [off for off in piece.utc if math.isfinite(off)], said)
+        out.append(trial_by(source, one, "NMEA 2000", mapping, epoch, said, finished))
+    return numbered(out)
 
 
-def _clock(path: Path, frames: list[Frame]) -> Clock:
-    """What the stamps of most messages count from.
+def _leading(path: Path, lines: _Lines) -> tuple[Clock, _Told]:
+    """What the stamps of most messages count from, and what these tell.
 
     Raises:
-        DataError: most have none.
+        DataError: most have none, they are times between lines, or the clock goes back and a piece is too short.
     """
     clocks: tuple[Clock, ...] = ("epoch", "day", "start", "")
-    count = Counter(one.clock for one in frames)
-    found = max(clocks, key=lambda clock: count[clock])
-    if frames and not found:
+    clock = max(clocks, key=lambda one: lines.told[one].messages if one in lines.told else 0)
+    told = lines.told.get(clock, _Told())
+    if told.messages and not clock:
         raise DataError(f"{path}: its lines have no time; log with stamps, as candump -l does")
-    return found
-
-
-def _times(path: Path, lines: _Lines, clock: Clock) -> list[float]:
-    """Times that rise, NaN for a line of another clock.
-
-    Raises:
-        DataError: a clock that goes back, naming the line.
-    """
-    out, last, days = list[float](), -math.inf, 0.0
-    stamps = [one.t for one in lines.frames if one.clock == clock]
-    if clock == "start" and 5 * sum(b < a for a, b in pairwise(stamps)) > len(stamps):
+    if clock == "start" and 5 * told.down > told.messages:
         raise DataError(f"{path}: its stamps are the times between lines (candump -td); log with candump -l")
-    for one, place in zip(lines.frames, lines.places, strict=True):
-        if one.clock != clock:
-            out.append(math.nan)
-            continue
-        if clock == "day" and one.t + days < last - _DAY / 2:
-            days += _DAY
-        t = one.t + days
-        if t < last - _BACK:
-            raise DataError(f"{path}: line {place}: the clock goes back by {last - t:.6g} s; cut the log there")
-        last = max(last, t)
-        out.append(t)
-    return out
+    some = len(told.pieces)
+    enough = all(one.enough(k == 0, k == some - 1) for k, one in enumerate(told.pieces))
+    if told.back and (some == _MANY or told.once or not enough):
+        raise DataError(f"{path}: {told.back}; cut the log there")
+    return clock, told
 
 
 def _epoch(clock: Clock, utc: list[float], steps: list[str]) -> float | None:
@@ -129,7 +204,7 @@ def _epoch(clock: Clock, utc: list[float], steps: list[str]) -> float | None:
     return _QUARTER * round(off / _QUARTER) if clock == "day" else off
 
 
-def _finished(series: dict[str, Series]) -> dict[str, str]:
+def finished(series: dict[str, Series]) -> dict[str, str]:
     """Rudders by their side and revolutions with the sign of the gear; the quantities of their readings."""
     names = {name: "rudder order" if name.endswith("_cmd") else "rudder"
              for name in series if name.startswith("delta_")}  # fmt: skip
@@ -137,7 +212,7 @@ def _finished(series: dict[str, Series]) -> dict[str, str]:
         there = {int(one.split("_")[1]): one for one in names if one.endswith("_cmd") == bool(end)}
         real = sorted((k for k in there if k <= _DISPLAYS), reverse=True) or sorted(there)[:1]
         for place, number in zip((f"delta{end}", f"delta_port{end}"), real, strict=False):
-            series[place] = series[there[number]]
+            series.setdefault(place, series[there[number]])
         for one in there.values():
             del series[one]
     for gear in [one for one in series if one.startswith("gear_")]:

@@ -1,4 +1,6 @@
-"""Logs of Signal K: one delta a line, of JSON, in SI and radians; with the stamp of a multiplexed log before it or not.
+"""Logs of Signal K: one delta a line, of JSON, in SI and radians.
+
+A server stamps its lines, which are then what came in: deltas, frames of NMEA 2000 and sentences of NMEA 0183 by turns.
 
 The own vessel is ``vessels.self``, else the context that tells most; others are targets, and are left out.
 """
@@ -9,6 +11,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
@@ -16,6 +19,12 @@ from typing import Any
 
 from .. import Trial
 from ..instruments import Heard, each_line, trial_by
+from ..n2k.groups import PGNS, said
+from ..n2k.layouts import Packets, frame_of
+from ..nmea.heard import hear
+from ..nmea.readings import KINDS, readings
+from ..nmea.sentences import NmeaError
+from .n2k import finished
 from .nmea import Aboard, read_mapping
 
 __all__ = ["EXAMPLE", "name", "read", "read_mapping", "suffixes"]
@@ -39,19 +48,23 @@ _PATHS: Mapping[str, str] = MappingProxyType({
     "environment.current.setTrue": "gamma_C", "environment.current.drift": "U_C",
 })  # fmt: skip
 _SHAFT = re.compile(r"propulsion\.(\w+)\.revolutions")
-_STAMP = re.compile(r"\d{13};I;")
+_STAMP = re.compile(r"(\d{13});[A-Z];")
+_CLOCKS = ("time_of_day", "time_of_none", "day", "utc")
 _LEFT = 1000
 """Kinds of paths that are counted each."""
 
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
     """Read one log; without a mapping by the one beside it."""
-    all_of, by_context, sizes = Heard(), dict[str, Heard](), dict[str, int]()
+    all_of, raw, by_context, sizes = Heard(), _Raw(), dict[str, Heard](), dict[str, int]()
 
     def take(text: str) -> None:
         start = _STAMP.match(text)
+        body = text[start.end() :] if start else text
+        if start and raw.take(int(start[1]) / 1000.0, body):
+            return
         try:
-            delta = json.loads(text[start.end() :] if start else text)
+            delta = json.loads(body)
             context, told = str(delta.get("context", "vessels.self")), list(_values(delta))
         except (ValueError, TypeError, AttributeError, RecursionError):
             all_of.refuse(f"{text[:40]!r} is no delta")
@@ -65,9 +78,41 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
     own = "vessels.self" if "vessels.self" in by_context else max(sizes, key=lambda one: sizes[one], default="")
     heard = by_context.get(own, Heard())
     heard.lines, heard.invalid, heard.first = all_of.lines, all_of.invalid, all_of.first
+    heard.join(raw.heard)
+    heard.ignored.update(raw.heard.ignored)
     heard.ignored.update({f"of {one}": sizes[one] for one in list(by_context)[:_LEFT] if one != own})
     return trial_by(source, heard, "Signal K deltas", mapping, 0.0, (),
-                    lambda series: {"delta": "rudder"})  # fmt: skip
+                    lambda series: {"delta": "rudder", **finished(series)})  # fmt: skip
+
+
+def _timeless(values: Mapping[str, float]) -> dict[str, float]:
+    return {name: value for name, value in values.items() if name not in _CLOCKS}
+
+
+@dataclass
+class _Raw:
+    """Frames and sentences as they came in at a server."""
+
+    heard: Heard = field(default_factory=Heard)
+    packets: Packets = field(default_factory=Packets)
+
+    def take(self, t: float, text: str) -> bool:
+        """A line stamped `t` [s]; False where it is neither."""
+        if (frame := frame_of(text)) is not None:
+            whole = self.packets.whole(frame)
+            if whole is not None and whole.pgn in PGNS:
+                self.heard.add(t, f"{whole.source}/{whole.pgn}", _timeless(said(whole.pgn, whole.data) or {}))
+            elif frame.pgn not in PGNS:
+                self.heard.leave(f"PGN {frame.pgn}")
+            return True
+        try:
+            sentence = hear(text.encode("latin-1", "replace"))
+        except NmeaError:
+            return False
+        self.heard.add(t, sentence.source, _timeless(readings(sentence)))
+        if sentence.kind not in KINDS:
+            self.heard.leave(sentence.kind)
+        return True
 
 
 def _values(delta: Any) -> Iterator[tuple[float, str, str, Any]]:

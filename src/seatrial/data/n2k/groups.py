@@ -128,3 +128,6 @@ _READ: Mapping[int, Callable[[bytes], Said]] = MappingProxyType({
     130306: _wind,
     130578: _speeds,
 })  # fmt: skip
+
+PGNS = frozenset(_READ)
+"""Groups that readings are taken from."""

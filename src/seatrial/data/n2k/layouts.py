@@ -39,8 +39,9 @@ class Frame:
 
 def frame_of(line: str) -> Frame | None:
     """The frame of a line; None for one that is in no layout, or whose bytes are not as many as it says."""
+    logged = _LOGGED.match(line)  # by a server of Signal K
     for pattern, reader in _LAYOUTS:
-        found = pattern.match(line)
+        found = pattern.match(line, logged.end() if logged else 0)
         if found is not None:
             try:
                 frame = reader(found)
@@ -134,6 +135,7 @@ def _pcdin(m: re.Match[str]) -> Frame | None:
 
 _DATED = re.compile(r"(\d{4}-\d\d-\d\d)[T -](\d\d:\d\d:\d\d)(?:\.(\d{1,9}))?")
 _ISO = r"(\d{4}-\d\d-\d\d)[T -](\d\d:\d\d:\d\d)(?:[.,](\d{1,9}))?(Z|[+-]\d\d:?\d\d)?"
+_LOGGED = re.compile(r"\d{13};A;")
 _HEX = r"((?:[0-9A-Fa-f]{2}[ ,]?)*)\s*"
 _ID = r"([0-9A-Fa-f]{8})"
 _LAYOUTS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Frame | None]], ...] = (
