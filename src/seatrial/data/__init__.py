@@ -25,6 +25,7 @@ __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 
 Array = NDArray[np.float64]
 
+
 @dataclass(frozen=True, repr=False)
 class Trial:
     """One recording, or one simulated run.

@@ -105,6 +105,7 @@ HOSTILE = {
     "no length.mat": (lambda: HEAD + matrix(2, (1, 1), element(5, struct.pack("<i", 0)) + element(1, b"a")), "damaged"),
     "negative.mat": (lambda: HEAD + matrix(6, (-40, -1), DOUBLES), "values that holds"),
     "of texts.mat": (lambda: HEAD + matrix(4, (1, 1), element(6, struct.pack("<I", 2**31))), "no characters"),
+    "a text of no size.mat": (lambda: HEAD + matrix(4, (), element(4, b"a\0")), "no table"),
     "another class.mat": (lambda: HEAD + matrix(12, (1, 40), DOUBLES), "class 12 and the type 9"),
     "deep.mat": (lambda: packed(nested(5000)), "within each other"),
     "many.mat": (lambda: packed(matrix(1, (1, 1), struct.pack("<II", 14, 0) * 300_000)), "more than 200000 elements"),

@@ -172,8 +172,13 @@ def _angle_faults(trial: Trial) -> Iterator[Fault]:
         largest = float(np.nanmax(np.abs(values)))
         if name.split("_")[0] == "delta" and largest > 1.6:
             yield Fault(
-                "error", name, "rudder is in degrees", f"up to {largest:.3g} rad",
-                Remedy('unit = "deg" in the mapping', (degrees(name),)), "unit", "unit",
+                "error",
+                name,
+                "rudder is in degrees",
+                f"up to {largest:.3g} rad",
+                Remedy('unit = "deg" in the mapping', (degrees(name),)),
+                "unit",
+                "unit",
             )
         elif name.split("_")[0] == "alpha" and largest > 6.3 and trial.unit(name) in ("rad", "-"):
             yield _turned(trial, name, largest)

@@ -101,8 +101,8 @@ def _columns(table: Table) -> tuple[list[Column], Column, Column | None, Clock] 
         return None
     chosen = _fewest(names)
     said = [JOINT.join(parts) for parts in zip(*(column.cells for column in chosen), strict=True)]
-    known = {role for word in set(said) if (found := meanings(word)) and found[0].score > _KNOWN
-             for role in (found[0].role,)}  # fmt: skip
+    means = [meanings(word) for word, _ in Counter(said).most_common(_WIDEST)]
+    known = {some[0].role for some in means if some and some[0].score > _KNOWN}
     if len(known) < _FEWEST:
         return None
     most = Counter(said).most_common(1)[0][0]

@@ -110,8 +110,10 @@ class Aboard:
         ned = [re.search(r"(^|[_/])(ned|frd)($|[_/])", name) is not None for name in names]
         axes = self.topics.axes.get(topic)
         if axes is None and any(ned) and not all(ned):
-            raise DataError(f"{self.path}: {topic} is in frame '{one.frames[ned.index(True)]}', and in "
-                            f"'{one.frames[ned.index(False)]}'; say which: {_axes_key(topic)}, or \"enu\"")
+            raise DataError(
+                f"{self.path}: {topic} is in frame '{one.frames[ned.index(True)]}', and in "
+                f"'{one.frames[ned.index(False)]}'; say which: {_axes_key(topic)}, or \"enu\""
+            )
         if axes == "ned" or (axes is None and any(ned)):
             columns = _mirrored(columns)
             by = "as the mapping says" if axes else f"by its frame '{one.frames[0]}'"
@@ -168,8 +170,10 @@ class Aboard:
 
     def _heading(self, topic: str, t: Array, columns: dict[str, Array], ground: Track | None) -> None:
         if ground is None:
-            self.steps.append(f"doubt: {topic}: no track shows from where its heading counts; taken as REP 103 has it "
-                              f"(yaw from east, to the left); else {_axes_key(topic)}")
+            self.steps.append(
+                f"doubt: {topic}: no track shows from where its heading counts; taken as REP 103 has it "
+                f"(yaw from east, to the left); else {_axes_key(topic)}"
+            )
             return
         axes, told = axes_of(t, columns["psi"], ground)
         if axes == "enu":
@@ -181,8 +185,10 @@ class Aboard:
             if axes == "ned":
                 columns |= {name: -columns[name] for name in ("theta",) if name in columns}
         else:
-            self.steps.append(f"doubt: {topic}: heading {told}; left out, as its zero is not known; if the ship goes "
-                              f"astern or sideways keep it by axes = {{ \"{topic}\" = \"enu\" }} in a mapping")
+            self.steps.append(
+                f"doubt: {topic}: heading {told}; left out, as its zero is not known; if the ship goes "
+                f'astern or sideways keep it by axes = {{ "{topic}" = "enu" }} in a mapping'
+            )
             columns.pop("psi")
 
     def _agreeing(self, motion: Motion) -> None:
@@ -197,8 +203,10 @@ class Aboard:
             way = 1.0 + 0.1 * max(float(np.ptp(a["x"])), float(np.ptp(a["y"])))
             for name, most in (("x", way), ("y", way), ("psi", math.radians(10.0))):
                 if name in a and name in b and _apart(t, a[name], times, b[name], name == "psi") > most:
-                    raise DataError(f"{self.path}: Odometry on {', '.join(sorted(having))}, which differ in {name}; "
-                                    "name one in a mapping file: odometry = \"...\"")
+                    raise DataError(
+                        f"{self.path}: Odometry on {', '.join(sorted(having))}, which differ in {name}; "
+                        'name one in a mapping file: odometry = "..."'
+                    )
 
     def _sentences(self, topic: str, one: Series) -> None:
         t = self._seconds(one).tolist()
@@ -228,8 +236,10 @@ class Aboard:
                 continue
             self.named[mapped.channel] = at, mapped.si
             if at not in self.topics.numbers and _unknown_control(mapped.channel):
-                self.steps.append(f"doubt: {at} looks like a control, and is the channel {mapped.channel}; say what it "
-                                  "is by [numbers] in a mapping (seatrial import --guess)")
+                self.steps.append(
+                    f"doubt: {at} looks like a control, and is the channel {mapped.channel}; say what it "
+                    "is by [numbers] in a mapping (seatrial import --guess)"
+                )
             self.heard.whole(self.source(topic), _LOGS.get(mapped.channel, mapped.channel), t, mapped.of(values))
 
     def _free(self, at: str, channel: str) -> bool:
@@ -243,8 +253,10 @@ class Aboard:
         if channel not in self.named or channel == "psi":
             return True
         if at in self.topics.numbers or standard_unit(channel) is not None:
-            raise DataError(f"{self.path}: two topics for channel '{channel}', {self.named[channel][0]} and {at}; "
-                            "map them in a mapping file")
+            raise DataError(
+                f"{self.path}: two topics for channel '{channel}', {self.named[channel][0]} and {at}; "
+                "map them in a mapping file"
+            )
         return False
 
     @property
@@ -254,7 +266,7 @@ class Aboard:
 
 
 def _axes_key(topic: str) -> str:
-    return f"axes = {{ \"{topic}\" = \"ned\" }} in a mapping"
+    return f'axes = {{ "{topic}" = "ned" }} in a mapping'
 
 
 def _unknown_control(channel: str) -> bool:

@@ -90,8 +90,9 @@ def axes_of(t: Array, psi: Array, ground: Track) -> tuple[str, str]:
         return "enu", ""
     apart = {name: float(np.median(_off(sign * heading[there] + offset - ground.gamma[there])))
              for name, (sign, offset) in AXES.items()}  # fmt: skip
-    told = (f"{math.degrees(apart['enu']):.0f} deg off the course by {ground.by} in the median of "
-            f"{int(there.sum())} rows")
+    told = (
+        f"{math.degrees(apart['enu']):.0f} deg off the course by {ground.by} in the median of {int(there.sum())} rows"
+    )
     best = min(apart, key=lambda one: apart[one])
     if apart["enu"] < _NEAR or apart["enu"] <= apart[best]:
         return ("enu" if apart["enu"] < _FAR else ""), told

@@ -85,8 +85,10 @@ class Walk:
             if said > USUAL * len(data):
                 count += sum(1 for _ in self._inside(fields, data))
             if count > max(FEW, size // PACKED):
-                raise DataError(f"{self.path}: more than {max(FEW, size // PACKED)} messages in {size} bytes; no "
-                                "instrument repeats itself so often")
+                raise DataError(
+                    f"{self.path}: more than {max(FEW, size // PACKED)} messages in {size} bytes; no "
+                    "instrument repeats itself so often"
+                )
 
     def _inside(self, fields: Mapping[bytes, bytes], data: bytes) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
         """Fields and data of the records of a chunk.

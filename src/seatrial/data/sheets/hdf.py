@@ -97,7 +97,7 @@ class _Reading:
             parts = [self._value(self.file[one], depth + 1) for one in np.ravel(values)]
             return cell(parts) if kind == "cell" else _Parts(tuple(parts))
         if kind == "char":
-            return texts_of(np.atleast_2d(values.T))
+            return texts_of(values.T)
         return values.T if values.dtype.kind in _NUMBERS else Foreign(str(values.dtype))
 
     def _read(self, held: Any) -> NDArray[Any]:

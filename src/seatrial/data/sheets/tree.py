@@ -60,6 +60,7 @@ def texts_of(codes: NDArray[Any]) -> NDArray[Any]:
     Raises:
         ValueError: a number that is no character.
     """
+    codes = np.atleast_2d(codes)
     rows = codes.reshape(codes.shape[0], -1).tolist() if codes.size else [[]]
     try:
         return np.array(["".join(map(chr, row)) for row in rows], dtype=object)

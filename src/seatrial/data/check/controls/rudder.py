@@ -368,4 +368,3 @@ def _round_scale(levels: Sequence[float]) -> float | None:
     scales = np.arange(0.8, 1.2501, 0.0025)
     best = float(scales[int(np.argmin([off(float(scale)) for scale in scales]))])
     return best if off(best) < 0.15 and abs(best - 1.0) > 0.03 else None
-
