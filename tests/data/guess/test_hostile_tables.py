@@ -45,7 +45,7 @@ def test_the_commonest_names_are_those_of_the_columns(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("cell", ["(" * 5000, "N" * 5000, "1" * 5000 + "N", "POINT(" + " " * 5000, "E1N" * 900])
 def test_a_cell_that_is_nearly_a_place_is_soon_none(cell: str, tmp_path: Path) -> None:
-    """Each of the forms is tried in time that grows with the cell, not with its square: rows of thousands of letters."""
+    """Each form is tried in time that grows with the cell, not with its square."""
     path = tmp_path / "log.csv"
     path.write_text("time,heading,position\n" + "".join(f"{k},{k % 360},{cell}\n" for k in range(60)))
     assert "[position]" not in guess(path).text
