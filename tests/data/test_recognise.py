@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from seatrial.data import DataError
@@ -77,3 +78,26 @@ def test_a_log_under_a_wrong_format_is_named_in_the_refusal(tmp_path: Path) -> N
 
 def test_what_is_told_by_content_has_a_reader() -> None:
     assert set(BY_CONTENT) <= set(formats())
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_voyage_recorder_is_named_and_noise_is_not(seed: int, tmp_path: Path) -> None:
+    """Records of 8 bytes, fast packets, orders and service records, by the layout that others have read."""
+    draw, path, now = np.random.default_rng(seed), tmp_path / "00020001.DAT", 0
+    out = bytearray()
+    for _ in range(60):
+        now = (now + int(draw.integers(0, 900))) % 60000
+        pgn, size = ((127250, 8), (129029, 0), (59904, 3), (0, 8))[draw.choice(4, p=[0.7, 0.1, 0.1, 0.1])]
+        number = 0xFFFFFFFF if pgn == 0 else 0x08000000 | pgn << 8 | int(draw.integers(0, 250))
+        length = int(draw.integers(9, 60))
+        data = bytes([int(draw.integers(0, 256)), length]) + draw.bytes(length) if size == 0 else draw.bytes(size)
+        out += now.to_bytes(2, "little") + number.to_bytes(4, "little") + data
+    path.write_bytes(bytes(out))
+    known = recognise(path)
+    assert known is not None
+    assert "YDVR Converter" in known.told(path)
+    path.write_bytes(draw.bytes(3000))
+    assert recognise(path) is None
+    for byte in (b"\x00", b"\xff\x00"):
+        path.write_bytes(byte * 3000)
+        assert recognise(path) is None

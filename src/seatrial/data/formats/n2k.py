@@ -15,16 +15,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .. import Array, DataError, Trial
+from .. import DataError, Trial
 from ..instruments import Heard, each_line, trial_by
-from ..n2k.groups import PGNS, said
+from ..n2k.groups import PGNS, finished, said
 from ..n2k.layouts import Clock, Frame, Packets, frame_of
-from ..nmea.sources import Series
 from .nmea import Aboard, numbered, only, read_mapping
 
-__all__ = ["EXAMPLE", "finished", "name", "read", "read_all", "read_mapping", "suffixes"]
+__all__ = ["EXAMPLE", "name", "read", "read_all", "read_mapping", "suffixes"]
 
 name = "n2k"
 suffixes = (".n2k", ".candump", ".raw", ".trc")
@@ -41,7 +39,6 @@ _LONG = 60.0
 """A piece of a log whose clock goes back is a trial where it is at least so long [s]."""
 _MANY = 50
 """Pieces of a log at most."""
-_DISPLAYS = 250
 _GLUED = re.compile(r"(?<=.)(?=[!$]PDGY,)")
 """Where an iKonvert begins a line without having ended the one before."""
 
@@ -202,29 +199,3 @@ def _epoch(clock: Clock, utc: list[float], steps: list[str]) -> float | None:
     off = float(np.median(utc))
     steps.append("date by the groups that tell it (126992, 129029, 129033)")
     return _QUARTER * round(off / _QUARTER) if clock == "day" else off
-
-
-def finished(series: dict[str, Series]) -> dict[str, str]:
-    """Rudders by their side and revolutions with the sign of the gear; the quantities of their readings."""
-    names = {name: "rudder order" if name.endswith("_cmd") else "rudder"
-             for name in series if name.startswith("delta_")}  # fmt: skip
-    for end in ("", "_cmd"):
-        there = {int(one.split("_")[1]): one for one in names if one.endswith("_cmd") == bool(end)}
-        real = sorted((k for k in there if k <= _DISPLAYS), reverse=True) or sorted(there)[:1]
-        for place, number in zip((f"delta{end}", f"delta_port{end}"), real, strict=False):
-            series.setdefault(place, series[there[number]])
-        for one in there.values():
-            del series[one]
-    for gear in [one for one in series if one.startswith("gear_")]:
-        t, way = series.pop(gear)
-        rpm = f"rpm_E_{gear.removeprefix('gear_')}"
-        if rpm in series:
-            series[rpm] = series[rpm][0], series[rpm][1] * way[_nearest(t, series[rpm][0])]
-    return names
-
-
-def _nearest(t: Array, wanted: Array) -> NDArray[np.intp]:
-    """Places of the times that are nearest to others."""
-    after = np.clip(np.searchsorted(t, wanted), 0, len(t) - 1)
-    before = np.maximum(after - 1, 0)
-    return np.where(np.abs(wanted - t[before]) <= np.abs(t[after] - wanted), before, after)

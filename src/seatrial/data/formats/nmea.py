@@ -36,6 +36,7 @@ from ...core.files import write_whole
 from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
+from ..n2k.groups import finished
 from ..nmea.clocks import Timed, parted, timed
 from ..nmea.lines import Lines, listen
 from ..nmea.readings import KINDS
@@ -345,6 +346,8 @@ def _read_log(path: Path, aboard: Aboard) -> list[Log]:
         steps.append("left out: " + ", ".join(f"{count} {kind}" for kind, count in sorted(read.others.items())))
     if read.about:
         steps.append(f"stamps of lines: {read.about}")
+    if read.order:
+        steps.append(read.order)
     pieces = parted(path, read.found, read.dated)
     return [_log(path, aboard, read, timed(path, one, read.dated), [*steps]) for one in pieces]
 
@@ -355,6 +358,8 @@ def _log(path: Path, aboard: Aboard, read: Lines, when: Timed, steps: list[str])
     told = true_headings(path, when.told, aboard, steps)
     ends = [float(t[k]) for one in told.values() for t, _ in one.values() for k in (0, -1)]
     series, choices = chosen(told, preferred(path, aboard, told), max(ends) - min(ends))
+    renamed = finished(series)
+    choices = [replace(one, group=renamed.get(one.group, one.group)) for one in choices]
     steps += [f"{one.group}: {one}" for one in choices if one.others]
     counts = {"all": read.all, "invalid": read.wrong, "untimed": when.untimed}
     return Log(series, steps, when.epoch, counts, choices, dict(sorted(read.others.items())))

@@ -19,12 +19,11 @@ from typing import Any
 
 from .. import Trial
 from ..instruments import Heard, each_line, trial_by
-from ..n2k.groups import PGNS, said
+from ..n2k.groups import PGNS, finished, said
 from ..n2k.layouts import Packets, frame_of
 from ..nmea.heard import hear
 from ..nmea.readings import KINDS, readings
 from ..nmea.sentences import NmeaError
-from .n2k import finished
 from .nmea import Aboard, read_mapping
 
 __all__ = ["EXAMPLE", "name", "read", "read_mapping", "suffixes"]

@@ -10,6 +10,11 @@ import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import Array
+
 FAST = frozenset((127237, 129029, 130578))
 """Groups of those below that have more than 8 bytes, and come as fast packets."""
 
@@ -131,3 +136,31 @@ _READ: Mapping[int, Callable[[bytes], Said]] = MappingProxyType({
 
 PGNS = frozenset(_READ)
 """Groups that readings are taken from."""
+
+_DISPLAYS = 250
+
+
+def finished(series: dict[str, tuple[Array, Array]]) -> dict[str, str]:
+    """Rudders by their side and revolutions with the sign of the gear; the quantities of their readings."""
+    names = {name: "rudder order" if name.endswith("_cmd") else "rudder"
+             for name in series if name.startswith("delta_")}  # fmt: skip
+    for end in ("", "_cmd"):
+        there = {int(one.split("_")[1]): one for one in names if one.endswith("_cmd") == bool(end)}
+        real = sorted((k for k in there if k <= _DISPLAYS), reverse=True) or sorted(there)[:1]
+        for place, number in zip((f"delta{end}", f"delta_port{end}"), real, strict=False):
+            series.setdefault(place, series[there[number]])
+        for one in there.values():
+            del series[one]
+    for gear in [one for one in series if one.startswith("gear_")]:
+        t, way = series.pop(gear)
+        rpm = f"rpm_E_{gear.removeprefix('gear_')}"
+        if rpm in series:
+            series[rpm] = series[rpm][0], series[rpm][1] * way[_nearest(t, series[rpm][0])]
+    return names
+
+
+def _nearest(t: Array, wanted: Array) -> NDArray[np.intp]:
+    """Places of the times that are nearest to others."""
+    after = np.clip(np.searchsorted(t, wanted), 0, len(t) - 1)
+    before = np.maximum(after - 1, 0)
+    return np.where(np.abs(wanted - t[before]) <= np.abs(t[after] - wanted), before, after)

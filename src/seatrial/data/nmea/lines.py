@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Array, DataError
+from ..n2k.groups import PGNS
 from ..table import existing
+from . import carried
 from .clocks import PIECES, Spoken
 from .columns import Columns
 from .digits import HEX, WIDEST, Bytes, Places, alike, mapped, rows_of
@@ -56,6 +58,7 @@ class Lines:
         all, sentences, bare, wrong: how many lines there are, sentences with readings, those of them without a
             checksum, and lines or parts of them that are no sentence.
         first: what is wrong with the first of those.
+        order: of the bytes of frames of NMEA 2000 that sentences carry, in words.
     """
 
     found: list[Spoken] = field(default_factory=list[Spoken])
@@ -67,6 +70,7 @@ class Lines:
     bare: int = 0
     wrong: int = 0
     first: str = ""
+    order: str = ""
 
 
 def listen(path: Path) -> Lines:
@@ -192,6 +196,7 @@ class _Ear:
 
     def __init__(self, form: Form | None) -> None:
         self._form, self._tagged = form, False
+        self._frames = list[carried.Carried]()
         self._said = Lines(about=form.about if form else "")
         self._kept: dict[tuple[str, tuple[str, ...]], list[Spoken]] = defaultdict(list)
 
@@ -199,7 +204,8 @@ class _Ear:
         """All of it."""
         said = self._said
         said.dated = self._tagged or (self._form is not None and self._form.dated)
-        said.found = [_joined(parts) for parts in self._kept.values()]
+        spoken, said.order = carried.told(self._frames) if self._frames else ([], "")
+        said.found = [*(_joined(parts) for parts in self._kept.values()), *spoken]
         said.sentences = sum(len(one.place) for one in said.found)
         return said
 
@@ -246,10 +252,10 @@ class _Ear:
         known, which = np.unique(found.address, return_inverse=True)
         names = [addressed(one.tobytes().rstrip(b"\0").decode()) for one in known]
         wanted = np.array([kind in KINDS for _, kind in names], bool)[which]
-        for (_, kind), count in zip(names, np.bincount(which, minlength=len(names)).tolist(), strict=True):
-            if kind not in KINDS:
-                self._said.others[kind] += count
-        left[found.line[~wanted]] = False
+        strange = np.array([kind not in (*KINDS, *carried.KINDS) for _, kind in names], bool)
+        for k in np.flatnonzero(strange).tolist():
+            self._said.others[names[k][1]] += int(np.count_nonzero(which == k))
+        left[found.line[strange[which]]] = False
         found, stamp, which = found.only(wanted), stamp[wanted], which[wanted]
         letters = np.flatnonzero(mapped(data, _LETTER))
         shape = data[letters]
@@ -318,9 +324,13 @@ class _Ear:
         except NmeaError as error:
             self._refuse(k, error)
             return
-        values = readings(heard)
-        if values:
-            place = (self._said.all + k + 1) * PIECES + number
+        values, place = readings(heard), (self._said.all + k + 1) * PIECES + number
+        frame = carried.carried(heard, place, stamp) if heard.kind in carried.KINDS else None
+        if frame is not None and frame.frame.pgn in PGNS:
+            self._frames.append(frame)
+        elif frame is not None:
+            self._said.others[f"PGN {frame.frame.pgn}"] += 1
+        elif values:
             said[heard.source, tuple(values)].append((place, list(values.values()), stamp))
             self._said.bare += not heard.checked
         elif heard.kind not in KINDS:
