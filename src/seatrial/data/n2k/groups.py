@@ -143,7 +143,7 @@ _DISPLAYS = 250
 def finished(series: dict[str, tuple[Array, Array]]) -> dict[str, str]:
     """Rudders by their side and revolutions with the sign of the gear; the quantities of their readings."""
     names = {name: "rudder order" if name.endswith("_cmd") else "rudder"
-             for name in series if name.startswith("delta_")}  # fmt: skip
+             for name in series if name.startswith("delta_") and name.split("_")[1].isdigit()}  # fmt: skip
     for end in ("", "_cmd"):
         there = {int(one.split("_")[1]): one for one in names if one.endswith("_cmd") == bool(end)}
         real = sorted((k for k in there if k <= _DISPLAYS), reverse=True) or sorted(there)[:1]
