@@ -19,12 +19,12 @@ from seatrial.workflow.data import importing
 BY_CONTENT = ("n2k", "moos", "signalk", "gpx", "dataflash")
 TABLE = "Time,HDG,RUD\n0.0,10.0,1.0\n1.0,11.0,1.0\n2.0,12.0,1.0\n"
 NAMED = {
-    b"ULog\x01\x12\x35\x01": "PX4", b"\x1b\x01\x03\xad\x59": "EBL", b"LOGG": "BLF",
+    b"\x1b\x01\x03\xad\x59": "EBL", b"LOGG": "BLF",
     b"\xaa\x44\x12\x1c": "NovAtel", b"$@\x00\x01": "Septentrio", b"\xb5\x62\x01": "UBX", b"\xff\x5a": "SBG",
     b"\xfa\xff": "Xsens",
     b"CDF\x01": "netCDF", b"\x89HDF\r\n\x1a\n": "HDF5", b"# Created by Octave 6.4.0\n# name: t\n": "Octave",
     b"SQLite format 3\0": "SQLite", b"\x1f\x8b\x08": "gzip",
-    b"\x0a\x0d\x0d\x0a": "pcapng", b"TDSm": "TDMS", (1795694400 * 10**6).to_bytes(8, "big") + b"\xfd\x09": "MAVLink",
+    b"\x0a\x0d\x0d\x0a": "pcapng", b"TDSm": "TDMS",
     b"#INSPVAA,COM1,0,31.0;2416,1.0*00\n" * 5: "NovAtel", b"!Boat,Utc,BSP\n!boat,0,1\n0,46352.5,1,6.2\n": "Expedition",
     b"2026-05-01 09:00:00.00: ATT {Yaw : 40.00}\n" * 4: "mavlogdump", b'"TOA5","a","b"\n': "Campbell",
 }  # fmt: skip

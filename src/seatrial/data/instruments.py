@@ -110,7 +110,7 @@ def each_line(path: Path, heard: Heard, take: Callable[[str], None]) -> None:
 def trial_by(
     path: Path, heard: Heard, what: str, mapping: Aboard | None = None, epoch: float | None = 0.0,
     steps: Sequence[str] = (), finish: Finish | None = None, plain: Mapping[str, str] = MappingProxyType({}),
-    digits: int = 6,
+    digits: int = 6, base: str = "",
 ) -> Trial:  # fmt: skip
     """The trial of what instruments told.
 
@@ -124,6 +124,7 @@ def trial_by(
         finish: see `Finish`.
         plain: readings that are channels as they are, with their units.
         digits: of the seconds of the clock.
+        base: reading whose times are the rows; where it is empty or not there, that with most readings.
 
     Raises:
         DataError: nothing of a ship's motion, magnetic headings alone without variation, or mostly invalid lines.
@@ -142,5 +143,5 @@ def trial_by(
     choices = [replace(one, group=renamed.get(one.group, one.group)) for one in choices]
     more += [f"{one.group}: {one}" for one in choices if one.others]
     counts = {"all": heard.lines, "invalid": heard.invalid} if heard.lines else {}
-    log = Log(series, more, epoch, counts, choices, dict(sorted(heard.ignored.items())), plain, digits)
+    log = Log(series, more, epoch, counts, choices, dict(sorted(heard.ignored.items())), plain, digits, base)
     return trial_of(path, log, aboard, what)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -107,7 +107,7 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
         del raw
         steps = []
         _text_lines(source, log)
-    steps += _servos(log)
+    steps += servos(log.heard, log.pulses, log.parameters, "0/RCOU")
     epochs = [one for one in log.epochs if math.isfinite(one)]
     epoch = float(np.median(epochs)) if epochs else None
     return trial_by(source, log.heard, "ArduPilot messages", mapping, epoch, steps)
@@ -160,18 +160,26 @@ def _text_lines(path: Path, log: _Log) -> None:
     each_line(path, log.heard, line)
 
 
-def _servos(log: _Log) -> list[str]:
-    """Orders of the throttles and of the steering by what goes to the servos, and what is said of that."""
+def servos(heard: Heard, pulses: Sequence[Row], parameters: Mapping[str, float], source: str) -> list[str]:
+    """Take orders of the throttles and of the steering by what goes to the servos; what is said of that.
+
+    Args:
+        heard: takes them.
+        pulses: their widths [us], C1, C2, ..., and the time t [s].
+        parameters: of the autopilot.
+        source: name of their source.
+    """
     number = {k: _SERVOS[int(f)] for k in range(1, 17)
-              if (f := log.parameters.get(f"SERVO{k}_FUNCTION", 0.0)) in _SERVOS}  # fmt: skip
-    if not log.pulses:
+              if (f := parameters.get(f"SERVO{k}_FUNCTION", 0.0)) in _SERVOS}  # fmt: skip
+    kind = source.rpartition("/")[2]
+    if not pulses:
         return []
     if not number:
-        log.heard.ignored["RCOU"] = len(log.pulses)
-        return ["RCOU, what goes to the servos, is left out: no parameter SERVOn_FUNCTION of a throttle or steering"]
-    for row in log.pulses:
-        shares = {what: _share(_of(row, f"C{k}"), k, log.parameters) for k, what in number.items()}
-        log.heard.add(_of(row, "t"), "0/RCOU", shares)
+        heard.ignored[kind] = len(pulses)
+        return [f"{kind}, what goes to the servos, is left out: no parameter SERVOn_FUNCTION of a throttle or steering"]
+    for row in pulses:
+        shares = {what: _share(_of(row, f"C{k}"), k, parameters) for k, what in number.items()}
+        heard.add(_of(row, "t"), source, shares)
     return [f"{what} by servo {k}, a share of its greatest order" for k, what in number.items()]
 
 

@@ -314,6 +314,7 @@ class Log:
         choices: which source each quantity is from.
         ignored: number of sentences of each kind that nothing is read from.
         plain: readings that are channels as they are, beside those of instruments, with their units.
+        base: reading whose times are the rows; empty for that with most readings.
         digits: of the seconds of the clock; floats hold seconds since 1970 to a quarter of a microsecond.
     """
 
@@ -325,6 +326,7 @@ class Log:
     ignored: Mapping[str, int] = field(default_factory=dict[str, int])
     plain: Mapping[str, str] = field(default_factory=dict[str, str])
     digits: int = 6
+    base: str = ""
 
 
 def _read_log(path: Path, aboard: Aboard) -> list[Log]:
@@ -420,7 +422,8 @@ def _on_rows(path: Path, log: Log) -> tuple[Array, dict[str, Array], list[str]]:
     Raises:
         DataError: fewer than two readings of heading, position and rate of turn.
     """
-    base = max(("psi", "latitude", "r", "x"), key=lambda name: len(log.series.get(name, ((), ()))[0]))
+    count = {name: len(log.series[name][0]) for name in ("psi", "latitude", "r", "x") if name in log.series}
+    base = log.base if count.get(log.base, 0) > 1 else max(count, key=lambda name: count[name], default="psi")
     if len(log.series.get(base, ((), ()))[0]) < 2:
         raise DataError(f"{path}: no heading (HDT, THS, HDG, PASHR), position (RMC, GGA, GLL) or rate of turn (ROT) to "
                         "make rows of")  # fmt: skip

@@ -20,9 +20,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from ...core.parameters import unknown
 from .. import Array, DataError
 from ..formats.nmea import Aboard
+from ..instruments import Heard
 from ..sidecar import read_described
 from ..table import within
 from ..units import UNIT_OF_THRUSTERS, conversion, standard_unit
@@ -88,6 +91,29 @@ class Topics(Aboard):
         """Refuse a topic that the log does not have."""
         if asked not in there:
             raise DataError(f"{path}: {unknown(asked, there, 'topic')}")
+
+
+Bare = tuple[Array, Array]
+"""Times [s] and values of numbers whose meaning a mapping says."""
+
+
+def named(path: Path, topics: Topics, heard: Heard, bare: Mapping[str, Bare]) -> dict[str, str]:
+    """Take the numbers that the mapping names, count the others that change, and give their channels with units.
+
+    Raises:
+        DataError: the mapping names numbers that the log does not have.
+    """
+    for at in topics.numbers:
+        topics.known(path, at, bare)
+    plain: dict[str, str] = {}
+    for at, (t, values) in bare.items():
+        number = topics.numbers.get(at)
+        if number is not None:
+            heard.whole(f"{at}:Num", number.channel, t, number.of(values))
+            plain[number.channel] = number.si
+        elif values.size and np.ptp(np.nan_to_num(values)) > 0.0:
+            heard.ignored[at] = values.size
+    return plain
 
 
 def read_topics(path: Path) -> Topics:

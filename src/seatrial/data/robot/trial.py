@@ -56,7 +56,7 @@ def _foreign(
         seen = ", ".join(sorted({*series, *ignored})) or "no message"
         raise DataError(f"{path}: nothing of a ship's motion; found {seen[:200]}")
     trial = trial_by(path, aboard.heard, "messages of robots", topics, aboard.epoch, [*steps, *aboard.steps],
-                     plain=aboard.plain, digits=9)  # fmt: skip
+                     plain=aboard.plain, digits=9, base="psi")  # fmt: skip
     frames = {"frames": aboard.frames} if aboard.frames else {}
     return replace(trial, meta={**trial.meta, **frames})
 
