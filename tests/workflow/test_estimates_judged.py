@@ -10,11 +10,12 @@ import pytest
 
 from seatrial.report.judging.imo import numbers
 from seatrial.ships.estimate import estimate
-from seatrial.ships.files import save
+from seatrial.ships.files import load, save
 from seatrial.validate.imo import ImoTable
-from seatrial.workflow.asked import Bands
+from seatrial.workflow.asked import Approach, Bands, Span
 from seatrial.workflow.evidence.bands import simulate_with_bands
 from seatrial.workflow.judging import imo
+from seatrial.workflow.simulation import simulate
 
 KCS = Path(__file__).parents[2] / "examples" / "particulars" / "kcs.toml"
 
@@ -96,3 +97,24 @@ def test_without_open_numbers_the_probability_is_the_verdict(tmp_path: Path) -> 
     assert plain.verdict.startswith("Meets every criterion")
     assert shares(table) == dict.fromkeys(shares(table), 1.0)
     assert table.together == 1.0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("name", "published"), [
+    ("mariner", "mariner"), ("s175", "container_son_nomoto"), ("gms_110", "gms_110"), ("seiun_maru", "seiun_maru"),
+])  # fmt: skip
+def test_bands_hold_the_published_ship_that_had_no_part_in_the_sigmas(
+    name: str, published: str, tmp_path: Path
+) -> None:
+    """Turn and zigzag to starboard: of five figures at 95 % two outside have a chance of .02."""
+    path = save(estimate(KCS.with_name(f"{name}.toml")).ship, tmp_path / "ship.toml")
+    ship, inside = load(published), []
+    for manoeuvre, figures in (("turning", ("advance", "tactical_diameter", "transfer")),
+                               ("zigzag", ("first_overshoot", "second_overshoot"))):  # fmt: skip
+        run = simulate(ship, manoeuvre)
+        span, truth = Span(duration=2.0 * run.trial.duration), run.indices  # slow draws come to the end too
+        made = simulate_with_bands(str(path), manoeuvre, Bands(95.0, 300), begin=Approach(speed=ship.speed), span=span)
+        for figure in figures:
+            _, low, high = (one.value for one in made.indices[figure])
+            inside.append(low <= truth[figure].value <= high)
+    assert sum(inside) >= 4
