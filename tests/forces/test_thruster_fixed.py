@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from seatrial.core.parameters import ParameterError
@@ -23,6 +25,16 @@ def test_astern_and_beyond_the_map():
     assert PORT.thrust(-1.0) == PORT.thrust(-0.8)
     assert PORT.thrust(1.4) == PORT.thrust(1.0) == pytest.approx(5.0)
     assert PORT.thrust(0.0) == 0.0
+
+
+def test_way_against_the_thrust_lessens_it_by_its_square():
+    boat = replace(PORT, against=0.25)
+    for command, u, share in ((0.5, 2.0, 1.0), (-0.5, -2.0, 1.0), (0.5, -2.0, 0.5), (-0.5, 2.0, 0.5), (-0.5, 6.0, 0.1)):
+        force = boat.force(WATER._replace(u=u), (command,))
+        assert pytest.approx(share * PORT.thrust(command)) == force.X
+        assert pytest.approx(0.3 * force.X) == force.N
+        assert boat.inputs(WATER._replace(u=u), (command,)) == (force.X,)
+    assert boat.thrust(-0.5, 1e-9) == pytest.approx(boat.thrust(-0.5, -1e-9))
 
 
 def test_affine_form_agrees():

@@ -269,7 +269,8 @@ def test_linear_form_is_the_thrusters_force() -> None:
     ],
 )
 def test_number_of_parameters(model: Any, count: int) -> None:
-    of_form = [v for path, _, v in walk(model) if path.startswith(("inertia.", "damping."))]
+    speed = {f"damping.{name}" for name in ("Y_uv", "N_uv", "N_ur")}  # not in the paper
+    of_form = [v for path, _, v in walk(model) if path.startswith(("inertia.", "damping.")) and path not in speed]
     assert len(of_form) == 30  # the fully coupled form
     zeros = {"damping.N_rrr"} if model.damping.N_rrr == 0 and count == 22 else set()
     assert len([v for v in of_form if v != 0]) + len(zeros) == count
@@ -291,6 +292,17 @@ def test_fully_coupled_terms_act() -> None:
 def test_order_of_damping(order: str, left: float) -> None:
     damping = Polynomial(order=order, X_u=-4.0, X_uu=-3.0, X_uuu=-2.0, Y_v=-1.0, N_r=-1.0)
     assert pytest.approx(-2.0 * left) == damping.force(Flow(2.0, 0, 0, 0, 0, 0, 0, 1000.0, 3.0, 0.2)).X
+
+
+def test_lift_of_a_hull_that_makes_way_is_by_its_speed_and_turned_with_it() -> None:
+    damping = Polynomial(order="quadratic", X_u=-4.0, Y_v=-1.0, N_r=-2.0, Y_uv=-3.0, N_uv=5.0, N_ur=-6.0)
+    v, r = 0.3, -0.2
+    for u in (2.0, -2.0):
+        force = damping.force(Flow(u, v, r, 0, 0, 0, 0, 1000.0, 3.0, 0.2))
+        assert pytest.approx((-1.0 - 3.0 * 2.0) * v) == force.Y
+        assert pytest.approx((-2.0 - 6.0 * 2.0) * r + 5.0 * u * v) == force.N
+    linear = replace(damping, order="linear").force(Flow(2.0, v, r, 0, 0, 0, 0, 1000.0, 3.0, 0.2))
+    assert linear == pytest.approx((-8.0, -v, -2.0 * r))
 
 
 def test_cross_flow_drag_is_the_integral_over_the_hull() -> None:

@@ -20,7 +20,8 @@ class Polynomial(ForceModule):
     17 numbers of Eq. 4 belong to the surge-decoupled one with 22.  X_v, X_r, Y_u and N_u fill the linear
     part, and with a full mass matrix make the fully coupled one with 30 (Pedersen 2019, whose table is
     not at hand: that these are its eight couplings is our reading of the count).  They break the symmetry
-    of port and starboard; the others keep it.
+    of port and starboard; the others keep it.  Y_uv, N_uv and N_ur are not in the paper: the lift of a hull
+    that makes way is linear in drift and turn and grows with its speed; it acts in the leading half ahead and astern.
     """
 
     order: str = choice(
@@ -33,6 +34,7 @@ class Polynomial(ForceModule):
     Y_v: Scalar = spec("kg/s", "sway force by v")
     Y_vv: Scalar = spec("kg/m", "sway force by |v| v", default=0.0)
     Y_rv: Scalar = spec("kg", "sway force by |r| v", default=0.0)
+    Y_uv: Scalar = spec("kg/m", "sway force by |u| v", default=0.0)
     Y_vvv: Scalar = spec("kg s/m^2", "sway force by v^3", default=0.0)
     Y_r: Scalar = spec("kg m/s", "sway force by r", default=0.0)
     Y_vr: Scalar = spec("kg", "sway force by |v| r", default=0.0)
@@ -40,9 +42,11 @@ class Polynomial(ForceModule):
     N_v: Scalar = spec("kg m/s", "yaw moment by v", default=0.0)
     N_vv: Scalar = spec("kg", "yaw moment by |v| v", default=0.0)
     N_rv: Scalar = spec("kg m", "yaw moment by |r| v", default=0.0)
+    N_uv: Scalar = spec("kg", "yaw moment by u v", default=0.0)
     N_r: Scalar = spec("kg m^2/s", "yaw moment by r")
     N_vr: Scalar = spec("kg m", "yaw moment by |v| r", default=0.0)
     N_rr: Scalar = spec("kg m^2", "yaw moment by |r| r", default=0.0)
+    N_ur: Scalar = spec("kg m", "yaw moment by |u| r", default=0.0)
     N_rrr: Scalar = spec("kg m^2 s", "yaw moment by r^3", default=0.0)
     X_v: Scalar = spec("kg/s", "surge force by v (fully coupled model)", default=0.0)
     X_r: Scalar = spec("kg m/s", "surge force by r (fully coupled model)", default=0.0)
@@ -58,13 +62,13 @@ class Polynomial(ForceModule):
             (-self.X_u - self.X_uu * a - self.X_uuu * uu, -self.X_v, -self.X_r),
             (
                 -self.Y_u,
-                -self.Y_v - self.Y_vv * b - self.Y_rv * c - self.Y_vvv * vv,
+                -self.Y_v - self.Y_uv * a - self.Y_vv * b - self.Y_rv * c - self.Y_vvv * vv,
                 -self.Y_r - self.Y_vr * b - self.Y_rr * c,
             ),
             (
                 -self.N_u,
-                -self.N_v - self.N_vv * b - self.N_rv * c,
-                -self.N_r - self.N_vr * b - self.N_rr * c - self.N_rrr * rr,
+                -self.N_v - self.N_uv * two * u - self.N_vv * b - self.N_rv * c,
+                -self.N_r - self.N_ur * a - self.N_vr * b - self.N_rr * c - self.N_rrr * rr,
             ),
         )
 

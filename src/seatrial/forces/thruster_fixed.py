@@ -22,13 +22,14 @@ def unequal(y: Scalar, full: float) -> tuple[float, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Fixed(ThrusterModule):
-    """Thrust ahead by the command s from -1 (full astern) to 1 (full ahead): T_1 s + T_2 |s| s.
+    """Thrust ahead by the command s from -1 (full astern) to 1 (full ahead): T_1 s + T_2 |s| s at rest.
 
     Small craft log the command of the motor's speed controller (a pulse width), not revolutions.  For a manoeuvre,
     whose order ahead is one of revolutions, 1 1/s is full throttle.
 
-    `astern` multiplies it for s < 0.  The map holds from `low` to `high`; beyond, the thrust stays as it is
-    there, and `lint` reports a trial that goes there.
+    `astern` multiplies it for s < 0.  A propeller that pushes against the way of the craft works in its own wash:
+    its thrust is that at rest over 1 + `against` u^2, a fit to trials and no theory.  The map holds from `low` to
+    `high`; beyond, the thrust stays as it is there, and `lint` reports a trial that goes there.
     """
 
     prefixes: ClassVar[tuple[str, ...]] = ("throttle",)
@@ -38,6 +39,7 @@ class Fixed(ThrusterModule):
     T_1: Scalar = spec("N", "thrust, linear in the command", (0.0, 1e8), default=0.0)
     T_2: Scalar = spec("N", "thrust, by |s| s", (0.0, 1e8), default=0.0)
     astern: Scalar = spec("", "thrust astern over that ahead at the same |s|", (0.0, 2.0), default=1.0)
+    against: Scalar = spec("s^2/m^2", "how way against the thrust lessens it, by its square", (0.0, 100.0), default=0.0)
     low: Scalar = spec("", "least command for which the map holds", (-1.0, 0.0), default=-1.0)
     high: Scalar = spec("", "greatest command for which the map holds", (0.0, 1.0), default=1.0)
 
@@ -65,17 +67,18 @@ class Fixed(ThrusterModule):
         """Column of B: what a force ahead does at its place."""
         return columns(self.x, self.y)[:1]
 
-    def thrust(self, command: Scalar) -> Scalar:
-        """Thrust ahead [N] at a command in [-1, 1]."""
+    def thrust(self, command: Scalar, u: Scalar = 0.0) -> Scalar:
+        """Thrust ahead [N] at a command in [-1, 1] and a speed ahead through the water [m/s]."""
         s = clip(command, self.low, self.high)
-        return where(s < 0, self.astern, 1.0) * s * (self.T_1 + self.T_2 * magnitude(s))
+        T = where(s < 0, self.astern, 1.0) * s * (self.T_1 + self.T_2 * magnitude(s))
+        return T / (1.0 + where(s * u < 0, self.against * u * u, 0.0))
 
     def inputs(self, flow: Flow, control: Scalars) -> Scalars:
         """Thrust ahead [N]."""
-        return (self.thrust(control[0]),)
+        return (self.thrust(control[0], flow.u),)
 
     def force(self, flow: Flow, control: Scalars) -> Force:
-        T = self.thrust(control[0])
+        T = self.thrust(control[0], flow.u)
         return Force(T, 0.0, -self.y * T)
 
 

@@ -15,7 +15,7 @@ from seatrial.data.guess import guess
 from seatrial.data.guess.entries import Known, held_over
 from seatrial.data.guess.helm import neutral_of
 from seatrial.data.guess.naming import magnetic, meanings
-from seatrial.data.guess.thrust import thrust_entries
+from seatrial.data.guess.thrust import _scaled, thrust_entries
 
 SCHEMA = 'schema = "seatrial-mapping/1"\n'
 
@@ -58,6 +58,15 @@ def test_motors_get_the_side_and_the_sense_that_the_boat_shows(p: int, q: int, e
         said = " ".join(entries[f"channels.throttle_{side}"].answer.doubts)
         assert ("exchanged" in said) == exchanged
         assert ("sign is turned" in said) == (sign < 0)
+
+
+@pytest.mark.parametrize("zero", [1470.0, 1500.0, 1510.0])
+def test_every_pulse_that_a_controller_takes_is_at_most_full_thrust(zero: float) -> None:
+    pulses = np.array([zero] * 200 + [1100.0, 1900.0] * 50)
+    keys, read, _ = _scaled(signal("throttle_1", pulses, "thr_left"), "throttle")
+    assert read[0] == 0.0
+    assert float(np.abs(read).max()) == pytest.approx(1.0)  # more would be refused as beyond the thruster's map
+    assert read == pytest.approx(pulses * float(keys["scale"]) + float(keys["offset"]), abs=1e-7)
 
 
 def test_motors_of_a_boat_at_rest_keep_their_names_and_say_that_nothing_shows_them() -> None:

@@ -127,15 +127,18 @@ def drafted(**more: Any) -> str:
         "train": {"turning": ["a"]}, "test": {"zigzag": ["b"]}, "left_out": {"c": "too short"},
         "free": [("hull.*", 0.3, ("hull.Y_v", "hull.N_r")), ("K", 0.5, ("K",)), ("c.*", math.nan, ("c.a", "c.b"))],
         "limits": {}, "sampled": False, "timed": True,
-        "clock": 6.0, "duration": 600.0, "windy": False, "current": 0.5,
+        "clock": 6.0, "duration": 600.0, "windy": False, "sigma": {},
+        "common": {"current.north": 0.5, "current.east": 0.5},
     }  # fmt: skip
     return text.text_of(**(usual | more))
 
 
-def test_windows_are_ten_ship_lengths_of_way_within_the_shortest_recording() -> None:
+def test_windows_are_ten_ship_lengths_of_way_and_ten_seconds_within_the_shortest_recording() -> None:
     import tomllib
 
-    for clock, duration, window in ((6.0, 600.0, 60.0), (6.0, 50.0, 40.0), (0.05, 600.0, 1.0), (30.0, 1e4, 300.0)):
+    for clock, duration, window in (
+        (6.0, 600.0, 60.0), (6.0, 50.0, 40.0), (0.05, 600.0, 10.0), (0.05, 10.0, 8.0), (30.0, 1e4, 300.0),
+    ):  # fmt: skip
         made = tomllib.loads(drafted(clock=clock, duration=duration))
         assert made["estimator"]["window"] == window
         assert made["report"]["restart"] == window
@@ -158,7 +161,12 @@ def test_the_text_names_what_is_free_held_out_and_left_out() -> None:
     assert "its coefficients stay fixed" in whole
     assert "its coefficients stay fixed" not in drafted(windy=True)
     assert made["nuisance"] == {"common": {"current.north": 0.5, "current.east": 0.5}}
-    assert "nuisance" not in tomllib.loads(drafted(current=0.0))
+    assert "nuisance" not in tomllib.loads(drafted(common={}))
+    turned = drafted(common={"bias.psi": 0.1, "deviation.north": 0.2})
+    assert tomllib.loads(turned)["nuisance"] == {"common": {"bias.psi": 0.1, "deviation.north": 0.2}}
+    assert "errors of the compass" in turned
+    assert "errors of the compass" not in whole
+    assert tomllib.loads(drafted(sigma={"x": 0.051, "psi": 0.0123}))["loss"] == {"sigma": {"x": 0.051, "psi": 0.012}}
     own = drafted(free=[("hull.*", text.OWN, ("hull.Y_v", "hull.N_r")), ("K", 0.5, ("K",))])
     assert tomllib.loads(own)["free"] == {"hull.*": {}, "K": {"prior": 0.5}}
     assert "the sigma that the ship file states" in own
@@ -185,6 +193,10 @@ def test_priors_of_a_first_study_are_those_of_the_kind_of_coefficient() -> None:
         if prior == text.OWN:
             continue  # free of a ship that states its sigma only
         part, _, name = pattern.rpartition(".")
+        if part == "thrusters.*":  # maps of thrust; how way against it lessens it is known least
+            assert prior == (0.5 if name == "against" else 0.3)
+            assert needs == ("astern" if name in ("astern", "against") else "surge")
+            continue
         sharp = name in ("w_P0", "T_*", "[XYN]_*") and part in ("*", "screw", "")
         assert prior == (0.5 if (part or pattern) in wide else 0.2 if sharp else 0.3), pattern
         surge = name in ("m_x", "X_udot", "X_udotz", "m_11", "[RX]_*", "X_*", "t_P", "w_P0") or part == "screw"

@@ -64,7 +64,7 @@ def test_the_draft_writes_bounds_that_the_study_takes_beside_the_priors_of_their
         ship="boat", family="Fossen", actuators=(), root="logs",
         format="", mapping="", files={}, kinds={}, train={}, test={},
         left_out={}, free=(("damping.*", 0.5, paths),), limits=limits(ship, paths), sampled=False, timed=False,
-        clock=1.0, duration=60.0, windy=False, current=False,
+        clock=1.0, duration=60.0, windy=False, sigma={}, common={},
     )  # fmt: skip
     found, _ = freedom(ship.model, tomllib.loads(text)["free"])
     by = {one.path: one for one in found}

@@ -81,9 +81,11 @@ def _scaled(signal: Signal, channel: str) -> tuple[dict[str, str], Array, list[s
     if good.size and _PULSES[0] < good.min() <= good.max() < _PULSES[1]:
         usual, often = Counter(good.tolist()).most_common(1)[0]
         zero = usual if abs(usual - _NEUTRAL) < _NEAR and often > _RESTING * good.size else _NEUTRAL
-        doubt = f"taken as pulses of {zero:g} us for no thrust and {_MOST:g} us either way for all of it"
-        keys = {"unit": quoted("-"), "scale": f"{1.0 / _MOST:g}", "offset": f"{-zero / _MOST:.10g}"}
-        return keys, (values - zero) / _MOST, [doubt]
+        # all pulses that a controller takes stay within full thrust either way, wherever its zero is
+        most = _MOST + abs(zero - _NEUTRAL)
+        doubt = f"taken as pulses of {zero:g} us for no thrust and {most:g} us either way for all of it"
+        keys = {"unit": quoted("-"), "scale": f"{1.0 / most:.10g}", "offset": f"{-zero / most:.10g}"}
+        return keys, (values - zero) / most, [doubt]
     largest = float(np.max(np.abs(good), initial=0.0))
     size = 100.0 if signal.unit == "%" or 1.5 < largest <= 100.5 else 1.0
     unit = "%" if size == 100.0 else "-"

@@ -28,8 +28,9 @@ from ...simulate.begun import begun, too_little
 from ..data import DATA
 from ..freedom import stated
 from .held_out import ROWS, copies, cut, held_out, timed
+from .instruments import deviation, smoothed
 from .limits import limits
-from .text import OWN, Freedom, text_of
+from .text import OWN, Freedom, text_of, window_of
 
 _NO_USE = ("at rest", "unknown")
 _LENGTH, _STEP = 0.02, 0.01
@@ -49,6 +50,8 @@ _RULES: tuple[tuple[str, float, str], ...] = (
     ("rudder*.epsilon", 0.3, "turn"), ("rudder*.kappa", 0.3, "turn"), ("rudder*.k_x", 0.3, "turn"),
     ("rudder*.l_R", 0.3, "turn"), ("rudder*.gamma_*", 0.3, "turn"),
     ("screw.T_*", 0.2, "surge"), ("[XYN]_*", 0.2, "turn"),
+    ("thrusters.*.T_[12]", 0.3, "surge"), ("thrusters.*.k", 0.3, "surge"), ("thrusters.*.c_[1-5]", 0.3, "surge"),
+    ("thrusters.*.astern", 0.3, "astern"), ("thrusters.*.against", 0.5, "astern"),
     ("K", 0.5, "turn"), ("T", 0.5, "turn"), ("T[123]", 0.5, "turn"), ("delta_r", 0.5, "turn"),
     ("K_*", 0.5, "turn"), ("T_*", 0.5, "turn"),
     ("wind.[XYN]_*", 0.3, "wind"),
@@ -61,6 +64,9 @@ others wrong, or an instrument that is right."""
 
 _CURRENT = 0.5, 0.25
 """Prior of a current: a tide at sea [m/s], and on a pond at most a share of the speed of the ship."""
+
+_BIAS, _DEVIATION = 0.1, 0.2
+"""Priors of the heading's bias and of each half of a cycle of deviation [rad]: a compass that nobody has swung."""
 
 _ONE_WAY = 0.8
 """Mean of the unit vectors of all headings from which on a current cannot be told from the ship's own speed."""
@@ -120,6 +126,7 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
     train, test, notes = held_out(usable, kinds, bool(parts))
     free = _free(ship, [usable[one] for some in train.values() for one in some], [kinds[one] for one in usable])
     notes = (*notes, *_unfelt(ship, usable))
+    clock, duration = _clock(ship, usable.values()), min(trial.duration for trial in usable.values())
     root, format = (f"{out.stem}_trials", "") if parts else (_relative(folder.root, out), folder.format)
     # the study takes a recording by its file name, and a note that it is a copy into the list of those left out
     files = {
@@ -131,10 +138,9 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         mapping=_relative(mapping, out) if mapping else "", files=files, kinds=kinds, train=train, test=test,
         left_out={} if parts else left_out, free=free,
         limits=limits(ship, [path for *_, paths in free for path in paths]), sampled=isinstance(ship.model, Sampled),
-        timed=timed(usable), clock=_clock(ship, usable.values()),
-        duration=min(trial.duration for trial in usable.values()),
+        timed=timed(usable), clock=clock, duration=duration,
         windy=ship.model.feels_wind and any(map(_blown, usable.values())),
-        current=_current(ship, usable.values()),
+        sigma=smoothed(tuple(usable.values()), window_of(clock, duration)), common=_common(ship, usable.values()),
     )  # fmt: skip
     return Draft(text, train, test, left_out, parts, notes)
 
@@ -174,12 +180,15 @@ def _useless(ship: Ship, trials: Mapping[str, Trial], kinds: Mapping[str, Kind])
 
 def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
     """Patterns with their priors and the parameters that each frees, as far as these trials can tell them."""
-    known = [path for path, value in values(ship.model).items() if np.ndim(value) == 0 and float(value) != 0.0]
+    every = values(ship.model)
+    known = [path for path, value in every.items() if np.ndim(value) == 0 and float(value) != 0.0]
     if isinstance(ship.model, Sampled):
         return (("coefficients.*", math.nan, tuple(path for path in known if path != "dt")),)
     shows = {"surge", *(("turn",) if any(kind.name in _TURNS for kind in kinds) else ())}
     shows |= {"wind"} if ship.model.feels_wind and any(map(_blown, train)) else set()
     shows |= {"engine"} if any("n_P" in trial and (trial["n_P"] < 0.0).any() for trial in train) else set()
+    known, back = _worked(ship, known, train)
+    shows |= {"astern"} if back else set()
     out: list[tuple[str, float, tuple[str, ...]]] = []
     sigmas = stated(ship)
     taken: set[str] = set()
@@ -192,11 +201,22 @@ def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
             paths = tuple(path for path in paths if "." not in path)
         own = all(path in sigmas for path in paths)
         if paths and needs in shows and (own or prior != OWN):
-            out.append((pattern, OWN if own else prior, paths))
+            # a pattern that takes others too, which state no sigma, would ask for theirs
+            wide = own and any(fnmatchcase(path, pattern) and path not in sigmas for path in every)
+            out += [(path, OWN, (path,)) for path in paths] if wide else [(pattern, OWN if own else prior, paths)]
             taken |= set(paths)
     if not out:
         raise StudyError(f"{ship.name}: no parameter that these recordings could tell; write [free] by hand")
     return tuple(out)
+
+
+def _worked(ship: Ship, known: Sequence[str], train: Sequence[Trial]) -> tuple[list[str], bool]:
+    """The parameters without those of thrusters that rest in all trials, and whether any thruster goes astern."""
+    logs = {name: [trial[name] for trial in train if name in trial]
+            for name in ship.model.controls if name.partition("_")[0] in ("n", "throttle")}  # fmt: skip
+    moved = {name.partition("_")[2] for name, some in logs.items() if any(np.nanmax(np.abs(one)) > 0.0 for one in some)}
+    rest = [path for path in known if not path.startswith("thrusters.") or path.split(".")[1] in moved]
+    return rest, any(bool((one < 0.0).any()) for some in logs.values() for one in some)
 
 
 def _blown(trial: Trial) -> bool:
@@ -215,6 +235,15 @@ def _unfelt(ship: Ship, trials: Mapping[str, Trial]) -> tuple[str, ...]:
             "numbers of the fit take it up: give the areas above water in a table [wind] of its particulars, and "
             "estimate it anew (docs/tutorials/estimate.md); of another ship, in its file (docs/environment.md)",
             )  # fmt: skip
+
+
+def _common(ship: Ship, trials: Iterable[Trial]) -> dict[str, float]:
+    """Standard deviations of what all trials share and nobody recorded: a current, and the errors of a compass."""
+    some, current = tuple(trials), _current(ship, trials)
+    out = dict.fromkeys(("current.north", "current.east"), current) if current else {}
+    if deviation(some):
+        out |= {"bias.psi": _BIAS, "deviation.north": _DEVIATION, "deviation.east": _DEVIATION}
+    return out
 
 
 def _current(ship: Ship, trials: Iterable[Trial]) -> float:

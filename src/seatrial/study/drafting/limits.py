@@ -16,7 +16,7 @@ from ...ships import Ship
 
 # Linear in every family, or of a damping that is odd in its velocity. Elsewhere X_uu is the curvature about a speed.
 _TAKES = ("X_u", "Y_v", "N_r", "*.X_u", "*.Y_v", "*.N_r", "damping.X_uu", "damping.X_uuu", "damping.Y_vv",
-          "damping.Y_vvv", "damping.N_rr", "damping.N_rrr")  # fmt: skip
+          "damping.Y_vvv", "damping.Y_uv", "damping.N_rr", "damping.N_rrr", "damping.N_ur")  # fmt: skip
 _MASSES = ("inertia.m_11", "inertia.m_22")
 # Least radius of gyration over the length: a bar of a third of it has as much.
 _INERTIA, _GYRATION = "inertia.m_33", 0.1

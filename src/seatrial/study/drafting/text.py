@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from ...data.kinds import Kind
 from ...identify.components.actuation import Shown
 
-_WINDOW = 10.0
-"""Length of a prediction between restarts, in times in which the ship covers its length."""
+_WINDOW, _SECONDS = 10.0, 10.0
+"""Length of a prediction between restarts, in times in which the ship covers its length, and its least [s]."""
 
 _WHY = {"high": "water takes energy, and gives none", "low": "at least that of the water displaced"}
 
@@ -21,13 +21,17 @@ Freedom = Sequence[tuple[str, float, tuple[str, ...]]]
 """Patterns, the relative prior of each (NaN: none, `OWN`), and the parameters that each frees."""
 
 
+def window_of(clock: float, duration: float) -> float:
+    """Length of a prediction between restarts [s], of recordings of at least this duration."""
+    return min(max(_WINDOW * clock, _SECONDS), 0.8 * duration)
+
+
 def text_of(
     *, ship: str, family: str, actuators: Sequence[Shown], root: str, format: str, mapping: str,
     files: Mapping[str, str],
     kinds: Mapping[str, Kind], train: Mapping[str, Sequence[str]], test: Mapping[str, Sequence[str]],
     left_out: Mapping[str, str], free: Freedom, limits: Mapping[str, Mapping[str, float]], sampled: bool, timed: bool,
-    clock: float, duration: float, windy: bool,
-    current: float,
+    clock: float, duration: float, windy: bool, sigma: Mapping[str, float], common: Mapping[str, float],
 ) -> str:  # fmt: skip
     """The study as a file.
 
@@ -46,7 +50,8 @@ def text_of(
         clock: L/U [s].
         duration: of the shortest recording [s].
         windy: whether a force of wind is fed by a wind on record.
-        current: standard deviation of a current that all trials share [m/s], 0 for none.
+        sigma: scales of the errors, where they are not the noise of the sensors.
+        common: standard deviations of a current [m/s] and of errors of instruments that all trials share.
     """
     order = "the latest" if timed else "from the middle of the names, as no times are known"
     lines = [
@@ -60,10 +65,10 @@ def text_of(
     ]  # fmt: skip
     if sampled:
         return "\n".join((*lines, "[estimator]", 'type = "arx_fit:ArxRegression"', ""))
-    window = min(max(_WINDOW * clock, 1.0), 0.8 * duration)
+    window = window_of(clock, duration)
     lines += [
-        "[loss]", 'scale = "noise" # errors are divided by the noise of each sensor, as its log shows it',
-        "", *_nuisance(current), "[estimator]", 'type = "shooting:Trajectory" # least squares on whole predictions',
+        "[loss]", *_scales(sigma), "", *_nuisance(common),
+        "[estimator]", 'type = "shooting:Trajectory" # least squares on whole predictions',
         f"window = {_round(window)} # s, {window / clock:.2g} L/U: then a prediction restarts", "", "[report]",
         f"restart = {_round(window)}", "",
     ]  # fmt: skip
@@ -121,13 +126,25 @@ def _entry(keys: Sequence[str]) -> str:
     return f"{{ {', '.join(keys)} }}" if keys else "{}"
 
 
-def _nuisance(current: float) -> list[str]:
+def _scales(sigma: Mapping[str, float]) -> list[str]:
+    """By what errors are divided."""
+    if not sigma:
+        return ['scale = "noise" # errors are divided by the noise of each sensor, as its log shows it']
+    told = ", ".join(f"{name} = {value:.2g}" for name, value in sigma.items())
+    return ["# a channel is smoother than any sensor reads: errors are divided by the noise of each and 0.5 % of its "
+            "motion", f"sigma = {{ {told} }}"]  # fmt: skip
+
+
+def _nuisance(common: Mapping[str, float]) -> list[str]:
     """What else is estimated."""
-    if not current:
+    if not common:
         return []
-    sigma = _round(current)
-    return ["[nuisance] # a current that all trials share is estimated, and so is each initial state",
-            f'common = {{ "current.north" = {sigma}, "current.east" = {sigma} }} # m/s, about zero', ""]  # fmt: skip
+    told = ", ".join(f'"{name}" = {_round(sigma)}' for name, sigma in common.items())
+    current = [name for name in common if name.startswith("current.")]
+    what = ["a current"] * bool(current) + ["the errors of the compass, which the sway under way shows"] * (
+        len(common) > len(current))  # fmt: skip
+    return [f"[nuisance] # {' and '.join(what)}, alike in all trials, and each initial state are estimated",
+            f"common = {{ {told} }} # m/s and rad, about zero", ""]  # fmt: skip
 
 
 def _pattern(place: str) -> str:
