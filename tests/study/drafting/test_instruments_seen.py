@@ -76,6 +76,7 @@ def test_a_smoothed_heading_lets_track_and_heading_count_as_a_model_can_be_right
     found = smoothed([filtered(log, 25)], 10.0)
     assert set(found) == {"x", "y", "psi"}  # speeds and rates of such a log are made of these
     assert found["psi"] == pytest.approx(0.005 * 0.1 * 10.0, rel=0.01)  # half a per cent of a radian
+    assert smoothed([filtered(log, 25)], 4.0) == {}  # 0.4 rad: the carriage of a tank reads as finely
     for name in ("x", "y"):  # one scale for both: the mean speed and its swing, over the root of two
         assert found[name] == pytest.approx(math.hypot(0.05, 0.005 * 2.15 * 10.0 / math.sqrt(2.0)), rel=0.1)
 

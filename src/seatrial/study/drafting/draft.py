@@ -28,7 +28,7 @@ from ...simulate.begun import begun, too_little
 from ..data import DATA
 from ..freedom import stated
 from .held_out import ROWS, copies, cut, held_out, timed
-from .instruments import deviation, smoothed
+from .instruments import shared, smoothed
 from .limits import limits
 from .text import OWN, Freedom, text_of, window_of
 
@@ -61,15 +61,6 @@ _RULES: tuple[tuple[str, float, str], ...] = (
 A ship that states the sigma of every parameter of a pattern has its own instead; a pattern of `OWN` is free of such a
 ship only: what was measured is fixed, but what a regression gave is not known, and a wrong number that is held makes
 others wrong, or an instrument that is right."""
-
-_CURRENT = 0.5, 0.25
-"""Prior of a current: a tide at sea [m/s], and on a pond at most a share of the speed of the ship."""
-
-_BIAS, _DEVIATION = 0.1, 0.2
-"""Priors of the heading's bias and of each half of a cycle of deviation [rad]: a compass that nobody has swung."""
-
-_ONE_WAY = 0.8
-"""Mean of the unit vectors of all headings from which on a current cannot be told from the ship's own speed."""
 
 _TURNS = ("turning", "zigzag", "spiral", "pull-out", "recovery", "initial-turning", "mixed", "berthing",
           "course-keeping", "station", "sideways", "astern")  # fmt: skip
@@ -140,7 +131,8 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         limits=limits(ship, [path for *_, paths in free for path in paths]), sampled=isinstance(ship.model, Sampled),
         timed=timed(usable), clock=clock, duration=duration,
         windy=ship.model.feels_wind and any(map(_blown, usable.values())),
-        sigma=smoothed(tuple(usable.values()), window_of(clock, duration)), common=_common(ship, usable.values()),
+        sigma=smoothed(tuple(usable.values()), window_of(clock, duration)),
+        common=shared(tuple(usable.values()), ship.L_pp, clock),
     )  # fmt: skip
     return Draft(text, train, test, left_out, parts, notes)
 
@@ -235,30 +227,6 @@ def _unfelt(ship: Ship, trials: Mapping[str, Trial]) -> tuple[str, ...]:
             "numbers of the fit take it up: give the areas above water in a table [wind] of its particulars, and "
             "estimate it anew (docs/tutorials/estimate.md); of another ship, in its file (docs/environment.md)",
             )  # fmt: skip
-
-
-def _common(ship: Ship, trials: Iterable[Trial]) -> dict[str, float]:
-    """Standard deviations of what all trials share and nobody recorded: a current, and the errors of a compass."""
-    some, current = tuple(trials), _current(ship, trials)
-    out = dict.fromkeys(("current.north", "current.east"), current) if current else {}
-    if deviation(some):
-        out |= {"bias.psi": _BIAS, "deviation.north": _DEVIATION, "deviation.east": _DEVIATION}
-    return out
-
-
-def _current(ship: Ship, trials: Iterable[Trial]) -> float:
-    """Standard deviation of each component of a current that was not recorded [m/s].
-
-    Zero where one is on record, and where all head one way, as in a basin: there it is a part of the speed.  Headings
-    that are not on record say nothing of a current.
-    """
-    some = tuple(trials)
-    if any("U_C" in trial or "psi" not in trial for trial in some):
-        return 0.0
-    if abs(np.nanmean(np.exp(1j * np.concatenate([trial["psi"] for trial in some])))) > _ONE_WAY:
-        return 0.0
-    most, share = _CURRENT
-    return min(most, share * ship.L_pp / _clock(ship, some))
 
 
 def _clock(ship: Ship, trials: Iterable[Trial]) -> float:
