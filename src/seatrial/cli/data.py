@@ -66,7 +66,7 @@ def _guess(folder: Path, out: Path | None, more: object, json: bool) -> None:
         note(told)
     ask = f"answer {', '.join(found.asks)} in it, then" if found.asks else "read it, then"
     count = f"{len(found.doubts)} doubt{'s' * (len(found.doubts) != 1)}"
-    following = f"{out}: {count}; {ask}: seatrial import csv {folder} --mapping {out} -o trials"
+    following = f"{out}: {count}; {ask}: seatrial import {found.format} {folder} --mapping {out} -o trials"
     shown = line(following) if out else bullets(found.text.splitlines())
     answer(fields({**vars(found), "file": out if found.text else None}, shown if found.text else ()), json)
 

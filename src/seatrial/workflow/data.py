@@ -129,7 +129,7 @@ def tried(found: Guess, src: Path) -> Guess:
         mapping = Path(folder) / "mapping.toml"
         mapping.write_text(found.text, encoding="utf-8")
         try:
-            trials = [trial for _, some in logs("csv", src, mapping) for trial in some]
+            trials = [trial for _, some in logs(found.format, src, mapping) for trial in some]
         except DataError as error:
             return _doubting(found, [f"the import refuses it: {str(error).replace(str(mapping), 'the mapping')}"])
     findings = check_folder(trials)

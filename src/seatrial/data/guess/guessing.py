@@ -65,7 +65,7 @@ def guess(src: str | Path) -> Guess:
     here = Path(src)
     known = reader_of(here)
     if known is not None and not known.tabular:
-        return Guess(known.format, notes=(known.said,))
+        return _of_numbers(here, known) if known.format in _ROBOTS else Guess(known.format, notes=(known.said,))
     log = find_log(here)
     entries = [_reaching(log, _once_named(log, one)) for one in _entries(log)]
     text = " ".join(value for one in entries for value in one.keys.values())
@@ -88,6 +88,28 @@ def guess(src: str | Path) -> Guess:
 
 
 _SOURCES = ("position", "ground", "log", "apparent", "heading")
+
+
+_ROBOTS = ("mcap", "rosbag2", "rosbag1", "ulog")
+
+
+def _of_numbers(src: Path, known: Reader) -> Guess:
+    """A mapping of the bare numbers of the longest log, where there are any that are not known by themselves."""
+    from ..formats import formats, recordings
+    from ..robot.guessed import numbers_of
+
+    largest = max(recordings(known.format, src), key=_bytes)
+    lines, unknown = numbers_of(largest, formats()[known.format].read)
+    if not lines and not unknown:
+        return Guess(known.format, notes=(known.said,))
+    head = [f"# A mapping for `seatrial import {known.format}`, guessed by {largest.name}; correct what is wrong.",
+            *(f"# {DOUBT} {one}" for one in unknown), "", 'schema = "seatrial-robot/1"', "", "[numbers]"]  # fmt: skip
+    doubts = (*unknown, *(f"{one.at}: {doubt}" for one in lines for doubt in one.doubts))
+    return Guess(known.format, "\n".join([*head, *(one.text for one in lines)]) + "\n", doubts)
+
+
+def _bytes(path: Path) -> int:
+    return sum(one.stat().st_size for one in (path.rglob("*") if path.is_dir() else (path,)))
 
 
 def _nothing(log: Log) -> str:

@@ -54,7 +54,7 @@ def _sided(signal: Signal, side: str) -> bool:
 def _pair(pair: Sequence[Signal], channel: str, known: Known) -> Iterator[Entry]:
     """The entries of both motors, each on the side and with the sense that the motion shows."""
     made = [_scaled(one, channel) for one in pair]
-    signs, exchanged, told = _sense([values for _, values, _ in made], known)
+    signs, exchanged, told = sense_of([values for _, values, _ in made], known)
     names = _SIDES[::-1] if exchanged else _SIDES
     for signal, (keys, _, doubts), sign, side, own in zip(pair, made, signs, names, _SIDES, strict=True):
         more = list(doubts)
@@ -93,7 +93,7 @@ def _scaled(signal: Signal, channel: str) -> tuple[dict[str, str], Array, list[s
     return {"unit": quoted(unit)}, values / size, doubts
 
 
-def _sense(pair: Sequence[Array], known: Known) -> tuple[tuple[float, float], bool, str]:
+def sense_of(pair: Sequence[Array], known: Known) -> tuple[tuple[float, float], bool, str]:
     """Signs of both signals, whether their sides are exchanged, and the evidence; empty where the motion has none."""
     if known.u is None or known.r is None:
         return (1.0, 1.0), False, ""

@@ -235,7 +235,7 @@ class Aboard:
                     self.heard.ignored[f"{at} ({one.kind})"] = len(one.times)
                 continue
             self.named[mapped.channel] = at, mapped.si
-            if at not in self.topics.numbers and _unknown_control(mapped.channel):
+            if at not in self.topics.numbers and unknown_control(mapped.channel):
                 self.steps.append(
                     f"doubt: {at} looks like a control, and is the channel {mapped.channel}; say what it "
                     "is by [numbers] in a mapping (seatrial import --guess)"
@@ -269,7 +269,7 @@ def _axes_key(topic: str) -> str:
     return f'axes = {{ "{topic}" = "ned" }} in a mapping'
 
 
-def _unknown_control(channel: str) -> bool:
+def unknown_control(channel: str) -> bool:
     """Whether a name sounds like a control and is none of ours."""
     return standard_unit(channel) is None and not channel.startswith(_OURS) and _CONTROL.search(channel) is not None
 
