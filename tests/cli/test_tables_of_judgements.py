@@ -75,7 +75,7 @@ def test_criteria_are_shown_with_bands_where_draws_were_made(monkeypatch: pytest
         Criterion("reach", "", None, "L", 15.0, "fail", "why"),
     ]
     table = SimpleNamespace(rows=rows, conditions={"speed": "15.5 kn"}, caveats=("shallow",), verdict="fails",
-                            ship="kvlcc2", L_pp=320.0, speed=7.97, n_P=1.6, L_over_V=40.2)  # fmt: skip
+                            ship="kvlcc2", L_pp=320.0, speed=7.97, n_P=1.6, L_over_V=40.2, together=None)  # fmt: skip
     monkeypatch.setattr("seatrial.workflow.judging.imo", lambda *_, **__: table)
     assert main(["imo", "kvlcc2"]) == 0
     out = capsys.readouterr().out
@@ -308,7 +308,7 @@ def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatc
     other = SimpleNamespace(**vars(number) | {"path": "hull.Y_v", "value": -123.4, "spread": 12.0, "sigma": 1.5})
     entries = {path: SimpleNamespace(source="estimated") for path in ("hull.N_r", "hull.Y_v")}
     estimated = SimpleNamespace(numbers=(number, other), ship=SimpleNamespace(name="new", entries=entries), cautions=())
-    monkeypatch.setattr("seatrial.workflow.judging.estimate", lambda *_: estimated)
+    monkeypatch.setattr("seatrial.workflow.judging.estimate", lambda *_, **__: estimated)
     assert main(["estimate", "p.toml", "-o", "s.toml"]) == 0
     out = capsys.readouterr().out
     assert cells(out, "hull.N_r")[:2] == ["hull.N_r", "-0.05"]

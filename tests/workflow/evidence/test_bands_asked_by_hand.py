@@ -24,8 +24,8 @@ def run_of(seconds: float = 100.0, **meta: Any) -> Trial:
 
 
 def posterior(**given: Any) -> Any:
-    usual = {"names": ("a", "b"), "covered": {"u": (0.0, 5.0)}, "power": None, "samples": None, "free": ("a", "b"),
-             "covariance": np.eye(2), "grounds": SimpleNamespace(kinds=("turning",)), "digest": "d",
+    usual = {"names": ("a", "b"), "covered": {"u": (0.0, 5.0)}, "power": None, "samples": None, "fitted": True,
+             "free": ("a", "b"), "covariance": np.eye(2), "grounds": SimpleNamespace(kinds=("turning",)), "digest": "d",
              "ship": SimpleNamespace(name="s", model=SimpleNamespace(controls=("delta",)))}  # fmt: skip
     return SimpleNamespace(**{**usual, **given})
 
@@ -104,7 +104,7 @@ def test_coverage_is_counted_at_shares_of_the_reach_or_the_restart(
 def beside(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
     asked: dict[str, Any] = {"held": posterior(), "found": None, "levels": []}
     (tmp_path / "there").touch()
-    monkeypatch.setattr(drawn, "posterior", lambda model: asked["held"])
+    monkeypatch.setattr(drawn, "drawn_from", lambda model: asked["held"])
     monkeypatch.setattr(drawn, "beside", lambda model: tmp_path / ("there" if asked["found"] else "gone"))
     monkeypatch.setattr(drawn, "load", lambda model, held: asked["found"])
     monkeypatch.setattr(drawn, "read_summary", lambda folder: SimpleNamespace(explained=False))
@@ -139,6 +139,9 @@ def test_a_criterion_is_sailed_a_third_longer_by_every_draw(monkeypatch: pytest.
     assert (ship, policy) == (held.ship, "a turn")
     assert run == (held.ship, "a turn", 7.0, pytest.approx(130.0))
     assert (how["speed"], how["dt"]) == (7.0, 1.0)
+    asked.held = posterior(fitted=False)  # draws of an estimate differ by more
+    judged._sailed(asked, SimpleNamespace(speed=7.0), source)  # type: ignore[arg-type]
+    assert sailed[1][0][2][3] == pytest.approx(250.0)
     asked.refusal = lambda run: "no"
     assert judged._sailed(asked, SimpleNamespace(speed=7.0), source) == "no"  # type: ignore[arg-type]
 
