@@ -15,7 +15,7 @@ from ..data import Array, Trial, unwrapped
 from ..data.prepare import shifted
 from ..environment import CHANNELS
 from ..identify.nuisance import CURRENT, EVERY, with_current
-from ..identify.trajectory.suspects import Suspect, suspects
+from ..identify.trajectory.suspects import Suspect, level_of, suspects
 from ..models import STATES, Model
 from ..simulate.replay import wind_of
 
@@ -53,7 +53,8 @@ def of_trial(name: str, found: Mapping[str, Errors], studied: Collection[str]) -
     Args:
         found: by trial and name, as in `Fit.nuisances`.
     """
-    out = dict(found.get(EVERY, {})) if name in studied else {}
+    shared = found.get(EVERY, {}) if name in studied else {}
+    out = {key: size for key, size in shared.items() if level_of(key)[1] in ("", name)}
     for key, size in found.get(name, {}).items():
         named = next((one for one, own in _CURRENTS.items() if own == key), key.replace("bias_", "bias.", 1))
         out[named] = out.get(named, 0.0) + size
@@ -72,6 +73,7 @@ def corrected(trial: Trial, errors: Errors, model: Model) -> Trial:
     known = {one.name: (one, errors[one.name]) for one in suspects(model, [trial]) if errors.get(one.name)}
     acting = [(one, c) for name, (one, c) in known.items() if one.acts and name.partition(".")[0] not in _APART]
     out = _acted(trial, acting, model) if acting else trial
+    out = _levelled(out, errors, model)
     for name, size in errors.items():
         kind, _, what = name.partition(".")
         if kind == "delay" and size:
@@ -80,6 +82,17 @@ def corrected(trial: Trial, errors: Errors, model: Model) -> Trial:
     out = _read(out, errors, [(one, c) for one, c in known.values() if one.reads])
     own = {key: errors.get(name, 0.0) for name, key in _CURRENTS.items()}
     return with_current(out, {trial.name: own}).noting(f"corrected by {', '.join(errors)}, as estimated")
+
+
+def _levelled(trial: Trial, errors: Errors, model: Model) -> Trial:
+    """The trial with the levels of its own controls."""
+    orders = dict(zip(model.controls, (order for order, _ in model.follows), strict=True))
+    for name, size in errors.items():
+        control, of = level_of(name)
+        if of == trial.name:
+            alike = [one for one, order in orders.items() if order == orders[control] and one in trial]
+            trial = trial.having(**{one: trial[one] * (1.0 + size) for one in alike})
+    return trial
 
 
 def _logged(control: str, trial: Trial, model: Model) -> str:

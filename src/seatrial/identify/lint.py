@@ -6,6 +6,7 @@ An interval without width and bounds that exclude the start never get here: `Fre
 from __future__ import annotations
 
 import functools
+import json
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -29,6 +30,7 @@ from .posterior.acting import acting
 from .posterior.verdicts import manoeuvre_for
 from .record import compared_as, scales, step_of
 from .trajectory.objective import TrajectoryObjective
+from .trajectory.suspects import level_of
 from .vector import Vector
 
 # Kinds of findings of `check` that make a fit wrong rather than poor.
@@ -63,7 +65,7 @@ def lint(
         estimator: the estimator that will fit it; None assumes `shooting:Trajectory`.
         felt: whether to predict the trials, to check that each parameter changes some prediction.
     """
-    found = [*_free(problem), *_scales(problem), *_starts(problem, estimator), *mass(problem)]
+    found = [*_free(problem), *_scales(problem), *_levels(problem), *_starts(problem, estimator), *mass(problem)]
     found += [*_trials(problem, test, estimator is None or getattr(estimator, "partial", False)),
               *_checked(problem, test), *_sets(problem, test)]
     if felt and not any(issue.severity == "error" for issue in found):
@@ -168,6 +170,14 @@ def _scales(problem: Problem) -> Iterator[Issue]:
         yield Issue("error", "loss.correlation", f"is {problem.loss.correlation:g} s; it must be zero or above")
 
 
+def _levels(problem: Problem) -> Iterator[Issue]:
+    """Levels of trials that are not fitted to."""
+    trials = [trial.name for trial in problem.trials]
+    for name, (control, trial) in ((name, level_of(name)) for name in problem.nuisance.common):
+        if control and trial not in trials:
+            yield Issue("error", f"nuisance.common.{name}", unknown(trial, trials, "training trial"))
+
+
 def _angle(channel: str) -> bool:
     """Whether a channel is an angle in radians; a wind is one by its direction."""
     return channel in ("psi", "wind") or (channel not in STATES and unit(channel) == "rad")
@@ -195,7 +205,10 @@ def _refused(trial: Trial, needed: Sequence[str], partial: bool) -> str:
     absent = [name for name in needed if name not in trial]
     wanted = [name for name in absent if not partial or name not in STATES]
     if wanted:
-        return f"no channel {', '.join(wanted)}; the model needs {', '.join(needed)}{derivable(trial, wanted)}"
+        lost = [name for name in wanted if name not in STATES]
+        remedy = ("; with orders on record, or about constant revolutions: assumed = "
+                  f"{json.dumps(lost)} in [data] of the study" if lost else "")  # fmt: skip
+        return f"no channel {', '.join(wanted)}; the model needs {', '.join(needed)}{derivable(trial, wanted)}{remedy}"
     return too_little(trial)
 
 

@@ -30,7 +30,8 @@ from ..identify import StudyError
 from ..identify.filters.filtering import Kalman
 from ..identify.filters.measurement import Antenna, Heading
 from ..models import STATES
-from ..ships import Ship
+from ..ships import Ship, ShipError
+from .assumed import with_assumed
 from .schema import DataSetTable
 
 DATA = "SEATRIAL_DATA"
@@ -193,6 +194,10 @@ def _prepared(path: Path, where: str, trial: Trial, data: Any, ship: Ship) -> Tr
     trial = trial.having(**{name: np.full(len(trial), np.nan) for name in STATES if name not in trial})
     if data.scale_to is not None:
         trial = _scaled(path, where, trial, ship)
+    try:
+        trial = with_assumed(trial, data.assumed, ship)
+    except (StudyError, ShipError) as error:
+        raise StudyError(f"{path}: {where}.assumed: {error}") from None
     if data.smoother is None:
         return trial
     try:

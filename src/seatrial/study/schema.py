@@ -36,12 +36,16 @@ class FolderTable:
 
 @dataclass(frozen=True, kw_only=True)
 class DataSetTable(FolderTable):
-    """Trials of one folder and format; `scale_to` brings them to the scale of the study's ship by Froude's law."""
+    """Trials of one folder and format.
+
+    `scale_to` brings them to the scale of the study's ship by Froude's law, `assumed` names controls that they lack.
+    """
 
     train: list[str] = field(default_factory=list[str])
     validation: list[str] = field(default_factory=list[str])
     test: list[str] = field(default_factory=list[str])
     exclude: list[str] = field(default_factory=list[str])
+    assumed: list[str] = field(default_factory=list[str])
     scale_to: Literal["ship"] | None = None
     smoother: SmootherTable | None = None
 

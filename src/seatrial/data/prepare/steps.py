@@ -46,7 +46,7 @@ class Step:
         do: one of `OPERATIONS`, which say what the other attributes mean.
         channels: those that it changes.
         amount: its numbers.
-        unit: of the number of "add".
+        unit: of the number of "add" and "constant".
         names: new names, of "rename"; what each channel is made of, of "mark".
         where: first and last time of each stretch [s], both included, of "gaps" and "cut".
         trials: names of the trials that it is for; none for all.
@@ -140,7 +140,7 @@ def _check(place: str, step: Step) -> None:
         raise DataError(f"{place}.do: {unknown(step.do, OPERATIONS, 'operation')}")
     if len(step.amount) != (wanted := OPERATIONS[step.do].amounts):
         raise DataError(f"{place}.amount has {len(step.amount)} numbers; '{step.do}' takes {wanted}")
-    if step.do == "add":
+    if step.do in ("add", "constant"):
         for name in step.channels:
             conversion(name, step.unit)
     if step.do in ("multiply", "clock") and step.amount[0] == 0.0:
@@ -231,6 +231,12 @@ def _changed(step: Step, trial: Trial, change: Callable[[Array], Array]) -> Tria
 def _add(step: Step, trial: Trial) -> Trial:
     return trial.having(**{
         name: trial[name] + step.amount[0] * conversion(name, step.unit)[1] for name in step.channels if name in trial
+    })  # fmt: skip
+
+
+def _constant(step: Step, trial: Trial) -> Trial:
+    return trial.having(**{
+        name: np.full(len(trial), step.amount[0] * conversion(name, step.unit)[1]) for name in step.channels
     })  # fmt: skip
 
 
@@ -395,6 +401,8 @@ def _log_current(step: Step) -> str:
 
 OPERATIONS: Mapping[str, Operation] = MappingProxyType({
     "add": Operation(1, _added, _add),
+    "constant": Operation(1, lambda s: f"take {_list(s)} as {s.amount[0]:.6g} {s.unit} in every row", _constant,
+                          needs=False),
     "multiply": Operation(1, _multiplied, lambda s, trial: _changed(s, trial, lambda v: v * s.amount[0])),
     "multiply_starboard": Operation(1, lambda s: f"multiply {_list(s)} to starboard by {s.amount[0]:.6g}", _sided(1.0)),
     "multiply_port": Operation(1, lambda s: f"multiply {_list(s)} to port by {s.amount[0]:.6g}", _sided(-1.0)),

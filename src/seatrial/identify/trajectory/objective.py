@@ -112,7 +112,7 @@ class TrajectoryObjective:
         measured = [motion.index(name) for name, sd in problem.nuisance.initial.items() if math.isfinite(sd)]
         cut.scale[:, 0, measured] = 0.0
         lanewise = (*problem.vector.paths, *layout.own.lanewise)
-        common = named(problem.ship.model, trials, tuple(problem.nuisance.common))
+        common = named(problem.ship.model, trials, tuple(problem.nuisance.common), cut.trial)
         kernel = Kernel(open_loop(problem.ship), lanewise, lanewise)
         return TrajectoryObjective(problem, common, cut, layout, kernel, method, threads)
 

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.errors import StudyError
 from ...data import Array, Trial
@@ -39,7 +40,7 @@ MOST: Mapping[str, float] = {
     "delay": 60.0,  # clocks set by hand
     # half the length and the beam of the largest ships
     "antenna.ahead": 250.0, "antenna.starboard": 40.0, "receiver.ahead": 250.0, "receiver.starboard": 40.0,
-    "current": 5.0, "wind": 40.0,
+    "current": 5.0, "wind": 40.0, "level": 0.5,
 }  # fmt: skip
 """The largest error that an instrument may have and still be called one, by name or kind, SI units.
 
@@ -246,13 +247,46 @@ def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
     return tuple(found)
 
 
-def named(model: Model, trials: Sequence[Trial], names: Sequence[str]) -> tuple[Suspect, ...]:
+def level_of(name: str) -> tuple[str, str]:
+    """Control and trial of an error "level.CONTROL.TRIAL": the share by which an assumed control is too small there.
+
+    Both are empty of another error.
+    """
+    kind, _, rest = name.partition(".")
+    control, _, trial = rest.partition(".")
+    return (control, trial) if kind == "level" else ("", "")
+
+
+def _level(name: str, model: Model, trials: Sequence[Trial], lanes: Array | NDArray[np.intp]) -> Suspect:
+    """The level of a control in the windows of one trial, all that follow the same order with it."""
+    control, trial = level_of(name)
+    order = dict(zip(model.controls, (order for order, _ in model.follows), strict=True)).get(control)
+    if order is None:
+        raise StudyError(f"[nuisance] common names '{name}'; controls are {', '.join(model.controls)}")
+    at = [k for k, (one, _) in enumerate(model.follows) if one == order]
+    mine = np.array([trials[int(k)].name == trial for k in lanes])
+
+    def acts(series: Array, dt: float) -> Array:
+        out = np.zeros_like(series)
+        out[..., at] = series[..., at] * mine[:, None, None]
+        return out
+
+    return Suspect(name, f"the level of {control} in {trial}, off", "%", 0.01, acts=acts)
+
+
+def named(
+    model: Model, trials: Sequence[Trial], names: Sequence[str], lanes: Array | NDArray[np.intp]
+) -> tuple[Suspect, ...]:
     """Those of these names, in this order.
+
+    Args:
+        lanes: index of the trial of each window.
 
     Raises:
         StudyError: an unknown name, with those that there are.
     """
     known = {one.name: one for one in suspects(model, trials)}
+    known |= {name: _level(name, model, trials, lanes) for name in names if level_of(name)[0]}
     for name in names:
         if name not in known:
             raise StudyError(f"[nuisance] common names '{name}'; known: {', '.join(known)}")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -25,6 +25,7 @@ from ...identify.components.actuation import shown
 from ...models import STATES, Sampled
 from ...ships import Ship
 from ...simulate.begun import begun, too_little
+from ..assumed import LEVEL, SPEED, levels, unassumed, wanting, with_assumed
 from ..data import DATA
 from ..freedom import stated
 from .held_out import ROWS, copies, cut, held_out, timed
@@ -110,13 +111,15 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         raise StudyError(f"{folder.root}: no recording that {ship.name} can be fitted to: {first}: {why}{more}")
     left_out |= {**copies(usable), **folder.unread}
     usable = {one: trial for one, trial in usable.items() if one not in left_out}
+    assumed = _assumed(ship, usable.values())
+    usable = {one: with_assumed(trial, tuple(assumed), ship) for one, trial in usable.items()}
     parts: tuple[Trial, ...] = ()
     if len(usable) == 1:
         usable, parts = cut(usable)
         kinds = {one: kinds[next(iter(kinds.keys() - left_out.keys()))] for one in usable}
     train, test, notes = held_out(usable, kinds, bool(parts))
     free = _free(ship, [usable[one] for some in train.values() for one in some], [kinds[one] for one in usable])
-    notes = (*notes, *_unfelt(ship, usable))
+    notes = (*notes, *_unfelt(ship, usable), *_assuming(assumed))
     clock, duration = _clock(ship, usable.values()), min(trial.duration for trial in usable.values())
     root, format = (f"{out.stem}_trials", "") if parts else (_relative(folder.root, out), folder.format)
     # the study takes a recording by its file name, and a note that it is a copy into the list of those left out
@@ -132,7 +135,9 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         timed=timed(usable), clock=clock, duration=duration,
         windy=ship.model.feels_wind and any(map(_blown, usable.values())),
         sigma=smoothed(tuple(usable.values()), window_of(clock, duration)),
-        common=shared(tuple(usable.values()), ship.L_pp, clock),
+        assumed=tuple(assumed),
+        common={**shared(tuple(usable.values()), ship.L_pp, clock),
+                **dict.fromkeys(levels([usable[one] for some in train.values() for one in some], ship), LEVEL)},
     )  # fmt: skip
     return Draft(text, train, test, left_out, parts, notes)
 
@@ -145,18 +150,17 @@ def _fitted_otherwise(name: str, ship: Ship) -> None:
 
 def _useless(ship: Ship, trials: Mapping[str, Trial], kinds: Mapping[str, Kind]) -> dict[str, str]:
     """Recordings that the ship cannot be fitted to, with the reason."""
-    orders = dict(zip(ship.model.controls, (order for order, _ in ship.model.follows), strict=True))
     model: Any = ship.model
     step = float(model.dt) if isinstance(model, Sampled) else None
     out: dict[str, str] = {}
     for name, trial in trials.items():
         known = {channel for channel in trial.channels if np.isfinite(trial[channel]).any()}
-        needed = (*STATES, *ship.model.controls) if step is not None else ship.model.controls
-        absent = [channel for channel in needed if not {channel, f"{channel}_cmd", orders.get(channel)} & known]
+        absent = [name for name in STATES if step is not None and name not in known]
+        absent += [name for name, of in wanting(trial, ship).items() if step is not None or not of]
         length = trial.meta.get("L_pp")
         if absent:
             out[name] = f"no channel {', '.join(absent)}, which {ship.name} needs{derivable(trial, absent)}"
-        elif told := too_little(trial):
+        elif told := too_little(trial) or unassumed(trial, ship):
             out[name] = told
         elif isinstance(length, int | float) and abs(length / ship.L_pp - 1.0) > _LENGTH:
             out[name] = f"is of a ship of {length:g} m, {ship.name} has {ship.L_pp:g} m"
@@ -168,6 +172,22 @@ def _useless(ship: Ship, trials: Mapping[str, Trial], kinds: Mapping[str, Kind])
         elif len(trial) < ROWS:
             out[name] = f"{len(trial)} rows are too few"
     return out
+
+
+def _assumed(ship: Ship, trials: Iterable[Trial]) -> dict[str, str]:
+    """Controls that some of the trials lack, and what tells them."""
+    return {name: of for trial in trials for name, of in wanting(trial, ship).items()}
+
+
+def _assuming(assumed: Mapping[str, str]) -> Iterator[str]:
+    """Notes on what is assumed, and what to do where it is known."""
+    if ordered := [name for name, of in assumed.items() if of != SPEED]:
+        yield (f"{', '.join(ordered)}: only orders are on record; the actuator of the ship file follows them "
+               "(assumed in [data])")  # fmt: skip
+    if held := [name for name, of in assumed.items() if of == SPEED]:
+        yield (f"{', '.join(held)}: not on record; constant in each trial, as holds its first speed by the ship file "
+               "(assumed in [data]), and its level there is estimated; thrust and resistance cannot be told apart. "
+               'Where it is known: seatrial mend, do = "constant" (docs/data.md)')  # fmt: skip
 
 
 def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from ...data.kinds import Kind
 from ...identify.components.actuation import Shown
+from ...identify.trajectory.suspects import level_of
 
 _WINDOW, _SECONDS = 10.0, 10.0
 """Length of a prediction between restarts, in times in which the ship covers its length, and its least [s]."""
@@ -32,6 +33,7 @@ def text_of(
     kinds: Mapping[str, Kind], train: Mapping[str, Sequence[str]], test: Mapping[str, Sequence[str]],
     left_out: Mapping[str, str], free: Freedom, limits: Mapping[str, Mapping[str, float]], sampled: bool, timed: bool,
     clock: float, duration: float, windy: bool, sigma: Mapping[str, float], common: Mapping[str, float],
+    assumed: Sequence[str],
 ) -> str:  # fmt: skip
     """The study as a file.
 
@@ -51,7 +53,8 @@ def text_of(
         duration: of the shortest recording [s].
         windy: whether a force of wind is fed by a wind on record.
         sigma: scales of the errors, where they are not the noise of the sensors.
-        common: standard deviations of a current [m/s] and of errors of instruments that all trials share.
+        common: standard deviations of a current [m/s] and of errors of instruments that all share, and of levels.
+        assumed: controls that recordings lack.
     """
     order = "the latest" if timed else "from the middle of the names, as no times are known"
     lines = [
@@ -59,6 +62,7 @@ def text_of(
         f"# Next: seatrial identify THIS -o RUN, then read RUN/report.html. L/U is {clock:.3g} s here.",
         'schema = "seatrial-study/1"', f"ship = {_quoted(ship)}", "", "[data]", f"root = {_quoted(root)}",
         *([f"format = {_quoted(format)}"] if format else []), *([f"mapping = {_quoted(mapping)}"] if mapping else []),
+        *[f"assumed = {json.dumps(list(assumed))} # not on record: by order, else by the first speed"][:len(assumed)],
         *_list("train", "kinds are those of `seatrial trials`", train, kinds, files),
         *_list("test", f"whole recordings of each kind, {order}; the fit does not see them", test, kinds, files),
         *_left_out(left_out, files), "", *_actuators(actuators), *_freedom(free, limits, windy), "",
@@ -139,12 +143,15 @@ def _nuisance(common: Mapping[str, float]) -> list[str]:
     """What else is estimated."""
     if not common:
         return []
-    told = ", ".join(f'"{name}" = {_round(sigma)}' for name, sigma in common.items())
+    told = ", ".join(f"{_quoted(name)} = {_round(sigma)}" for name, sigma in common.items())
     current = [name for name in common if name.startswith("current.")]
+    assumed = [name for name in common if level_of(name)[0]]
     what = ["a current"] * bool(current) + ["the errors of the compass, which the sway under way shows"] * (
-        len(common) > len(current))  # fmt: skip
-    return [f"[nuisance] # {' and '.join(what)}, alike in all trials, and each initial state are estimated",
-            f"common = {{ {told} }} # m/s and rad, about zero", ""]  # fmt: skip
+        len(common) > len(current) + len(assumed))  # fmt: skip
+    shared = [f"{' and '.join(what)}, alike in all trials"] * bool(what)
+    return [f"[nuisance] # {', '.join([*shared, *['the level of what is assumed in each trial'] * bool(assumed)])}, "
+            "and each initial state are estimated", f"common = {{ {told} }} # m/s, rad and shares, about zero", "",
+            ]  # fmt: skip
 
 
 def _pattern(place: str) -> str:
