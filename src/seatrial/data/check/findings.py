@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from .. import Trial
 from ..prepare import Remedy, Step
 from .attitude.heel import heel_faults
+from .bounds import scale_faults
 from .controls.numbered import numbered_faults
 from .controls.rudder import helm_faults
-from .controls.sense import rudder_faults, scale_faults
+from .controls.sense import sense_faults
 from .controls.shaft import shaft_faults
 from .drift import drift_faults
 from .rows.outliers import outlier_faults
@@ -139,8 +140,11 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
         told[trial.name] = [one for one in told[trial.name] if not _repeats(one, common)] + common
     if len(trials) > 1:
         _by_some(judged, sound, told)
+    sensed = sense_faults(sound)
+    sound = sensed.trials
     for trial in sound:
-        for one in (rudder_faults, scale_faults, track_faults, wind_faults, heel_faults):
+        told[trial.name] += [fault for fault in sensed.faults[trial.name] if not _repeats(fault, told[trial.name])]
+        for one in (scale_faults, track_faults, wind_faults, heel_faults):
             told[trial.name] += [fault for fault in one(trial) if not _repeats(fault, told[trial.name])]
     wrong = {name for trial in sound for one in told[trial.name] if one.severity == "error" for name in one.channels}
     shared = [*surge_faults(sound)]

@@ -18,7 +18,7 @@ from ..relations import has
 from ..repairs import step
 from ..sensors import Fault
 from .rudder import helm_faults, stuck_faults
-from .sense import rudder_faults
+from .sense import sense_faults
 
 _NUMBERED = re.compile(r"^(delta|alpha)_\d+$")
 # Rudders move together from this correlation on.
@@ -79,7 +79,8 @@ def _dead(trials: Sequence[Trial], name: str, others: Sequence[str]) -> Fault | 
 def _of_rudder(trials: Sequence[Trial], name: str, others: Sequence[str]) -> Iterator[Fault]:
     views = [trial.having(delta=trial[name]) for trial in trials]
     together = [view for view in views if all(_alike(view, name, one) for one in others)]
-    wrong = {fault.what: fault for view in together for fault in rudder_faults(view) if fault.severity == "error"}
+    heard = sense_faults(together).faults.values()
+    wrong = {fault.what: fault for faults in heard for fault in faults if fault.severity == "error"}
     for fault in wrong.values():
         yield _of(name, fault)
     if not wrong:

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import Array, Trial
-from ...prepare import Remedy, Step, integral
+from ...prepare import Remedy, Step, integral, shifted
 from ..relations import G, has, length_of, noise_of
 from ..repairs import step, times
 from ..sensors import Fault
+from .effect import effect
 
 _DEG = math.pi / 180.0
 # Fastest steering gear of a ship [rad/s], and the length from which on it is one [m].
@@ -32,6 +33,10 @@ _REACH, _LATE = 1.6, 5.0
 _CERTAIN = 5.0
 # ... and by so many moves of the rudder.
 _FEWEST = 3
+# Controls that may turn a ship instead of its rudder.
+_STEERING = ("delta_1", "delta_2", "alpha", "n_bow", "n_stern", "n_P_1", "f_")
+# Part of the usual rate of turn that is a turn to one side.
+_SWING = 0.4
 # Rows below which nine in ten repeats of an indicator are where its noise makes it flicker.
 _FLICKER = 15
 # From so many times its noise on, the step of an indicator hides the noise at most values.
@@ -121,11 +126,18 @@ def _orders(trials: Sequence[Trial]) -> Iterator[Fault]:
 
 
 def stuck_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
-    """A long stretch of one value, where the indicator flickers whenever the rudder is held."""
+    """A long stretch of one value, where the indicator flickers whenever the rudder is held, or the yaw swings."""
     steps: list[Step] = []
     evidence = ""
+    most = max((float(np.nanquantile(np.abs(one["r"]), 0.95)) for one in trials if has(one, "r")), default=math.inf)
     for trial in trials:
         delta, noise = trial["delta"], noise_of(trial["delta"])
+        if (swung := _swinging(trial, most)) is not None:
+            since, until = swung
+            steps.append(Step(do="cut", where=(swung,), trials=(trial.name,)))
+            evidence = evidence or (f"{trial.name}: the same value {delta[trial.t >= since][0]:.4g} rad from "
+                                    f"t = {since:g} to {until:g} s, while the ship turns to either side")  # fmt: skip
+            continue
         if not has(trial, "delta"):
             continue
         same = np.concatenate([[False], np.diff(delta) == 0, [False]])
@@ -146,6 +158,30 @@ def stuck_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     if steps:
         yield Fault("warning", "delta", "frozen rudder indicator", evidence, Remedy(steps=tuple(steps)), "quality",
                     "frozen")  # fmt: skip
+
+
+def _swinging(trial: Trial, most: float) -> tuple[float, float] | None:
+    """First and last time of the longest stretch of one value in which the ship turns to one side, back and again.
+
+    Under a held rudder the rate of turn goes to one value.  Without sway and waves it passes zero once at most.
+    """
+    steered = any(name.startswith(_STEERING) for name in trial.channels)
+    if steered or "r" not in trial or not np.isfinite(trial["delta"]).any():
+        return None
+    held = np.concatenate([[False], np.diff(trial["delta"]) == 0, [False]]).astype(np.int8)
+    edges = np.flatnonzero(np.diff(held))
+    starts, ends = edges[::2], edges[1::2]
+    if not starts.size:
+        return None
+    k = int(np.argmax(ends - starts))
+    part = slice(int(starts[k]), int(ends[k]) + 1)
+    sides = np.sign(trial["r"][part]) * (np.abs(trial["r"][part]) > _SWING * most)
+    sides = sides[np.isfinite(sides) & (sides != 0)]
+    lasts = float(trial.t[part][-1] - trial.t[part][0])
+    swings = int((np.diff(sides) != 0).sum())
+    if not 2 <= swings <= lasts / (2.0 * _ship_time(trial)):
+        return None
+    return float(trial.t[part][0]), float(trial.t[part][-1])
 
 
 def _step_at(delta: Array, k: int) -> float:
@@ -209,16 +245,22 @@ def rudder_lag(trials: Sequence[Trial]) -> Lag | None:
 
 
 def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
-    found = rudder_lag(trials)
-    if found and found.told:
-        lag = found.size
-        yield Fault(
-            "warning", "delta", f"the rudder is {'late' if lag > 0 else 'early'} by {abs(lag):.2g} s",
-            f"the yaw fits a rudder {lag:+.3g} +- {found.error:.1g} s "
-            f"{'before' if lag > 0 else 'after'} the one that was logged",
-            step("shift", "delta", amount=(-lag,),
-                 text="" if lag > 0 else "it is the order: call it delta_cmd; or r is late"), "quality", "lag",
-        )  # fmt: skip
+    """A lag of the rudder, grossly by its effect, then by where r bends."""
+    shown = effect(trials)
+    gross = shown.late if shown is not None else 0.0
+    long = [trial for trial in trials if trial.duration > 2.0 * abs(gross)]
+    moved = [shifted(trial, gross, "delta") if gross else trial for trial in long]
+    fine = rudder_lag(moved) if moved else None
+    if not gross and not (fine and fine.told):
+        return
+    lag, error = gross + (fine.size if fine else 0.0), fine.error if fine else 0.0
+    yield Fault(
+        "warning", "delta", f"the rudder is {'late' if lag > 0 else 'early'} by {abs(lag):.2g} s",
+        f"the yaw fits a rudder {lag:+.3g}{f' +- {error:.1g}' if error else ''} s "
+        f"{'before' if lag > 0 else 'after'} the one that was logged",
+        step("shift", "delta", amount=(-lag,),
+             text="" if lag > 0 else "it is the order: call it delta_cmd; or r is late"), "quality", "lag",
+    )  # fmt: skip
 
 
 def _misfit(trial: Trial, moves: Sequence[tuple[int, int]], lags: Array) -> Array:
