@@ -120,7 +120,7 @@ def answered(text: str) -> str:
     return "\n".join(out)
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(1000))
 def test_what_is_wrong_is_doubted(seed: int, tmp_path: Path) -> None:
     log, sheet = random_log(seed)
     source = sheet.write(tmp_path / "log.csv")

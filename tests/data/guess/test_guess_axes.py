@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from columns import signal
+from shapes import MODEL, Sheet, sailed, stamps
 
 from seatrial.data.geodesy import Datum
+from seatrial.data.guess import guess
 from seatrial.data.guess.answers import ASK
 from seatrial.data.guess.entries import Known, _calm, known_motion, minutes_run_on, motion_entries, other_entries
 from seatrial.data.guess.motion import (
@@ -410,3 +413,18 @@ def test_a_rate_that_grows_to_port_is_turned() -> None:
         assert entry.keys["unit"] == '"deg/s"'
     (entry,) = motion_entries({"r": signal("r", [1.0, 2.0])}, verdict(unit_of_r="deg/s", sense_of_r="to port"), {})
     assert entry.keys["unit"] == f'"{ASK}"'
+
+
+@pytest.mark.slow
+def test_a_wind_rests_on_the_frame_of_speeds_and_is_doubted_with_it(tmp_path: Path) -> None:
+    """A model that hardly turns, in noise: which side of v is starboard is open, and so is the side of the wind."""
+    how = {**MODEL, "noise": 2.0, "rudder": 2.0, "current": 0.0, "wind": 0.275}
+    log = sailed(**how, seed=427, psi_0=4.0)
+    sheet = Sheet().put("time", stamps(log.t, "utc")).put("x", log["x"], 4).put("y", log["y"], 4)
+    sheet.put("psi [rad]", log["psi"], 5).put("u", log["u"], 4).put("v", log["v_m"], 4)
+    sheet.put("r [deg/s]", np.degrees(log["r"]), 6).put("delta [deg]", np.degrees(log["delta"]), 3)
+    sheet.put("apparent wind speed [m/s]", log["U_A"], 3)
+    sheet.put("apparent wind angle", np.degrees(log["gamma_A"]) % 360.0, 2)
+    found = guess(sheet.write(tmp_path / "log.csv"))
+    assert any("the frame of speeds may also be" in one for one in found.doubts)
+    assert any(one.startswith("apparent: its sense rests on the frame of speeds") for one in found.doubts)

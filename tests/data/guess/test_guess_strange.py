@@ -181,6 +181,20 @@ def test_the_speed_of_a_receiver_without_a_fix_is_a_gap_and_that_of_one_at_rest_
     assert found["U_G"][2:4] == pytest.approx([1.5, 0.0])
 
 
+def test_a_speed_to_the_east_is_one_where_there_is_no_fix(tmp_path: Path) -> None:
+    true = truth()
+    latitude, longitude = ([0.0, 0.0, 0.0, *one[3:]] for one in fixes(true))
+    log = table(tmp_path / "log.csv", {
+        "t": true.t.tolist(), "vn": [0.0, 0.0, 1.5, *(0.1 * true.t[3:]).tolist()],
+        "ve": [0.0, 2.5, *[0.0] * (true.t.size - 2)],
+        "lat": latitude, "lon": longitude, "psi": true["psi"].tolist(),
+    })  # fmt: skip
+    found = trials(log, 'time = { column = "t", unit = "s" }\n[position]\nlatitude = "lat"\nlongitude = "lon"\n'
+                        '[ground]\nnorth = "vn"\neast = "ve"\n[channels.psi]\ncolumn = "psi"\nunit = "rad"\n')[0]
+    assert np.isnan(found["u"][:3]).tolist() == [True, False, False]
+    assert np.hypot(found["u"], found["v_m"])[1:3] == pytest.approx([2.5, 1.5])
+
+
 @pytest.mark.parametrize("mark", ["\x0b", "\x0c", "\x1c", "\x85", "\u2028"])
 def test_a_mark_that_is_no_end_of_a_line_ends_none_for_the_guess_either(mark: str, tmp_path: Path) -> None:
     true = truth()

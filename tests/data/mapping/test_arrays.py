@@ -222,6 +222,16 @@ def test_columns_without_names_are_named_by_the_mapping(tmp_path: Path) -> None:
         read(path, how)
 
 
+@pytest.mark.parametrize("writer", [Version5("<", True).file, Version5(">").file, version73])
+def test_the_columns_of_a_square_matrix_are_those_of_matlab(writer: Any, tmp_path: Path) -> None:
+    square = np.arange(36.0).reshape(6, 6)
+    (tmp_path / "log.mat").write_bytes(writer({"M": square}))
+    how = Mapping(time=Clock("M(:,1)", unit="s"), channels={"a": Channel("M(:,3)", "-")})
+    (trial,) = read(tmp_path / "log.mat", how)
+    np.testing.assert_array_equal(trial.t, square[:, 0])
+    np.testing.assert_array_equal(trial["a"], square[:, 2])
+
+
 def test_texts_are_times_and_words(tmp_path: Path) -> None:
     stamps = [f"2026-05-01 09:00:{k:02d}" for k in range(20)]
     (tmp_path / "log.mat").write_bytes(Version5("<", True).file({"when": stamps, "heading": np.arange(20.0)}))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import DataError
+from seatrial.data.geodesy import zone_of
 from seatrial.data.guess import guess
 from seatrial.data.mapping.angles import halves
 from seatrial.data.mapping.checked import read_mapping
@@ -186,6 +187,19 @@ def test_the_grid_of_utm_becomes_places_of_the_earth(zone: str, heads: tuple[str
         np.testing.assert_allclose(trial[name], true[name], atol=3e-3)
     # the plain grid is off by its convergence, -0.75 deg here
     assert np.abs(north - north[0] - trial["x"]).max() > 0.3
+
+
+@pytest.mark.parametrize(("text", "zone", "south"), [
+    ("54N", 54, False), ("54 s", 54, True), ("1C", 1, True), ("60M", 60, True), ("32V", 32, False), ("9x", 9, False),
+])  # fmt: skip
+def test_a_zone_is_of_the_half_that_its_letter_or_its_band_lies_in(text: str, zone: int, south: bool) -> None:
+    assert zone_of(text) == (zone, south)
+
+
+@pytest.mark.parametrize("text", ["0N", "61N", "54", "N54", "54I", "54O", "54A", "54Y", "", "54NN"])
+def test_what_is_no_zone_is_refused(text: str) -> None:
+    with pytest.raises(DataError, match="no zone of UTM"):
+        zone_of(text)
 
 
 @pytest.mark.parametrize(("north", "east", "said"), [

@@ -97,6 +97,8 @@ def npz(**members: bytes) -> bytes:
 DOUBLES = element(9, T.tobytes())
 HOSTILE = {
     "a bomb.mat": (lambda: packed(matrix(6, (1, 16_000_000), element(9, bytes(128_000_000)))), "holds more than"),
+    "many bombs.mat": (lambda: HEAD + 4 * packed(matrix(6, (1, 2_500_000), element(9, bytes(20_000_000))))[128:],
+                       "holds more than"),
     "a huge size.mat": (lambda: HEAD + struct.pack("<II", 14, 2**31), "damaged, or cut off"),
     "a huge array.mat": (lambda: HEAD + matrix(6, (40_000, 40_000), DOUBLES), "1600000000 values that holds 40"),
     "a huge cell.mat": (lambda: HEAD + matrix(1, (2**30, 1), nested(1)), "no table"),

@@ -179,8 +179,13 @@ def _entries(log: Log) -> Iterator[Entry]:
     )
     yield from control_entries(found, known, angles, turned)
     yield from thrust_entries(found, known)
+    changes = [said for said, doubted in (
+        ("it is turned to the other side if the sense of psi is", turned),
+        ("its sense rests on the frame of speeds, which is a doubt; look at it again if that changes",
+         not verdict.sure("frame of speeds")),
+    ) if doubted]  # fmt: skip
     for entry in _wind_entries(found, known):
-        doubts = ("it is turned to the other side if the sense of psi is",) if turned and entry.answer.evidence else ()
+        doubts = tuple(changes) if entry.answer.evidence else ()
         yield replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, *doubts)))
     yield from other_entries(found, known, angles)
 
