@@ -80,6 +80,22 @@ def test_the_log_of_a_wrong_instrument_becomes_that_of_a_right_one(right: Trial,
     assert again.meta["processing"][-1] == f"corrected by {name}, as estimated"
 
 
+def test_an_error_of_all_controls_of_one_kind_is_taken_out_of_each() -> None:
+    model, t = load("twin_virtual").model, np.arange(0.0, 60.0)
+    zero = dict.fromkeys(("x", "y", "psi", "v_m", "r"), 0.0 * t)
+    true = {**zero, "u": 3.0 + 0.0 * t, "n_P_1": 2.0 + np.sin(t / 9.0), "n_P_2": 2.0 + np.cos(t / 9.0),
+            "delta_1": 0.1 * np.sin(t / 9.0), "delta_2": 0.1 * np.sin(t / 9.0)}  # fmt: skip
+    right = Trial("a", t, true, {}, {})
+    for name, wrong in (
+        ("scale.n_P", right.having(n_P_1=true["n_P_1"] / 0.9, n_P_2=true["n_P_2"] / 0.9)),
+        ("delay.delta", right.having(delta_1=0.1 * np.sin((t - 2.0) / 9.0), delta_2=0.1 * np.sin((t - 2.0) / 9.0))),
+    ):
+        again = corrected(wrong, {name: 0.1 if name == "scale.n_P" else 2.0}, model)
+        rows = np.isin(right.t, again.t)
+        for channel in ("n_P_1", "n_P_2", "delta_1", "delta_2"):
+            np.testing.assert_allclose(again[channel][5:-5], right[channel][rows][5:-5], atol=1e-9, err_msg=name)
+
+
 def test_errors_of_heading_and_antenna_are_taken_out_together(right: Trial) -> None:
     both = {"antenna.ahead": 50.0, "bias.psi": 2 * DEG}
     wrong = ahead(right, 50.0, 0.0)

@@ -267,3 +267,18 @@ def test_speeds_share_no_error_where_they_are_not_measured() -> None:
     assert offered(Trial("a", T, {"u": speeds["u"]})) == set()
     made = Trial("a", T, speeds, {}, {"derived": {"v_m": "x, y, psi"}})
     assert offered(made) == set()
+
+
+def test_controls_of_one_kind_have_an_error_together() -> None:
+    """What acts then is the sum of what the errors of each do."""
+    model: Any = SimpleNamespace(controls=("n_P_1", "n_P_2", "delta_1", "delta_2", "n_bow"), feels_wind=False)
+    known = {one.name: one for one in suspects(model, [])}
+    series = np.random.default_rng(5).normal(size=(2, 30, 13))
+    for name in ("scale.n_P", "delay.n_P", "offset.delta", "port.delta", "scale.delta", "delay.delta"):
+        each = sum(known[f"{name}_{side}"].acts(series, 0.5) for side in (1, 2))
+        np.testing.assert_allclose(known[name].acts(series, 0.5), each, err_msg=name)
+        assert known[name].of_reading == known[f"{name}_1"].of_reading
+    assert not {"scale.n", "scale.n_bow_1", "offset.n_P", "port.n_P"} & set(known)
+    single: Any = SimpleNamespace(controls=("n_P", "delta"), feels_wind=False)
+    names = [one.name for one in suspects(single, [])]
+    assert len(names) == len(set(names))

@@ -36,6 +36,7 @@ from .ships import BY_NAME, STRANGERS, Stranger
 
 INSTRUMENTS = (
     "bias", "scale", "delay", "offset", "port", "antenna", "receiver", "deviation", "direction", "exchange", "sign",
+    "stuck",
 )  # fmt: skip
 """How the names of suspects begin that are errors of instruments; a current is none."""
 GRADED = ("identified", "graded")

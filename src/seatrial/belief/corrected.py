@@ -77,7 +77,7 @@ def corrected(trial: Trial, errors: Errors, model: Model) -> Trial:
     for name, size in errors.items():
         kind, _, what = name.partition(".")
         if kind == "delay" and size:
-            late = [one for one in _TOGETHER.get(what, (_logged(what, trial, model),)) if one in trial]
+            late = [one for one in _late(what, trial, model) if one in trial]
             out = shifted(out, size, *late) if late else out
     out = _read(out, errors, [(one, c) for one, c in known.values() if one.reads])
     own = {key: errors.get(name, 0.0) for name, key in _CURRENTS.items()}
@@ -93,6 +93,12 @@ def _levelled(trial: Trial, errors: Errors, model: Model) -> Trial:
             alike = [one for one, order in orders.items() if order == orders[control] and one in trial]
             trial = trial.having(**{one: trial[one] * (1.0 + size) for one in alike})
     return trial
+
+
+def _late(what: str, trial: Trial, model: Model) -> tuple[str, ...]:
+    """Channels of a sensor, of a control, or of all controls of one kind."""
+    own = tuple(name for name in model.controls if name == what or name.rpartition("_")[0] == what) or (what,)
+    return _TOGETHER.get(what, tuple(_logged(name, trial, model) for name in own))
 
 
 def _logged(control: str, trial: Trial, model: Model) -> str:

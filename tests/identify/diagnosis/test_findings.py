@@ -13,7 +13,7 @@ import pytest
 from seatrial.data import Trial
 from seatrial.identify import Loss, Nuisance, Problem
 from seatrial.identify.diagnosis import diagnose, stages
-from seatrial.identify.diagnosis.alternatives import _of
+from seatrial.identify.diagnosis.alternatives import _of, _stuck
 from seatrial.identify.diagnosis.channels import Channel
 from seatrial.identify.diagnosis.findings import Contradiction, Diagnosis, Differing, Suspicion
 from seatrial.identify.networks.pushed import _mean, _parts
@@ -218,6 +218,18 @@ def test_alternatives_are_those_of_ships_with_several_rudders_or_shafts() -> Non
     assert pair == ["sign.alpha_1", "exchange.n"]
     words = {one.name: one.words for one in _of(("delta_P", "delta_S"))}
     assert words["exchange.delta"] == "an exchange of delta_P and delta_S"
+
+
+def test_one_rudder_of_several_may_stand_still_at_some_angle() -> None:
+    series = np.arange(24.0).reshape(2, 3, 4) + 1.0
+    found = list(_stuck(("delta_P", "n_P", "delta_S", "n_S")))
+    assert {one.name for one in found} == {"stuck.delta_P", "stuck.delta_S"}
+    [held] = [one for one in found if one.name == "stuck.delta_S" and "near 5 deg" in one.words]
+    expected = series.copy()
+    expected[..., 2] = 5.0 * DEG
+    np.testing.assert_allclose(held.of(series), expected)
+    assert series[0, 0, 2] == 3.0
+    assert list(_stuck(("delta", "n_P"))) == []  # a single one is for `data.check`
 
 
 # Seconds in which something has pushed

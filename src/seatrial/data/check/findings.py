@@ -24,6 +24,7 @@ from .rows.outliers import outlier_faults
 from .rows.still import still_faults
 from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
 from .suspects import Judged, Named, accused
+from .symmetry import symmetry_faults
 from .track import made_faults, surge_faults, track_faults
 
 Severity = Literal["error", "warning", "info"]
@@ -155,6 +156,7 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
     shared += [fault for fault in numbered_faults(sound) if not wrong & set(fault.channels)]
     if not any(one.key in ("through_water", "heading_bias", "inconsistent") for one in common):
         shared += drift_faults(sound)
+        shared += () if any(one.key == "heading_bias" for one in shared) else symmetry_faults(sound)
     for trial in sound:
         told[trial.name] = [one for one in told[trial.name] if not _repeats(one, shared)] + shared
 

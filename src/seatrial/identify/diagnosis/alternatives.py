@@ -6,6 +6,7 @@ the fit are made from there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -19,6 +20,8 @@ from ..trajectory.gauss_newton import State, minimise
 from ..trajectory.objective import TrajectoryObjective
 from .findings import Suspicion
 
+# Angles at which a rudder may have jammed [deg], tried where residuals are so many times the noise, squared.
+_ANGLES, _GROSS = (-10.0, -5.0, 0.0, 5.0, 10.0), 100.0
 # Share of the objective that an alternative must remove, and the steps it gets.
 _MOST, _STEPS = 0.5, 6
 
@@ -45,7 +48,8 @@ def alternatives(
     """
     before = objective.cost(p, eta)
     found: list[Suspicion] = []
-    for one in _of(problem.ship.model.controls):
+    still = _stuck(problem.ship.model.controls) if before > _GROSS * objective.windows.entries else ()
+    for one in (*_of(problem.ship.model.controls), *still):
         series = one.of(objective.windows.series)
         if np.array_equal(series, objective.windows.series):
             continue
@@ -62,7 +66,10 @@ def alternatives(
                 one.name, one.words, "", 1.0, share * objective.windows.entries, share, 1.0, 0.0,
                 dict(zip(problem.vector.paths, moves, strict=False)), whole=True,
             ))  # fmt: skip
-    return tuple(sorted(found, key=lambda one: -one.drop))
+    best: dict[str, Suspicion] = {}
+    for one in sorted(found, key=lambda one: -one.drop):
+        best.setdefault(one.name, one)
+    return tuple(best.values())
 
 
 def _of(controls: tuple[str, ...]) -> Iterator[_Alternative]:
@@ -83,6 +90,21 @@ def _of(controls: tuple[str, ...]) -> Iterator[_Alternative]:
     if len(pairs) == 2:
         yield _Alternative("exchange", "all columns of both sides exchanged",
                            lambda series: _exchanged(_exchanged(series, pairs[0]), pairs[1]))  # fmt: skip
+
+
+def _stuck(controls: tuple[str, ...]) -> Iterator[_Alternative]:
+    """One rudder or azimuth of several that stands still near one of some angles."""
+    for at, name in enumerate(controls):
+        if "_" in name and unit(name) == "rad":
+            for angle in _ANGLES:
+                yield _Alternative(f"stuck.{name}", f"{name} standing still near {angle:.0f} deg whatever its log says",
+                                   partial(_held, place=at, angle=math.radians(angle)))  # fmt: skip
+
+
+def _held(series: Array, place: int, angle: float) -> Array:
+    out = series.copy()
+    out[..., place] = angle
+    return out
 
 
 def _exchanged(series: Array, places: list[int]) -> Array:

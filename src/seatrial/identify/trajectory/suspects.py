@@ -12,7 +12,7 @@ of 1 s means that it shows the value of one second before.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -217,17 +217,8 @@ def suspects(model: Model, trials: Sequence[Trial]) -> tuple[Suspect, ...]:
     found = list(_SENSORS)
     if all(measured(trial, name) for trial in trials for name in ("u", "v_m")):
         found += _RECEIVER
-    for at, name in enumerate(model.controls):
-        angle = unit(name) == "rad"
-        if angle:
-            found.append(Suspect(f"offset.{name}", f"an offset of {name}", "deg", _DEG,
-                                 acts=_column([at], lambda v, _: -np.ones_like(v))))  # fmt: skip
-            found.append(Suspect(f"port.{name}", f"a scale error of {name} to port", "%", 0.01,
-                                 acts=_column([at], lambda v, _: -np.minimum(v, 0.0)), of_reading=True))  # fmt: skip
-        found.append(Suspect(f"scale.{name}", f"a scale error of {name}", "%", 0.01,
-                             acts=_column([at], lambda v, _: -v), of_reading=True))  # fmt: skip
-        found.append(Suspect(f"delay.{name}", f"a delay of {name}", "s", 1.0,
-                             step=1e-3, acts=_column([at], _slope)))  # fmt: skip
+    for name, at in _together(model.controls):
+        found += _of_control(name, at, unit(model.controls[at[0]]) == "rad")
     n = len(model.controls)
     around = {name: n + k for k, name in enumerate(CHANNELS)}
     for way, channel in (("north", "current_x"), ("east", "current_y")):
@@ -272,6 +263,27 @@ def _level(name: str, model: Model, trials: Sequence[Trial], lanes: Array | NDAr
         return out
 
     return Suspect(name, f"the level of {control} in {trial}, off", "%", 0.01, acts=acts)
+
+
+def _together(controls: Sequence[str]) -> list[tuple[str, list[int]]]:
+    """Names of controls with their places: each, and those of one kind that have the same error."""
+    kinds: dict[str, list[int]] = {}
+    for at, name in enumerate(controls):
+        kinds.setdefault(name.rpartition("_")[0], []).append(at)
+    several = [(kind, places) for kind, places in kinds.items() if len(places) > 1 and kind and kind not in controls]
+    return [*((name, [at]) for at, name in enumerate(controls)), *several]
+
+
+def _of_control(name: str, at: Sequence[int], angle: bool) -> Iterator[Suspect]:
+    """Errors of the reading of a control, or of all of one kind alike."""
+    if angle:
+        yield Suspect(f"offset.{name}", f"an offset of {name}", "deg", _DEG,
+                      acts=_column(at, lambda v, _: -np.ones_like(v)))  # fmt: skip
+        yield Suspect(f"port.{name}", f"a scale error of {name} to port", "%", 0.01,
+                      acts=_column(at, lambda v, _: -np.minimum(v, 0.0)), of_reading=True)  # fmt: skip
+    yield Suspect(f"scale.{name}", f"a scale error of {name}", "%", 0.01, acts=_column(at, lambda v, _: -v),
+                  of_reading=True)  # fmt: skip
+    yield Suspect(f"delay.{name}", f"a delay of {name}", "s", 1.0, step=1e-3, acts=_column(at, _slope))
 
 
 def named(

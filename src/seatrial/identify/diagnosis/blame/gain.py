@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....data import Array
-from ..channels import LARGE
 
-# An error is credible where it explains this share of what exceeds the noise, or leaves hardly more than noise, and is
-# so many times its scatter.
+# An error is credible where it explains this share of what exceeds the noise, and is so many times its scatter.
 EXPLAINS, SURE = 0.5, 5.0
+# Standard deviations of a chi square that the residuals may exceed the noise by without an explanation.
+_CHANCE = 2.0
 # Fewer trials than this are judged window by window.
 _TRIALS = 3
 
@@ -32,22 +32,20 @@ class Gain:
 
     Attributes:
         share: of what the residuals exceed the noise by, in blocks that had no part in the estimate; below 0 where it
-            makes them worse.
-        left: mean square of the residuals with it, in noise.
+            makes them worse, 1 at most.
         deviates: the error over its scatter from window to window, and from trial to trial; the smaller one.
     """
 
     share: float
-    left: float
     deviates: float
 
     @property
     def credible(self) -> bool:
         """Whether it explains what a wrong model would not leave."""
-        return self.deviates > SURE and (self.share > EXPLAINS or self.left < LARGE**2)
+        return self.deviates > SURE and self.share > EXPLAINS
 
 
-CERTAIN = Gain(1.0, 1.0, math.inf)
+CERTAIN = Gain(1.0, math.inf)
 """Of an error that explains everything."""
 
 
@@ -80,7 +78,7 @@ def gain(e: Array, own: Array, trial: Array, expected: float) -> Gain:
     """
     cost, power = float((e**2).sum()), float((own**2).sum())
     if not power > 0.0:
-        return Gain(0.0, math.inf, 0.0)
+        return Gain(0.0, 0.0)
     slope, curvature = (own * e).sum(axis=1), (own**2).sum(axis=1)
     size = -float(slope.sum()) / power
     by_trial = [np.array([part[trial == k].sum() for k in np.unique(trial)]) for part in (slope, curvature)]
@@ -90,8 +88,8 @@ def gain(e: Array, own: Array, trial: Array, expected: float) -> Gain:
     gained = -float((2.0 * others * g + others**2 * C).sum()) if len(g) > 1 else size**2 * power
     scores = [slope + size * curvature, by_trial[0] + size * by_trial[1]]
     sure = [abs(size) * power / max(_scatter(one), 1e-300) for one in scores if len(one) >= _TRIALS]
-    share = gained / (cost - expected) if cost > expected else 0.0
-    return Gain(share, (cost - gained) / max(expected, 1e-300), min(sure, default=math.inf))
+    excess = max(cost - expected - _CHANCE * math.sqrt(2.0 * expected), 1e-300)
+    return Gain(min(gained / excess, 1.0), min(sure, default=math.inf))
 
 
 def _scatter(scores: Array) -> float:

@@ -1,9 +1,9 @@
 """What the logs say of an instrument by themselves: track, heading, rates and speeds held against each other.
 
 That the displacement of a position is the integral of the speeds, and a change of heading that of the rate of turn, is
-true of any ship.  A fit whose model is wrong ascribes a part of its misfit to whichever instrument acts alike; this
-redundancy, and the moment at which yaw follows the rudder, know nothing of the model and so judge that (analytical
-redundancy; Chow and Willsky 1984).  What no second instrument shows has no witness.
+true of any ship.  A fit whose model is wrong ascribes a part of its misfit to whichever instrument acts alike.  This
+redundancy, the moment at which yaw follows the rudder and the likeness of both sides of a hull know nothing of the
+model, and so judge that (analytical redundancy; Chow and Willsky 1984).  What nothing else shows has no witness.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from ....data import Trial
 from ....data.check.controls.rudder import rudder_lag
 from ....data.check.relations import CAUSES, left_over
 from ....data.check.suspects import Normal
+from ....data.check.symmetry import sideways
 from ....data.prepare.made import derived
 
 _CAUSE_OF: Mapping[str, str] = MappingProxyType({
@@ -37,6 +38,8 @@ _TIE = 0.02
 _DENIES, _HALF = 3.0, 0.5
 # ... and standard errors in what an unknown hull leaves open of a lag of the rudder.
 _OPEN = 3.0
+# Drift of a hull that is not quite alike on both sides [rad].
+_UNEVEN = math.radians(0.3)
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,7 @@ def witnesses(trials: Sequence[Trial], length: float | None = None) -> dict[str,
         length: of the ship [m], for trials that do not say it.
     """
     told = [replace(_own(one), meta={"L_pp": length, **one.meta} if length else one.meta) for one in trials]
-    return {**_of_sensors(told), **dict(_of_rudder(told))}
+    return {**_of_sensors(told), **dict(_of_rudder(told)), **dict(_of_sides(told))}
 
 
 def _own(trial: Trial) -> Trial:
@@ -124,3 +127,10 @@ def _of_rudder(trials: Sequence[Trial]) -> Iterator[tuple[str, Witness]]:
     found = rudder_lag(some) if some else None
     if found:
         yield "delay.delta", Witness(found.size, math.hypot(found.error, found.unsure / _OPEN), found.told)
+
+
+def _of_sides(trials: Sequence[Trial]) -> Iterator[tuple[str, Witness]]:
+    """A hull that is alike on both sides drifts to neither; a propeller and trim leave some tenths of a degree open."""
+    found = sideways(trials)
+    if found:
+        yield "bias.psi_speed", Witness(found.angle, math.hypot(found.error, _UNEVEN), found.told)
