@@ -113,9 +113,9 @@ def test_the_wind_is_scaled_and_turned() -> None:
     np.testing.assert_allclose(turned[..., columns[0]] * x + turned[..., columns[1]] * y, 0.0, atol=1e-12)
     np.testing.assert_allclose(turned[..., columns[0]], y)
     assert "scale.wind" not in {one.name for one in suspects(model, [Trial("c", T, {"u": T})])}
-    assert [one.name for one in named(model, [], ("bias.u", "bias.psi"))] == ["bias.u", "bias.psi"]
+    assert [one.name for one in named(model, [], ("bias.u", "bias.psi"), np.zeros(0))] == ["bias.u", "bias.psi"]
     with pytest.raises(StudyError, match=r"common names 'bias\.w'"):
-        named(model, [], ("bias.w",))
+        named(model, [], ("bias.w",), np.zeros(0))
 
 
 # Constraints
