@@ -51,6 +51,13 @@ class Heard:
                 times.append(t)
                 kept.append(value)
 
+    def many(self, source: str, name: str, t: Array, values: Array) -> None:
+        """Readings of one name of a source, behind those that it told before."""
+        good = np.isfinite(t) & np.isfinite(values)
+        times, kept = self._kept.setdefault(source, {}).setdefault(name, (array("d"), array("d")))
+        times.frombytes(t[good].tobytes())
+        kept.frombytes(np.asarray(values, np.float64)[good].tobytes())
+
     def join(self, other: Heard) -> None:
         """What other sources told."""
         self._kept |= other._kept
@@ -62,9 +69,9 @@ class Heard:
         if good.size:
             self._whole.setdefault(source, {})[name] = _rising(t[good], values[good])
 
-    def leave(self, kind: str) -> None:
+    def leave(self, kind: str, count: int = 1) -> None:
         """Count what nothing is read from."""
-        self.ignored[kind] = self.ignored.get(kind, 0) + 1
+        self.ignored[kind] = self.ignored.get(kind, 0) + count
 
     def refuse(self, why: str) -> None:
         """Count a line that cannot be read."""

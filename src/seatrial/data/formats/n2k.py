@@ -11,15 +11,19 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from .. import DataError, Trial
-from ..instruments import Heard, each_line, trial_by
-from ..n2k.groups import PGNS, finished, said
+from .. import Array, DataError, Trial
+from ..instruments import Heard, trial_by
+from ..n2k.frames import Frames, frames, joined
+from ..n2k.groups import FAST, PGNS, all_said, finished, said
 from ..n2k.layouts import Clock, Frame, Packets, frame_of
+from ..nmea.digits import WIDEST
+from ..table import existing
 from .nmea import Aboard, numbered, only, read_mapping
 
 __all__ = ["EXAMPLE", "name", "read", "read_all", "read_mapping", "suffixes"]
@@ -39,6 +43,8 @@ _LONG = 60.0
 """A piece of a log whose clock goes back is a trial where it is at least so long [s]."""
 _MANY = 50
 """Pieces of a log at most."""
+_BLOCK = 1_000_000
+"""Bytes that are read at a time."""
 _GLUED = re.compile(r"(?<=.)(?=[!$]PDGY,)")
 """Where an iKonvert begins a line without having ended the one before."""
 
@@ -95,6 +101,53 @@ class _Told:
     days: float = 0.0
     before: float = -math.inf
 
+    def all(self, quick: list[Frames], wholes: list[tuple[int, Frame]]) -> bool:
+        """All messages of a block; False, and nothing taken, where the clock does not go on through it evenly."""
+        line = np.concatenate([*(one.line for one in quick), np.array([k for k, _ in wholes], np.int64)])
+        stamps = np.concatenate([*(one.t for one in quick), np.array([one.t for _, one in wholes])])
+        stamps = stamps[np.argsort(line, kind="stable")]
+        piece, t = self.pieces[-1], stamps + self.days
+        last = piece.last if self.messages else float(t[0])
+        top = np.maximum.accumulate(np.append(last, t))
+        if np.any((t < top[:-1] - _BACK) | (t > top[:-1] + _LONG)):
+            return False
+        if not self.messages:
+            piece.at(float(t[0]))
+        self.down += int(np.count_nonzero(np.diff(np.append(self.before, stamps)) < 0.0))
+        self.messages, self.before = self.messages + len(t), float(stamps[-1])
+        piece.first, piece.prior, piece.last = min(piece.first, float(t.min())), float(top[-2]), float(top[-1])
+        columns = [one for found in quick for one in self._columns(piece, found)]
+        for k, whole in wholes:
+            one = np.array([k]), np.array([whole.t]), np.array([whole.pgn]), np.array([whole.source])
+            columns += self._columns(piece, Frames(whole.clock, *one, np.frombuffer(whole.data, np.uint8)[None]))
+        for _, source, name, t, values in sorted(columns, key=lambda one: one[0]):  # in the order in which they begin
+            piece.heard.many(source, name, t, values)
+        return True
+
+    def _columns(self, piece: _Piece, found: Frames) -> Iterator[tuple[tuple[int, int], str, str, Array, Array]]:
+        """Readings of frames: line of the first and place in it, source, name, times and values."""
+        for pgn in np.unique(found.pgn).tolist():
+            of_group = found.rows(np.flatnonzero(found.pgn == pgn))
+            for source in np.unique(of_group.source).tolist():
+                mine = of_group.rows(np.flatnonzero(of_group.source == source))
+                alone = len(mine) == 1  # fast packets have numbers of 8 bytes
+                each = [(np.arange(1), said(pgn, mine.data.tobytes()) or {})] if alone else all_said(pgn, mine.data)
+                for rows, values in each:
+                    for k, (name, value) in enumerate(values.items()):
+                        good = rows[np.isfinite(np.broadcast_to(value, len(rows)))]
+                        known = np.broadcast_to(value, len(rows))[np.isin(rows, good)]
+                        if name == "utc":
+                            piece.utc += (known - (mine.t[good] + self.days)).tolist()
+                        elif len(good):
+                            begun = int(mine.line[good[0]]), k
+                            yield begun, f"{source}/{pgn}", name, mine.t[good] + self.days, known
+
+    def _said(self, piece: _Piece, t: float, frame: Frame) -> None:
+        values = said(frame.pgn, frame.data) or {}
+        if "utc" in values:
+            piece.utc.append(values.pop("utc") - t)
+        piece.heard.add(t, f"{frame.source}/{frame.pgn}", values)
+
     def take(self, frame: Frame, line: int) -> None:
         """One message."""
         self.messages += 1
@@ -111,10 +164,7 @@ class _Told:
                 piece = _Piece()
                 self.pieces.append(piece)
         piece.at(t)
-        values = said(frame.pgn, frame.data) or {}
-        if "utc" in values:
-            piece.utc.append(values.pop("utc") - t)
-        piece.heard.add(t, f"{frame.source}/{frame.pgn}", values)
+        self._said(piece, t, frame)
 
 
 @dataclass
@@ -124,18 +174,80 @@ class _Lines:
     told: dict[Clock, _Told] = field(default_factory=dict[Clock, _Told])
     packets: Packets = field(default_factory=Packets)
 
-    def take(self, heard: Heard, text: str) -> None:
-        """One line."""
-        for part in _GLUED.split(text) if "PDGY" in text else (text,):
-            if part[0] in "#;" or part[1:].startswith("PDGY,000000"):
-                continue
-            frame = frame_of(part)
-            if frame is None:
-                heard.refuse(f"{part[:40]!r} is no frame")
-            elif frame.pgn not in PGNS:
-                heard.leave(f"PGN {frame.pgn}")
-            elif (whole := self.packets.whole(frame)) is not None:
-                self.told.setdefault(whole.clock, _Told()).take(whole, heard.lines)
+    def take(self, heard: Heard, block: bytes) -> None:
+        """Whole lines."""
+        raw = np.frombuffer(block, np.uint8)
+        end = np.flatnonzero(raw == ord("\n"))
+        begin = np.append(0, end[:-1] + 1)[: len(end)]
+        data = np.concatenate([raw, np.zeros(WIDEST, np.uint8)])
+        left, quick, loose = np.ones(len(end), bool), list[Frames](), list[tuple[int, Frame]]()
+        for found in frames(data, begin, end - ((end > begin) & (data[end - 1] == ord("\r")))):
+            left[found.line] = False
+            for pgn in np.unique(found.pgn).tolist():
+                rows = np.flatnonzero(found.pgn == pgn)
+                if pgn not in PGNS:
+                    heard.leave(f"PGN {pgn}", len(rows))
+                elif pgn in FAST:
+                    loose += found.rows(rows).one_by_one()
+                else:
+                    quick.append(found.rows(rows))
+        before = heard.lines
+        for k in np.flatnonzero(left).tolist():
+            heard.lines = before + k + 1
+            loose += [(k, frame) for frame in _line(heard, block[begin[k] : end[k]])]
+        heard.lines = before + len(end)
+        wholes = [(k, whole) for k, frame in sorted(loose, key=lambda one: one[0])
+                  if (whole := self.packets.whole(frame)) is not None]  # fmt: skip
+        self._messages(before, joined(quick), wholes)
+
+    def _messages(self, before: int, quick: list[Frames], wholes: list[tuple[int, Frame]]) -> None:
+        """Messages of a block that begins behind so many lines."""
+        clocks = list[Clock]()
+        for one in (*quick, *(whole for _, whole in wholes)):
+            clocks += [one.clock] * (one.clock not in clocks)
+        if len(clocks) == 1 and self.told.setdefault(clocks[0], _Told()).all(quick, wholes):
+            return
+        each = [*wholes, *(pair for one in quick for pair in one.one_by_one())]
+        for line, frame in sorted(each, key=lambda one: one[0]):
+            self.told.setdefault(frame.clock, _Told()).take(frame, before + line + 1)
+
+
+def _line(heard: Heard, line: bytes) -> Iterator[Frame]:
+    """The frames of a line that are of groups that are read."""
+    text = line.decode("utf-8-sig" if heard.lines == 1 else "utf-8", "replace").rstrip("\r\n\0 ")
+    for part in _GLUED.split(text) if "PDGY" in text else (text,):
+        if not part or part[0] in "#;" or part[1:].startswith("PDGY,000000"):
+            continue
+        frame = frame_of(part)
+        if frame is None:
+            heard.refuse(f"{part[:40]!r} is no frame")
+        elif frame.pgn not in PGNS:
+            heard.leave(f"PGN {frame.pgn}")
+        else:
+            yield frame
+
+
+def _blocks(path: Path) -> Iterator[bytes]:
+    """The file in blocks of whole lines; a line that is longer than any frame is cut.
+
+    Raises:
+        DataError: no such file, or one that may not be read.
+    """
+    try:
+        with existing(path).open("rb") as file:
+            rest = b""
+            while chunk := file.read(_BLOCK):
+                chunk = rest + chunk
+                cut = chunk.rfind(b"\n") + 1
+                if not cut and len(chunk) > _BLOCK:
+                    chunk, cut = chunk[:_BLOCK] + b"\n", _BLOCK + 1
+                rest = chunk[cut:]
+                if cut:
+                    yield chunk[:cut]
+            if rest:
+                yield rest + b"\n"
+    except OSError as error:
+        raise DataError(f"{path}: not readable: {error.strerror}") from None
 
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
@@ -150,7 +262,8 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
 def read_all(source: Path, mapping: Aboard | None = None) -> tuple[Trial, ...]:
     """Read one log; where its clock goes back, each piece is a trial."""
     heard, lines = Heard(), _Lines()
-    each_line(source, heard, lambda text: lines.take(heard, text))
+    for block in _blocks(source):
+        lines.take(heard, block)
     clock, told = _leading(source, lines)
     steps = [f"{lines.packets.lost} frames of fast packets without the others"] if lines.packets.lost else []
     untimed = sum(one.messages for one in lines.told.values()) - told.messages

@@ -7,7 +7,7 @@ available.  Bytes beyond those that are named are not looked at, as later editio
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -18,7 +18,20 @@ from .. import Array
 FAST = frozenset((127237, 129029, 130578))
 """Groups of those below that have more than 8 bytes, and come as fast packets."""
 
-Said = Mapping[str, float | None]
+Value = float | Array
+Said = Mapping[str, Value]
+
+
+class DifferError(Exception):
+    """Messages differ in a code or a number by which their readings are named; `part` has it for each."""
+
+    def __init__(self, part: NDArray[np.int64]) -> None:
+        super().__init__()
+        self.part = part
+
+
+Message = bytes | NDArray[np.uint8]
+"""The bytes of a message, or of many of the same length, a row each."""
 
 
 def said(pgn: int, data: bytes) -> dict[str, float] | None:
@@ -30,90 +43,142 @@ def said(pgn: int, data: bytes) -> dict[str, float] | None:
     reader = _READ.get(pgn)
     if reader is None:
         return None
-    return {name: value for name, value in reader(data).items() if value is not None}
+    return {name: float(value) for name, value in reader(data).items() if value == value}
 
 
-def _u(data: bytes, at: int, size: int, unit: float) -> float | None:
-    raw = int.from_bytes(data[at : at + size], "little")
-    return None if len(data) < at + size or raw > (1 << 8 * size) - 4 else raw * unit
+def all_said(pgn: int, data: NDArray[np.uint8]) -> Iterator[tuple[NDArray[np.intp], Said]]:
+    """Readings of many messages of a group that have at most 8 bytes: numbers of messages, and what they say.
+
+    NaN where there is none.
+    """
+    waiting = [np.arange(len(data))]
+    while waiting:
+        rows = waiting.pop()
+        try:
+            yield rows, _READ[pgn](data[rows])
+        except DifferError as differ:
+            waiting += [rows[differ.part == one] for one in np.unique(differ.part).tolist()]
 
 
-def _s(data: bytes, at: int, size: int, unit: float) -> float | None:
-    raw = int.from_bytes(data[at : at + size], "little", signed=True)
-    return None if len(data) < at + size or raw > (1 << 8 * size - 1) - 4 else raw * unit
+def _width(data: Message) -> int:
+    return len(data) if isinstance(data, bytes) else data.shape[1]
 
 
-def _code(data: bytes, at: int, bits: int) -> int:
+def _raw(data: Message, at: int, size: int, most: int) -> Value:
+    """A number without sign; NaN where it is not there, or more than `most`."""
+    if _width(data) < at + size:
+        return math.nan
+    if isinstance(data, bytes):
+        raw = int.from_bytes(data[at : at + size], "little")
+        return raw if raw <= most else math.nan
+    raw = data[:, at : at + size] @ (256.0 ** np.arange(size))
+    return np.where(raw <= most, raw, math.nan)
+
+
+def _u(data: Message, at: int, size: int, unit: float) -> Value:
+    return _raw(data, at, size, (1 << 8 * size) - 4) * unit
+
+
+def _s(data: Message, at: int, size: int, unit: float) -> Value:
+    whole = 1 << 8 * size
+    if isinstance(data, bytes):
+        raw = int.from_bytes(data[at : at + size], "little", signed=True)
+        return math.nan if len(data) < at + size or raw > whole // 2 - 4 else raw * unit
+    raw = _raw(data, at, size, whole)
+    signed = np.where(raw >= whole // 2, raw - whole, raw)
+    return np.where(signed <= whole // 2 - 4, signed, math.nan) * unit
+
+
+def _code(data: Message, at: int, bits: int) -> int:
     """The lowest bits of a byte; all set where there is none."""
     most = (1 << bits) - 1
-    return data[at] & most if at < len(data) else most
+    if at >= _width(data):
+        return most
+    if isinstance(data, bytes):
+        return data[at] & most
+    codes = data[:, at] & most
+    if (codes != codes[0]).any():
+        raise DifferError(codes.astype(np.int64))
+    return int(codes[0])
 
 
-def _rudder(d: bytes) -> Said:
-    return {f"delta_{d[0]}": _s(d, 4, 2, 1e-4), f"delta_{d[0]}_cmd": _s(d, 2, 2, 1e-4)} if d else {}
+def _else(value: Value, other: Value) -> Value:
+    """A value, another one where it is NaN."""
+    if isinstance(value, np.ndarray):
+        return np.where(value == value, value, other)
+    return value if value == value else other
 
 
-def _heading(d: bytes) -> Said:
+def _rudder(d: Message) -> Said:
+    which = _code(d, 0, 8)
+    return {f"delta_{which}": _s(d, 4, 2, 1e-4), f"delta_{which}_cmd": _s(d, 2, 2, 1e-4)} if _width(d) else {}
+
+
+def _heading(d: Message) -> Said:
     psi, variation, reference = _u(d, 1, 2, 1e-4), _s(d, 5, 2, 1e-4), _code(d, 7, 2)
-    if reference == 1 and psi is not None and variation is not None:
-        return {"psi": (psi + variation) % math.tau, "variation": variation}
-    return {("psi", "psi_magnetic")[reference]: psi} if reference < 2 else {}
+    if reference != 1:
+        return {"psi": psi} if reference == 0 else {}
+    true = (psi + variation) % math.tau
+    magnetic = (
+        np.where(true == true, math.nan, psi) if isinstance(true, np.ndarray) else psi if true != true else math.nan
+    )
+    return {"psi": true, "variation": variation + 0.0 * psi, "psi_magnetic": magnetic}
 
 
-def _course(d: bytes) -> Said:
+def _course(d: Message) -> Said:
     reference, speed = _code(d, 1, 2), _u(d, 4, 2, 0.01)
     # a course from magnetic north is of no use without the variation of its receiver
     return {"gamma_G": _u(d, 2, 2, 1e-4), "U_G": speed} if reference == 0 else {}
 
 
-def _gear(d: bytes) -> Said:
-    way = {0: 1.0, 1: 0.0, 2: -1.0}.get(_code(d, 1, 2))
-    return {f"gear_{d[0]}": way} if d else {}
+def _gear(d: Message) -> Said:
+    way = {0: 1.0, 1: 0.0, 2: -1.0}.get(_code(d, 1, 2), math.nan)
+    return {f"gear_{_code(d, 0, 8)}": way} if _width(d) else {}
 
 
-def _speed(d: bytes) -> Said:
+def _speed(d: Message) -> Said:
     speed, way = _u(d, 1, 2, 0.01), _code(d, 6, 4)
-    return {"u_log_water": -speed if speed is not None and way == 1 else speed}
+    return {"u_log_water": -speed if way == 1 else speed}
 
 
-def _speeds(d: bytes) -> Said:
+def _speeds(d: Message) -> Said:
     names = ("u_log_water", "v_log_water", "u_log", "v_log", "v_stern_water", "v_stern")
     return {name: _s(d, 2 * k, 2, 1e-3) for k, name in enumerate(names)}
 
 
-def _fix(d: bytes) -> Said:
-    if len(d) < 32 or d[31] >> 4 in (0, 15):
+def _fix(d: Message) -> Said:
+    if _width(d) < 32 or _code(d, 31, 8) >> 4 in (0, 15):
         return {}
     return {"latitude": _s(d, 7, 8, 1e-16), "longitude": _s(d, 15, 8, 1e-16), **_utc(d, 1)}
 
 
-def _utc(d: bytes, at: int) -> Said:
+def _utc(d: Message, at: int) -> Said:
     days, clock = _u(d, at, 2, 1.0), _u(d, at + 2, 4, 1e-4)
-    return {} if days is None or clock is None else {"utc": 86400.0 * days + clock}
+    return {"utc": 86400.0 * days + clock}
 
 
-def _wind(d: bytes) -> Said:
+def _wind(d: Message) -> Said:
     speed, angle, reference = _u(d, 1, 2, 0.01), _u(d, 3, 2, 1e-4), _code(d, 5, 3)
     bow = "U_T", "gamma_T_bow"
     names = {0: ("U_T_ground", "gamma_T_ground"), 2: ("U_A", "gamma_A"), 3: bow, 4: bow}
-    return dict(zip(names[reference], (speed, angle), strict=True)) if reference in names and speed is not None else {}
+    return dict(zip(names[reference], (speed, angle + 0.0 * speed), strict=True)) if reference in names else {}
 
 
-def _depth(d: bytes) -> Said:
+def _depth(d: Message) -> Said:
     depth, offset = _u(d, 1, 4, 0.01), _s(d, 5, 2, 1e-3)
     # an offset below zero is the distance to the keel and does not locate the surface
-    return {"depth": None if depth is None else depth + max(offset or 0.0, 0.0)}
+    return {"depth": depth + np.maximum(_else(offset, 0.0), 0.0)}
 
 
-def _steering(d: bytes) -> Said:
+def _steering(d: Message) -> Said:
     return {"delta_0_cmd": _s(d, 3, 2, 1e-4)}
 
 
-def _current(d: bytes) -> Said:
+def _current(d: Message) -> Said:
     return {"gamma_C": _u(d, 2, 2, 1e-4), "U_C": _u(d, 4, 2, 0.01)} if _code(d, 1, 2) == 0 else {}
 
 
-_READ: Mapping[int, Callable[[bytes], Said]] = MappingProxyType({
+_READ: Mapping[int, Callable[[Message], Said]] = MappingProxyType({
     126992: lambda d: _utc(d, 2) if _code(d, 1, 4) != 5 else {},  # 5: the clock of a crystal
     127237: _steering,
     127245: _rudder,
@@ -121,7 +186,7 @@ _READ: Mapping[int, Callable[[bytes], Said]] = MappingProxyType({
     127251: lambda d: {"r": _s(d, 1, 4, 3.125e-8)},
     127257: lambda d: {"theta": _s(d, 3, 2, 1e-4), "phi": _s(d, 5, 2, 1e-4)},
     127258: lambda d: {"variation": _s(d, 4, 2, 1e-4)},
-    127488: lambda d: {f"rpm_E_{d[0]}": _u(d, 1, 2, 0.25)} if d else {},
+    127488: lambda d: {f"rpm_E_{_code(d, 0, 8)}": _u(d, 1, 2, 0.25)} if _width(d) else {},
     127493: _gear,
     128259: _speed,
     128267: _depth,

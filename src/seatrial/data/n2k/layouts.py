@@ -95,7 +95,7 @@ def _of_id(clock: Clock, t: float, identifier: str, data: str, count: str | None
     return Frame(clock, t, pgn if (pgn >> 8 & 0xFF) >= 240 else pgn & 0x3FF00, number & 0xFF, raw)
 
 
-def _moment(date: str, clock: str, fraction: str | None, zone: str | None) -> float:
+def moment(date: str, clock: str, fraction: str | None, zone: str | None) -> float:
     whole = datetime.fromisoformat(f"{date}T{clock}{(zone or '+00:00').replace('Z', '+00:00')}")
     return whole.astimezone(UTC).timestamp() + float(f"0.{fraction or 0}")
 
@@ -107,13 +107,13 @@ def _day(text: str) -> float:
 
 def _canboat(m: re.Match[str]) -> Frame | None:
     raw = bytes.fromhex(m[10].replace(",", " "))
-    return Frame("epoch", _moment(m[1], m[2], m[3], m[4]), int(m[6]), int(m[7]), raw) if len(raw) == int(m[9]) else None
+    return Frame("epoch", moment(m[1], m[2], m[3], m[4]), int(m[6]), int(m[7]), raw) if len(raw) == int(m[9]) else None
 
 
 def _candump(m: re.Match[str]) -> Frame | None:
     dated = _DATED.fullmatch(m[1] or "")
     if dated:
-        return _of_id("epoch", _moment(dated[1], dated[2], dated[3], None), m[2], m[4], m[3])
+        return _of_id("epoch", moment(dated[1], dated[2], dated[3], None), m[2], m[4], m[3])
     return _of_id(*_seconds(m[1]), m[2], m[4], m[3])
 
 
@@ -138,17 +138,18 @@ _ISO = r"(\d{4}-\d\d-\d\d)[T -](\d\d:\d\d:\d\d)(?:[.,](\d{1,9}))?(Z|[+-]\d\d:?\d
 _LOGGED = re.compile(r"\d{13};A;")
 _HEX = r"((?:[0-9A-Fa-f]{2}[ ,]?)*)\s*"
 _ID = r"([0-9A-Fa-f]{8})"
+CANBOAT = re.compile(_ISO + r",(\d),(\d{5,6}),(\d{1,3}),(\d{1,3}),(\d{1,3}),?" + _HEX + "$")
+CANDUMP = re.compile(r"\((\d+\.\d+)\) \S+ " + _ID + r"#([0-9A-Fa-f]*)(?: [RT])?\s*$")
+RAW = re.compile(r"(\d\d:\d\d:\d\d(?:\.\d+)?) [RT] " + _ID + " ?" + _HEX + "$")
 _LAYOUTS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Frame | None]], ...] = (
     # PLAIN and FAST of canboat
-    (re.compile(_ISO + r",(\d),(\d{5,6}),(\d{1,3}),(\d{1,3}),(\d{1,3}),?" + _HEX + "$"), _canboat),
+    (CANBOAT, _canboat),
     # candump -l; with and without stamps; as of old
-    (re.compile(r"\((\d+\.\d+)\) \S+ " + _ID + r"#([0-9A-Fa-f]*)(?: [RT])?\s*$"),
-     lambda m: _of_id(*_seconds(m[1]), m[2], m[3])),
+    (CANDUMP, lambda m: _of_id(*_seconds(m[1]), m[2], m[3])),
     (re.compile(r"\s*(?:\(([^()]*)\)\s+)?[a-z]+\d+\s+" + _ID + r"\s+\[(\d)\]\s*" + _HEX + "$"), _candump),
     (re.compile(r"<0x" + _ID + r">\s+\[(\d)\]\s*" + _HEX + "$"), lambda m: _of_id("", 0.0, m[1], m[3], m[2])),
     # Yacht Devices RAW
-    (re.compile(r"(\d\d:\d\d:\d\d(?:\.\d+)?) [RT] " + _ID + " ?" + _HEX + "$"),
-     lambda m: _of_id("day", _day(m[1]), m[2], m[3])),
+    (RAW, lambda m: _of_id("day", _day(m[1]), m[2], m[3])),
     # Actisense ASCII: hhmmss, source, destination and priority, group, data
     (re.compile(r"A(\d{6}(?:\.\d+)?) ([0-9A-Fa-f]{2})[0-9A-Fa-f]{3} ([0-9A-Fa-f]{4,5}) ([0-9A-Fa-f]*)\s*$"),
      lambda m: Frame("day", _day(m[1]), int(m[3], 16), int(m[2], 16), bytes.fromhex(m[4]))),
@@ -158,7 +159,7 @@ _LAYOUTS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Frame | None]],
      _pcdin),
     # Airmar; PCAN-View
     (re.compile(_ISO + r" - \d+ " + _ID + " " + _HEX + "$"),
-     lambda m: _of_id("epoch", _moment(m[1], m[2], m[3], m[4]), m[5], m[6])),
+     lambda m: _of_id("epoch", moment(m[1], m[2], m[3], m[4]), m[5], m[6])),
     (re.compile(r"\s*\d+\)\s+(\d+(?:\.\d*)?)\s+[RT]x\s+" + _ID + r"\s+(\d)\s+" + _HEX + "$"),
      lambda m: _of_id("start", float(m[1]) / 1000.0, m[2], m[4], m[3])),
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """Numbers in bytes, many at a time, to the last bit what `float` makes of their text; and rows of bytes that are alike.
 
-A decimal of at most 15 digits is a whole number over a power of ten, both of which a float holds: their quotient is the
-float nearest to the decimal.
+A decimal is a whole number over a power of ten: where a float holds both, their quotient is the float nearest to the
+decimal.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from .. import Array
 Bytes = NDArray[np.uint8]
 Places = NDArray[np.int64]
 
-SURE = 15
-"""Digits of a number that a float holds whatever they are."""
+_SURE, _HELD = 18, 2**53
+"""Digits of a number that 64 bits hold, and up to where a float holds every whole number."""
 WIDEST = 24
 """Bytes of a number that are looked at."""
 TENS: Array = np.power(10.0, np.arange(WIDEST + 1))
@@ -82,7 +82,7 @@ def decimals(data: Bytes, start: Places, width: Places) -> Decimals:
         digits += is_digit
         after += is_digit & (points > 0)
     wrong = (digits + points != width) | (points > 1)
-    odd = (digits > SURE) | (width > WIDEST)
+    odd = (digits > _SURE) | (number > _HELD) | (width > WIDEST)
     return Decimals(number, (digits - after).astype(np.int64), after.astype(np.int64), odd, wrong)
 
 

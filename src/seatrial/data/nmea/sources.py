@@ -194,9 +194,9 @@ def _metres(kept: Mapping[str, Series], other: Mapping[str, Series]) -> str:
     """How far apart two receivers put the ship, beyond what rounding does; empty where they agree."""
     if not all(name in one for name in ("latitude", "longitude") for one in (kept, other)):
         return ""
-    (t, north), (_, east) = kept["latitude"], kept["longitude"]
-    (times, north_2), (_, east_2) = other["latitude"], other["longitude"]
-    off = np.hypot(north_2 - np.interp(times, t, north),
-                   (east_2 - np.interp(times, t, east)) * math.cos(math.radians(float(north[0]))))  # fmt: skip
+    (t, north), east = kept["latitude"], kept["longitude"]  # one of the two may be missing at times
+    (times, north_2), east_2 = other["latitude"], other["longitude"]
+    off = np.hypot(north_2 - np.interp(times, t, north), (np.interp(times, *east_2) - np.interp(times, *east))
+                   * math.cos(math.radians(float(north[0]))))  # fmt: skip
     metres = 60.0 * 1852.0 * float(np.median(off))
     return f", {metres:.2g} m away in the median" if metres > 0.1 else ""
