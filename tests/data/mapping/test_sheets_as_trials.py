@@ -11,6 +11,7 @@ from seatrial.data import DataError
 from seatrial.data.guess import guess
 from seatrial.data.mapping.checked import read_mapping
 from seatrial.data.mapping.reading import read
+from seatrial.data.mapping.schema import Channel, Clock, Mapping
 from seatrial.workflow.data import guess_mapping
 from workbooks import write_sheets
 
@@ -92,3 +93,47 @@ def test_a_text_has_no_sheets(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("x\n" + ",".join(HEADS) + "\n0,1,2,3\n1,1,2,3\n")
     with pytest.raises(DataError, match="a text has no sheets"):
         read(tmp_path / "log.csv", read_mapping(tmp_path / "m.toml"))
+
+
+def check(folder: Path, seed: int) -> None:
+    """A workbook by chance: sheets of trials, of another kind, and empty ones; titles, a row of units, gaps."""
+    hand = np.random.default_rng(seed)
+    title, units, one = int(hand.integers(0, 3)), bool(hand.random() < 0.5), bool(hand.random() < 0.3)
+    heads = [f"c{k}" for k in range(int(hand.integers(1, 5)))]
+    above = [["a title"], *[[""]] * (title - 1)] if title else []
+    sheets: dict[str, list[list[str]]] = {}
+    truth: dict[str, list[list[float]]] = {}
+    for k in range(1 if one else int(hand.integers(2, 5))):
+        t = np.cumsum(0.1 + hand.random(int(hand.integers(5, 30))))
+        cells = [[f"{value:.6f}" for value in t]]
+        for _ in heads:
+            digits = int(hand.integers(0, 10))
+            values = hand.normal(size=t.size) * 10.0 ** hand.integers(-3, 6)
+            cells.append(["" if hand.random() < 0.1 else f"{value:.{digits}f}" for value in values])
+        rows = [list(row) for row in zip(*cells, strict=True)]
+        sheets[f"run {k}"] = [*above, ["t", *heads], *([["s", *["-"] * len(heads)]] if units else []), *rows]
+        truth[f"_run_{k}"] = [[float(cell) if cell else np.nan for cell in column] for column in cells]
+    if hand.random() < 0.5:
+        sheets["Notes"] = [["Ship", "Blue"], ["L", "5.2"]]
+    names = [list(sheets)[k] for k in hand.permutation(len(sheets))]
+    path = write_sheets(folder / "log.xlsx", {name: sheets[name] for name in names})
+    how = Mapping(time=Clock("t", unit="s"), channels={f"a_{head}": Channel(head, "-") for head in heads},
+                  skip=title, units_row=units, sheet="run 0" if one else "*")  # fmt: skip
+    found = {trial.name.removeprefix("log") or "_run_0": trial for trial in read(path, how)}
+    assert set(found) == set(truth)
+    for name, (t, *columns) in truth.items():
+        np.testing.assert_array_equal(found[name].t, t)
+        for head, values in zip(heads, columns, strict=True):
+            np.testing.assert_array_equal(found[name][f"a_{head}"], values)
+
+
+@pytest.mark.slow
+def test_what_is_written_comes_back_to_the_last_digit(tmp_path: Path) -> None:
+    for seed in range(25):
+        check(tmp_path, seed)
+
+
+@pytest.mark.long
+def test_what_is_written_comes_back_a_thousand_times(tmp_path: Path) -> None:
+    for seed in range(25, 1025):
+        check(tmp_path, seed)
