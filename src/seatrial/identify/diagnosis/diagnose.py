@@ -42,6 +42,8 @@ from .priors import pulls
 # A fixed parameter is tested with this change, relative.
 _TENTH = 0.1
 _LISTED = 5
+# No number of a ship is off by more than itself: what wants that is a term that the model lacks.
+_ITSELF = 1.0
 # Residuals are alike up to the first lag of no more than this correlation.
 _LASTS = 0.05
 # Rows beyond which a part of the trials is tested, at least so many of them.
@@ -173,7 +175,8 @@ def _terms(
     held = linear.testing(linear.held / _TENTH)
     known = [Suspect(path, f"an error of {path}, held at {value:.4g},", "%", 0.01) for path, value in fixed.items()]
     covariance = _covariance(linear, np.maximum(size, 1.0)) + _by_inputs(linear)
-    return _suspicions(held, np.maximum(size, 1.0), known, covariance, problem)
+    found = _suspicions(held, np.maximum(size, 1.0), known, covariance, problem)
+    return tuple(replace(one, most=_ITSELF) for one in found)
 
 
 def _moments(linear: Linear, size: Array, problem: Problem) -> Moments:

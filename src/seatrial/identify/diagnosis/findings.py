@@ -454,7 +454,7 @@ class Diagnosis:
         listed += [(one.share, _suspect(one)) for one in self.causes if one.name not in own]
         # A model has more numbers than its instruments have errors; so one of them has to explain more.
         held = [(one.share / 1.5, replace(_suspect(one), label="or the ship", remedy=_FREE.format(one.name)))
-                for one in self.terms[:2] if one.matters]  # fmt: skip
+                for one in [one for one in self.terms if one.matters and one.possible][:2]]  # fmt: skip
         pulled = [(one.share, _suspect(one)) for one in self.pulls[:2] if one.matters]
         likely = [*sorted(listed, key=_likely, reverse=True)[:_LISTED], *held]
         # An estimate that is off by a few of its sigma is likelier than any instrument.

@@ -243,3 +243,13 @@ def test_an_instrument_that_is_not_blamed_is_told_with_the_reason_unless_another
     assert "-" not in replace(small, gain=Gain(-0.2, 1.0)).excused.rpartition("explains")[2]
     blamed = suspicion(name="scale.r")
     assert Diagnosis(suspicions=(denied, blamed)).grounds == ()
+
+
+def test_a_number_of_the_ship_that_would_be_off_by_more_than_itself_is_no_cause() -> None:
+    """The same misfit, by 80 % of a number or by 250 %."""
+    given = {"name": "propeller.k_1", "words": "an error of k_1", "unit": "%", "per": 0.01, "share": 0.9, "most": 1.0}
+    near, far = (suspicion(**given, size=size, sigma=0.05) for size in (-0.8, -2.5))
+    assert any("an error of k_1" in line for line in Diagnosis(terms=(near,)).lines)
+    lines = Diagnosis(terms=(far,)).lines
+    assert not any("k_1" in line for line in lines)
+    assert lines[0].startswith("the model does not explain")
