@@ -129,6 +129,18 @@ def test_telemetry_gives_the_ship(tmp_path: Path, version: int) -> None:
     assert abs(np.datetime64(got.meta["start"][:-6]).astype("datetime64[us]").astype(float) / 1e6 - BOOT - FAR) < 0.1
 
 
+def test_signed_frames_are_read_as_others(tmp_path: Path) -> None:
+    out = Link()
+    out.codec.signing.secret_key, out.codec.signing.sign_outgoing = bytes(32), True
+    for k, t in enumerate(T):
+        out.attitude(BOOT + t, t, PSI[k], R[k])
+    assert len(out.records[0][1]) > 40 + 13 - 4  # zeros at the end of a message are not sent
+    (tmp_path / "run.tlog").write_bytes(tlog(out))
+    got = tlogs.read(tmp_path / "run.tlog")
+    assert off(got["psi"], PSI) < 1e-6
+    assert not any("no whole message" in step for step in got.meta["processing"])
+
+
 def test_of_several_systems_the_one_that_says_most_is_read(tmp_path: Path) -> None:
     other = Link(7)
     other.attitude(BOOT, 1.0, 2.0, 0.5)

@@ -45,6 +45,7 @@ def test_fix_imu_and_thrusts_are_read_from_every_kind_of_file(tmp_path: Path, fo
     say = Speaker(WRITERS[format][1])
     t = T[:100]
     found = [*fixes(say, t), *imu(say, t=t)]
+    found += [say.number("/delta", k, 0.01 * n) for n, k in enumerate(ticks(t))]  # by the time of logging alone
     for side, force in (("left", 120.0), ("right", 80.0)):
         found += [say.number(f"/wamv/thrusters/{side}/thrust", k, force) for k in ticks(t)]
         found += [say.number(f"/wamv/thrusters/{side}/pos", k, 0.1) for k in ticks(t)]
@@ -54,6 +55,7 @@ def test_fix_imu_and_thrusts_are_read_from_every_kind_of_file(tmp_path: Path, fo
     assert off(got["psi"], SHIP.psi(t)) < 1e-12
     np.testing.assert_allclose(got["r"], SHIP.r(t), atol=1e-12)
     np.testing.assert_allclose(got.stack("x", "y"), np.column_stack([NORTH, EAST])[:100], atol=1e-6)
+    np.testing.assert_allclose(got["delta"], 0.01 * np.arange(100), atol=1e-12)
     assert set(got["f_port"]) == {120.0}
     assert set(got["f_starboard"]) == {80.0}
     assert got["alpha_port"] == pytest.approx(-0.1)  # to the left outside, clockwise here
