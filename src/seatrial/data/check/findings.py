@@ -20,9 +20,10 @@ from .controls.rudder import helm_faults
 from .controls.sense import sense_faults
 from .controls.shaft import shaft_faults
 from .drift import drift_faults
+from .rows.drawn import line_faults
 from .rows.outliers import outlier_faults
 from .rows.still import still_faults
-from .sensors import Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
+from .sensors import EVERY, Fault, Kind, beyond_faults, gap_faults, sensor_faults, wind_faults
 from .suspects import Judged, Named, accused
 from .symmetry import symmetry_faults
 from .track import made_faults, surge_faults, track_faults
@@ -31,6 +32,8 @@ Severity = Literal["error", "warning", "info"]
 _COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
 _FEWEST = 10
 """Rows in common that exclude coincidence."""
+_COPIED = 0.5
+"""Part of the rows of a recording that another one holds too; simulated runs without noise share their approach."""
 
 _Placed = list[tuple[int, Trial]]
 _KNOWN: dict[tuple[int, ...], tuple[tuple[weakref.ref[Trial], ...], tuple[Finding, ...]]] = {}
@@ -100,6 +103,13 @@ def _judged(trials: Sequence[Trial]) -> tuple[Finding, ...]:
             alike.setdefault((sound.meta.get("L_pp"), sound.meta.get("ship")), []).append(sound)
     for some in alike.values():
         _together(some, told)
+        for a, b, rows, part in _pairs(some, some):
+            if a < b and some[a].name != some[b].name and part > _COPIED:
+                told[some[b].name].append(Fault(
+                    "warning", EVERY, f"the same recording as {some[a].name}",
+                    f"{rows} rows are the same, {100 * part:.0f} % of {some[b].name}, whatever their clocks say",
+                    "leave one of the two out: it would count twice", "overlap", "overlap",
+                ))  # fmt: skip
     coarse = {name: one for faults in told.values() for one in faults if one.key == "coarse" for name in one.channels}
     for name, faults in told.items():  # a channel in coarse steps repeats itself
         told[name] = [next((coarse[n] for n in one.channels if n in coarse), one)
@@ -129,8 +139,9 @@ def _alone(trial: Trial) -> tuple[list[Fault], Trial | None]:
     faults = [one for one in faults if one.severity == "error" or not _repeats(one, faults)]
     spoilt = {name for one in outliers for name in one.channels}
     faults = [one for one in faults if one.key != "wraps" or not spoilt & set(one.channels)]
+    drawn, clean = line_faults(clean)
     still, sound = still_faults(clean)
-    return [*faults, *outliers, *still, *made_faults(clean)], sound
+    return [*faults, *outliers, *drawn, *still, *made_faults(clean)], sound
 
 
 def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
