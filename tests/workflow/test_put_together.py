@@ -362,7 +362,7 @@ def test_rows_of_one_run_share_its_draws_and_what_is_refused_is_undecided(monkey
         sailed.append({"run": run, **given})
         return SimpleNamespace(bands=found, caveats=("a caveat",))
 
-    asked: Any = SimpleNamespace(level=0.9, held=SimpleNamespace(ship=L7), sail=sail,
+    asked: Any = SimpleNamespace(level=0.9, held=SimpleNamespace(ship=L7, fitted=True), sail=sail,
                                  refusal=lambda run: "" if run is good else f"beyond{judged.UNKNOWN}accept it")
     simulated: list[float] = []
     monkeypatch.setattr(judged, "simulate", lambda ship, policy, **given: simulated.append(given["duration"]))
@@ -373,7 +373,10 @@ def test_rows_of_one_run_share_its_draws_and_what_is_refused_is_undecided(monkey
     table: Any = SimpleNamespace(rows=rows, speed=1.1, L_pp=7.0)
     caveats: dict[str, None] = {}
     notes: list[str] = []
-    a, b, c, d, e = judged._rows(table, asked, notes.append, caveats)
+    (a, met), (b, _), (c, none), (d, _), (e, _) = judged._rows(table, asked, notes.append, caveats)
+    assert met is not None
+    assert met.tolist() == [True] * 99 + [False]
+    assert none is None
     assert len(sailed) == 1
     assert simulated == pytest.approx([1.3 * good.duration])
     assert sailed[0]["speed"] == 1.1
