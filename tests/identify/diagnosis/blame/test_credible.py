@@ -93,6 +93,14 @@ def test_what_is_certain_is_no_misfit_of_the_others() -> None:
     alone, beside = (gains(e, own, np.arange(6), some, float(e.size))[1] for some in ((), (0,)))
     assert alone.share < 0.02
     assert beside.share > 0.8
+    # One that is nearly the same is judged by what it has of its own.
+    near = np.stack([own[..., 0], own[..., 0] + 0.3 * own[..., 1]], axis=-1)
+    found = gains(e, near, np.arange(6), (0,), float(e.size))[1]
+    first = near[..., 0].ravel()
+    rest, mine = (x.ravel() - first * (first @ x.ravel()) / (first @ first) for x in (e, near[..., 1]))
+    wanted = gain(rest.reshape(e.shape), mine.reshape(e.shape), np.arange(6), float(e.size))
+    assert (found.share, found.deviates) == pytest.approx((wanted.share, wanted.deviates))
+    assert found.share > 0.8
     none = np.zeros((6, 400, 1))
     assert gains(e, none, np.arange(6), (), 1.0)[0].deviates == 0.0
 
