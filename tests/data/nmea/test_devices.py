@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -354,6 +355,20 @@ def test_stamps_that_go_back_are_left_aside_where_the_fix_has_a_clock(tmp_path: 
     true(trial)
     assert any(step.startswith("stamps of lines left aside: line 103: the stamp goes back") for step in
                trial.meta["processing"])  # fmt: skip
+
+
+@pytest.mark.parametrize("last", [True, False], ids=["heading last", "fix last"])
+def test_headings_lie_before_their_fixes_only_where_a_log_ends_in_a_fix(tmp_path: Path, last: bool) -> None:
+    """Both logs begin with a heading: one amid an epoch, one with its first."""
+    first, path = -1 if last else 0, tmp_path / "log.nmea"
+    lines = [hdt(first), *[line for k in range(60) for line in (rmc(k), hdt(first + 1 + k))]]
+    path.write_text("\n".join(lines if last else lines[:-1]))
+    trial = read(path)
+    there = np.isfinite(trial["psi"])
+    assert there.sum() >= 60
+    begun = datetime.fromisoformat(trial.meta["start"]).timestamp() % 86400.0 - 36000.0
+    off = np.rad2deg(trial["psi"]) - 0.5 * (trial.t + begun)
+    assert np.cos(np.deg2rad(off[there])) == pytest.approx(1.0, abs=1e-8)
 
 
 def test_midnight_is_no_step_back(tmp_path: Path) -> None:

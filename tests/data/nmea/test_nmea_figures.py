@@ -281,7 +281,8 @@ def test_stamps_are_seconds_milliseconds_or_dates() -> None:
     assert read(b"12.5 ", b"13. ") == [12.5, 13.0]
     assert read(b"1800000000000,", b"1800000000500,") == [1_800_000_000.0, 1_800_000_000.5]
     noon = 1_767_268_800.0
-    for text in (b"2026-01-01T12:00:00Z", b"2026-01-01 12:00:00", b"2026-01-01T14:00:00+02:00"):
+    for text in (b"2026-01-01T12:00:00Z", b"2026-01-01 12:00:00", b"2026-01-01T14:00:00+02:00",
+                 b"2026-01-01T06:30:00-0530"):
         assert read(text) == [noon]
     assert read(b"2026-13-01T12:00:00Z", *[b"2026-01-01T12:00:00Z"] * 19)[:2] == [None, noon]
     assert read(b"nothing") == []

@@ -204,7 +204,8 @@ class _Lines:
         """Messages of a block that begins behind so many lines."""
         clocks = list[Clock]()
         for one in (*quick, *(whole for _, whole in wholes)):
-            clocks += [one.clock] * (one.clock not in clocks)
+            if one.clock not in clocks:
+                clocks.append(one.clock)
         if len(clocks) == 1 and self.told.setdefault(clocks[0], _Told()).all(quick, wholes):
             return
         each = [*wholes, *(pair for one in quick for pair in one.one_by_one())]
