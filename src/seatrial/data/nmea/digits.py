@@ -115,7 +115,8 @@ def alike(
     """
     if not len(start):
         return
-    total = np.append(np.uint64(0), np.cumsum(data * _powers(_BASE, len(data))))
+    total = np.zeros(len(data) + 1, np.uint64)
+    np.cumsum(np.multiply(data, _powers(_BASE, len(data)), out=total[1:]), out=total[1:])
     hashed = (total[start + length] - total[start]) * _powers(_INVERSE, len(data))[start] + length.astype(np.uint64)
     hashed = hashed if beside is None else hashed ^ beside
     order = np.argsort(hashed, kind="stable")
