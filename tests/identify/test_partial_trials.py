@@ -85,6 +85,22 @@ def test_channels_made_from_others_are_said():
     assert begun_as(_problem(marked(_log(), {"r": "psi"})), "free").nuisance.initial["r"] < np.inf
 
 
+def test_sparse_readings_between_the_compared_rows_are_told():
+    """Fixes every .7 s beside a heading at 10 Hz: of the rows that are compared, 1 s apart, one in seven has one."""
+    fixes = np.arange(len(_sailed())) % 7 == 3
+    log = _log().having(**{name: np.where(fixes, _sailed()[name], np.nan) for name in ("x", "y")})
+    told = [one.text for one in lint(_problem(log), estimator=st.Trajectory(), felt=False) if "readings of" in one.text]
+    assert len(told) == 2
+    # rows 3, 13, ... 493 are compared, of which 3, 73, ... 493 have a fix
+    assert told[0].startswith(f"8 of {np.count_nonzero(fixes)} readings of x lie in the rows that are compared, 1 s ")
+    assert told[0].endswith("every = 1 in [estimator] compares every row")
+    assert not [one for one in lint(_problem(log), estimator=st.Trajectory(every=1), felt=False)
+                if "readings of" in one.text]  # fmt: skip
+    aligned = _log(thin=("x", "y"))  # every 5 s, and windows begin where one is
+    assert not [one for one in lint(_problem(aligned), estimator=st.Trajectory(), felt=False)
+                if "readings of" in one.text]  # fmt: skip
+
+
 @pytest.mark.slow
 def test_less_is_known_without_a_position():
     whole, partly = st.fit(_problem(_log())), st.fit(_problem(_log("x", "y")))

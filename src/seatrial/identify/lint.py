@@ -18,7 +18,7 @@ import numpy as np
 from ..core.parameters import specs, unknown
 from ..data import Array, DataError, Trial
 from ..data.check import Finding, check_folder, check_set
-from ..data.prepare import derivable, derived
+from ..data.prepare import derivable, derived, measured
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.begun import too_little, untold
@@ -28,7 +28,7 @@ from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
 from .components.actuation import exceeded
 from .posterior.acting import acting
 from .posterior.verdicts import manoeuvre_for
-from .record import compared_as, scales, step_of
+from .record import Record, Settings, compared_as, even, every_of, scales, step_of
 from .trajectory.objective import TrajectoryObjective
 from .trajectory.suspects import level_of
 from .vector import Vector
@@ -68,6 +68,8 @@ def lint(
     found = [*_free(problem), *_scales(problem), *_levels(problem), *_starts(problem, estimator), *mass(problem)]
     found += [*_trials(problem, test, estimator is None or getattr(estimator, "partial", False)),
               *_checked(problem, test), *_sets(problem, test)]
+    if estimator is not None and tested_by(problem, estimator) and not any(one.severity == "error" for one in found):
+        found += unmet(problem, compared_as(estimator))
     if felt and not any(issue.severity == "error" for issue in found):
         found += _felt(problem)
     return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
@@ -370,6 +372,8 @@ def _told_apart(vector: Vector, found: Array, known: Callable[[Array], Array]) -
 
 # Measured revolutions may leave the tested range by this share of it: noise, and a governor that overshoots.
 _BEYOND = 0.01
+# Readings of a channel that a fit meets, as a share of those that it could.
+_MET = 0.5
 # Steps may differ by this share before a trial is taken at even steps, as `windows` does.
 _UNEVEN = 0.02
 
@@ -429,6 +433,26 @@ def _thrusting(ship: Ship, trial: Trial) -> list[str]:
         if name.partition("_")[0] in stems and name not in (*own, "n_P") and not name.endswith(("_cmd", "_sd"))
         and not name.startswith("n_P_") and "_" in name
     ]  # fmt: skip
+
+
+def unmet(problem: Problem, settings: Settings) -> Iterator[Issue]:
+    """Sparse readings that lie between the rows that a fit compares, or between even rows: they count for nothing."""
+    dt = step_of(problem.trials, settings.dt)
+    every, model = every_of(settings.every, dt), problem.ship.model
+    window = settings.window or max(trial.duration for trial in problem.trials)
+    steps = max(round(window / dt), 1) + 1
+    for trial in problem.trials:
+        record = Record.of(even(trial, dt, model), model)
+        cut = [record.window(first, steps, every, np.ones(len(model.motion))) for first in record.begins(steps - 1)]
+        met = np.unique(np.concatenate([piece.rows[piece.inside] for piece in cut])) if cut else np.zeros(0, np.intp)
+        for k, name in enumerate(model.motion):
+            read = int(np.isfinite(trial[name]).sum()) if measured(trial, name) else 0
+            count = int(np.isfinite(record.state[met, k]).sum())
+            if count < _MET * min(read, met.size):
+                remedy = ("every = 1 in [estimator] compares every row" if every > 1
+                          else f"dt = {0.5 * dt:.3g} in [estimator] has rows between")  # fmt: skip
+                yield Issue("warning", trial.name, f"{count} of {read} readings of {name} lie in the rows that are "
+                            f"compared, {every * dt:.3g} s apart; {remedy}")  # fmt: skip
 
 
 def sampling(trial: Trial) -> Iterator[Issue]:

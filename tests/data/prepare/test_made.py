@@ -20,7 +20,7 @@ from seatrial.simulate.begun import begun, untold
 NOISE = {"x": 0.5, "y": 0.5, "psi": 1.7e-3, "u": 0.02, "v_m": 0.02, "r": 1e-4}
 
 
-def sailed(dt: float = 1.0, rows: int = 500, seed: int = 0) -> Trial:
+def sailed(dt: float = 1.0, rows: int = 500, seed: int = 0, noisy: float = 1.0) -> Trial:
     """A ship that weaves with a period of 80 rows; each channel with the noise of an instrument of its own."""
     fine, random = np.arange(0.0, rows * dt, dt / 20.0), np.random.default_rng(seed)
     w = 2.0 * np.pi / (80.0 * dt)
@@ -30,7 +30,7 @@ def sailed(dt: float = 1.0, rows: int = 500, seed: int = 0) -> Trial:
     x = np.cumsum(u * np.cos(psi) - v * np.sin(psi)) * dt / 20.0
     y = np.cumsum(u * np.sin(psi) + v * np.cos(psi)) * dt / 20.0
     true = {"x": x, "y": y, "psi": psi, "u": u, "v_m": v, "r": r}
-    read = {name: values[::20] + NOISE[name] * random.standard_normal(rows) for name, values in true.items()}
+    read = {name: values[::20] + noisy * NOISE[name] * random.standard_normal(rows) for name, values in true.items()}
     return Trial("sailed", np.arange(rows) * dt, {**read, "delta": -10.0 * r[::20], "n_P": np.full(rows, 2.0)})
 
 
@@ -97,10 +97,13 @@ def test_rows_at_odd_times_and_with_gaps_tell_it_too() -> None:
 
 def test_rounding_hides_no_difference_of_a_fine_heading() -> None:
     """A heading to 0.001 deg, whose noise is below a share of its spread: what is left is the rounding of the rate."""
-    log = sailed(rows=1000)
-    fine = np.round(np.degrees(log["psi"] * 20.0), 3)
+    log = sailed(rows=1000, noisy=0.0)
+    fine = np.round(np.degrees(log["psi"]), 3)
+    assert 1e-3 / np.sqrt(12.0) < 2e-4 * np.std(fine)
     made = np.round(np.append(np.diff(fine), np.nan), 3)
     assert [one.name for one in unsaid(log.having(psi=np.radians(fine), r=np.radians(made)))] == ["r"]
+    own = np.round(np.degrees(log["r"]), 3)  # what a gyro would have printed of the same
+    assert not [*unsaid(log.having(psi=np.radians(fine), r=np.radians(own)))]
 
 
 def test_check_tells_it_and_its_remedy_marks_it(tmp_path: Path) -> None:
