@@ -139,7 +139,8 @@ def trial_by(
     told = heard.told()
     if not told or 2 * heard.invalid > max(heard.lines, 1):
         why = heard.first or f"nothing of a ship's motion; it holds {', '.join(list(heard.ignored)[:8]) or 'nothing'}"
-        raise DataError(f"{path}: {heard.lines} lines, {heard.invalid} of them not of {what}; {why}")
+        counted = f"{heard.lines} lines, {heard.invalid} of them not of {what}" if heard.lines else f"no {what}"
+        raise DataError(f"{path}: {counted}; {why}")
     aboard, more = mapping or aboard_of(path), list(steps)
     if heard.invalid:
         more.append(f"{heard.invalid} of {heard.lines} lines could not be read, the first: {heard.first}")

@@ -13,7 +13,6 @@ import pytest
 from recorded import DATUM, Ship
 from telemetry import ULOG, Link, part, quaternion, tlog, ulog
 
-from conftest import real
 from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.formats import reader
@@ -141,6 +140,26 @@ def test_signed_frames_are_read_as_others(tmp_path: Path) -> None:
     assert not any("no whole message" in step for step in got.meta["processing"])
 
 
+def test_a_message_of_another_dialect_is_passed_over(tmp_path: Path) -> None:
+    """Its checksum is not known, so the record behind it says whether it is whole."""
+    whole = tlog(link())
+    rows = len(tlogs.read(_written(tmp_path, whole)))
+    frame = b"\xfd\x04\0\0\0\1\1\xff\xff\x7f" + b"abcd" + b"\0\0"
+    other = struct.pack(">Q", round(1e6 * BOOT)) + frame
+    at = whole.index(struct.pack(">Q", round(1e6 * (BOOT + T[9]))))
+    got = tlogs.read(_written(tmp_path, whole[:at] + other + whole[at:]))
+    assert len(got) == rows
+    assert any("1 messages of other dialects" in step for step in got.meta["processing"])
+    damaged = tlogs.read(_written(tmp_path, whole[:at] + other + b"\xff" * 7 + whole[at:]))
+    assert len(damaged) == rows
+    assert any(f"{len(other) + 7} of" in step for step in damaged.meta["processing"])
+
+
+def _written(folder: Path, data: bytes) -> Path:
+    (folder / "run.tlog").write_bytes(data)
+    return folder / "run.tlog"
+
+
 def test_of_several_systems_the_one_that_says_most_is_read(tmp_path: Path) -> None:
     other = Link(7)
     other.attitude(BOOT, 1.0, 2.0, 0.5)
@@ -171,9 +190,9 @@ def test_a_cut_or_damaged_telemetry_is_read_where_it_is_whole(tmp_path: Path) ->
         assert any("bytes are of no whole message" in step for step in got.meta["processing"])
 
 
-def test_a_recording_of_a_device_is_read() -> None:
+def test_a_recording_of_a_device_is_read(data_file: Any) -> None:
     """The sample log of pyulog: 6 s of a parked aircraft, by an other way of reading its topics."""
-    path = real("public_logs", "pyulog", "sample_log_small.ulg")
+    path = data_file("public_logs", "pyulog", "sample_log_small.ulg")
     got: Trial = reader("ulog")(path)
     from pyulog import ULog
 

@@ -155,24 +155,31 @@ def _messages(path: Path, steps: list[str]) -> Iterator[tuple[int, Any]]:
         from pymavlink.dialects.v20 import ardupilotmega as dialect
     except ImportError:
         raise DataError(f"{path}: telemetry logs need the extra 'mavlink': pip install 'seatrial[mavlink]'") from None
-    codec, lost, at = dialect.MAVLink(None), 0, 0
+    codec, lost, foreign, at = dialect.MAVLink(None), 0, 0, 0
     wrong = (dialect.MAVError, struct.error, ValueError, UnicodeDecodeError, TypeError)
     with _mapped(path) as data:
         while at + _LEAST <= len(data):
             frame = _frame(data, at)
-            one = None
+            one, end = None, at + _STAMP.size + len(frame)
             if frame:
                 with suppress(*wrong):
                     one = codec.decode(bytearray(frame))
+            if one is not None and one.get_type().startswith("UNKNOWN") and not _BEGIN.match(data, end):
+                one = None  # the checksum of a message of another dialect is not known
             if one is None:
                 found = _BEGIN.search(data, at + 1)
                 following = found.start() if found else len(data)
                 lost, at = lost + following - at, following
                 continue
             (stamp,) = _STAMP.unpack_from(data, at)
-            at += _STAMP.size + len(frame)
-            yield stamp * 1000, one
+            at = end
+            if one.get_type().startswith("UNKNOWN"):
+                foreign += 1
+            else:
+                yield stamp * 1000, one
         size = len(data)
+    if foreign:
+        steps.append(f"{foreign} messages of other dialects than ArduPilot's are left out")
     if lost + size - at:
         doubt = "doubt: " if lost > 0.01 * size else ""
         steps.append(f"{doubt}{lost + size - at} of {size} bytes are of no whole message")
