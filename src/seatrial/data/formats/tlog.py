@@ -159,13 +159,7 @@ def _messages(path: Path, steps: list[str]) -> Iterator[tuple[int, Any]]:
     wrong = (dialect.MAVError, struct.error, ValueError, UnicodeDecodeError, TypeError)
     with _mapped(path) as data:
         while at + _LEAST <= len(data):
-            frame = _frame(data, at)
-            one, end = None, at + _STAMP.size + len(frame)
-            if frame:
-                with suppress(*wrong):
-                    one = codec.decode(bytearray(frame))
-            if one is not None and one.get_type().startswith("UNKNOWN") and not _BEGIN.match(data, end):
-                one = None  # the checksum of a message of another dialect is not known
+            one, end = _decoded(codec, wrong, data, at)
             if one is None:
                 found = _BEGIN.search(data, at + 1)
                 following = found.start() if found else len(data)
@@ -183,6 +177,18 @@ def _messages(path: Path, steps: list[str]) -> Iterator[tuple[int, Any]]:
     if lost + size - at:
         doubt = "doubt: " if lost > 0.01 * size else ""
         steps.append(f"{doubt}{lost + size - at} of {size} bytes are of no whole message")
+
+
+def _decoded(codec: Any, wrong: tuple[type[Exception], ...], data: mmap.mmap | bytes, at: int) -> tuple[Any, int]:
+    """The message of a record, None for none, and where the record ends."""
+    frame = _frame(data, at)
+    one, end = None, at + _STAMP.size + len(frame)
+    if frame:
+        with suppress(*wrong):
+            one = codec.decode(bytearray(frame))
+    # the checksum of a message of another dialect is not known: the record behind it says whether it is whole
+    whole = one is None or not one.get_type().startswith("UNKNOWN") or _BEGIN.match(data, end) is not None
+    return (one if whole else None), end
 
 
 @contextmanager
