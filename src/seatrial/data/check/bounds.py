@@ -12,16 +12,30 @@ import numpy as np
 
 from .. import Trial
 from .relations import G, length_of
-from .sensors import Fault
+from .sensors import Fault, gaps_of
 
 # Controls of thrusters that can turn a ship at rest, and the fastest such turn, r sqrt(L/g).
 _ON_THE_SPOT, _SPINS = ("alpha", "n_bow", "n_stern", "f_"), 0.8
-# Froude number of displacement ships, and of craft that plane; those are small [m], and turn by this r L/u at least.
-_FAST, _PLANING, _SMALL, _STEERED = 0.6, 2.5, 30.0, 0.15
-# Sideways acceleration of the bow, r^2 L/2, and that of the ship, over g: no thruster lifts the ship that it drives.
-_WHIRLS, _LEAPS = 1.0, 1.0
-# Length of a ship of which none is known, the shortest one [m].
-_SHORTEST = 1.0
+# Froude number of displacement ships, and of craft that plane, which are small [m] and turn in few lengths (r L/u).
+_FAST, _PLANING, _SMALL, _STEERED = 0.6, 2.5, 10.0, 0.1
+# Sideways acceleration of the bow, r^2 L/2, over g: no rudder or thruster lifts the ship; and the shortest ship [m].
+_WHIRLS, _SHORTEST = 1.0, 1.0
+
+
+def whirl_faults(trial: Trial) -> Iterator[Fault]:
+    """Rates of turn that would throw the bow aside by more than its weight."""
+    if "r" not in trial:
+        return
+    length = length_of(trial) or _SHORTEST
+    thrown = 0.5 * trial["r"] ** 2 * length / G
+    rows = thrown > _WHIRLS
+    if rows.any():
+        most = float(np.nanmax(np.abs(trial["r"])))
+        yield Fault(
+            "error", "r", "turns as no ship can", f"{int(rows.sum())} rows, up to {most:.3g} rad/s: the bow would be "
+            f"thrown aside by {float(np.nanmax(thrown)):.3g} g at a length of {length:g} m",
+            gaps_of(trial, rows, "r") if rows.mean() < 0.1 else "check the unit of r, and the clock", "scale", "length",
+        )  # fmt: skip
 
 
 def scale_faults(trial: Trial) -> Iterator[Fault]:
@@ -35,9 +49,11 @@ def scale_faults(trial: Trial) -> Iterator[Fault]:
     u = np.abs(trial["u"])
     speed = float(np.nanquantile(u, 0.95)) if np.isfinite(u).any() else 0.0
     froude = speed / math.sqrt(G * length)
-    if froude > 0.6:
+    if froude > _FAST:
+        planes = length < _SMALL and froude < _PLANING and not _turns_wide(trial, length, 0.5 * speed)
         yield Fault(
-            "error", "u", "wrong scale or unit: too fast for its length",
+            "warning" if planes else "error", "u",
+            f"wrong scale or unit: too fast for its length{', unless it planes' * planes}",
             f"Froude number {froude:.2f} at {speed:.3g} m/s and L_pp {length:g} m",
             "check L_pp and scale in the sidecar and the unit of the speed", "scale", "length",
         )  # fmt: skip
@@ -54,3 +70,13 @@ def scale_faults(trial: Trial) -> Iterator[Fault]:
             f"r L/u is {sharp:.2g} in the fastest rows (ships stay below about 1.5), L_pp {length:g} m",
             "check L_pp and scale in the sidecar and the unit of r", "scale", "length",
         )  # fmt: skip
+
+
+def _turns_wide(trial: Trial, length: float, fast: float) -> bool:
+    """Whether it turns through a radian, and never as sharply as a craft of its length does."""
+    if "r" not in trial or "psi" not in trial or not np.isfinite(trial["psi"]).any():
+        return False
+    ahead = np.abs(trial["u"]) > fast
+    turn = np.abs(trial["r"][ahead]) * length / np.abs(trial["u"][ahead])
+    turned = float(np.nanmax(trial["psi"]) - np.nanmin(trial["psi"]))
+    return turned > 1.0 and bool(np.isfinite(turn).any()) and float(np.nanquantile(turn, 0.95)) < _STEERED

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .. import Trial
 from ..prepare import Remedy, Step
 from .attitude.heel import heel_faults
-from .bounds import scale_faults
+from .bounds import scale_faults, whirl_faults
 from .controls.numbered import numbered_faults
 from .controls.rudder import helm_faults
 from .controls.sense import sense_faults
@@ -156,7 +156,7 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
     sound = sensed.trials
     for trial in sound:
         told[trial.name] += [fault for fault in sensed.faults[trial.name] if not _repeats(fault, told[trial.name])]
-        for one in (scale_faults, track_faults, wind_faults, heel_faults):
+        for one in (whirl_faults, scale_faults, track_faults, wind_faults, heel_faults):
             told[trial.name] += [fault for fault in one(trial) if not _repeats(fault, told[trial.name])]
     wrong = {name for trial in sound for one in told[trial.name] if one.severity == "error" for name in one.channels}
     shared = [*surge_faults(sound)]

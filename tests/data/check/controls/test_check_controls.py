@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import Array, Trial
-from seatrial.data.check.bounds import scale_faults
+from seatrial.data.check.bounds import scale_faults, whirl_faults
 from seatrial.data.check.controls.numbered import numbered_faults
 from seatrial.data.check.controls.rudder import (
     _balance,
@@ -114,6 +114,33 @@ def test_a_froude_number_beyond_six_tenths_is_another_scale() -> None:
     top = np.where(np.arange(100) < 6, 0.7, 0.1) * root  # a twentieth of the rows
     assert len(list(scale_faults(log(length=10.0, u=top)))) == 1
     assert not list(scale_faults(log(length=10.0, u=np.where(np.arange(100) < 4, 0.7, 0.1) * root)))
+
+
+def test_a_small_craft_may_plane_and_a_large_ship_under_its_length_turns_too_wide() -> None:
+    root, psi = math.sqrt(9.81 * 5.0), 0.02 * np.arange(100)
+    (fault,) = scale_faults(log(length=5.0, u=root, r=0.2, psi=psi))  # r L/u = .14
+    assert fault.severity == "warning"
+    (fault,) = scale_faults(log(length=5.0, u=root, r=0.1, psi=psi))
+    assert fault.severity == "error"
+    (fault,) = scale_faults(log(length=5.0, u=root, r=0.1, psi=0.4 * psi))  # hardly turned
+    assert fault.severity == "warning"
+    (fault,) = scale_faults(log(length=5.0, u=2.6 * root, r=0.6, psi=psi))
+    assert fault.severity == "error"
+    (fault,) = scale_faults(log(length=11.0, u=1.0 * root, r=0.2, psi=psi))
+    assert fault.severity == "error"
+
+
+def test_no_bow_is_thrown_aside_by_more_than_its_weight() -> None:
+    most = math.sqrt(2.0 * 9.81 / 50.0)
+    assert not list(whirl_faults(log(length=50.0, r=0.99 * most)))
+    (fault,) = whirl_faults(log(length=50.0, r=np.where(np.arange(100) == 7, -1.01 * most, 0.0)))
+    assert (fault.severity, fault.channels) == ("error", ("r",))
+    assert isinstance(fault.remedy, Remedy)
+    assert fault.remedy.steps[0].where == ((7.0, 7.0),)
+    (fault,) = whirl_faults(log(length=50.0, r=757.0))
+    assert isinstance(fault.remedy, str)
+    assert not list(whirl_faults(log(length=None, r=4.4)))  # of 1 m
+    assert list(whirl_faults(log(length=None, r=4.5)))
 
 
 def test_a_turn_of_more_than_three_lengths_is_another_scale_unless_thrusters_turn_the_ship() -> None:
