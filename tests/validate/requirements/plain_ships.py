@@ -61,6 +61,20 @@ class Plain(Probe):
                      | {name: np.full(len(t), value) for name, value in held.items()})  # fmt: skip
 
 
+    def zigzag(self, angle: float, duration: float) -> Trial:
+        steps, state, side = 240, self.state(self.U), 1.0
+        rows = [state]
+        for _ in range(steps):
+            if side * state[2] >= angle:
+                side = -side
+            held, lasts = self.controls(self.n_P, side * angle), duration / steps
+            _, (run,) = self.drift([state], [held], lasts, dt=lasts)
+            state = tuple(run[-1].tolist())
+            rows.append(state)
+        names = ("x", "y", "psi", "u", "v_m", "r")
+        return Trial("zigzag", np.linspace(0.0, duration, steps + 1), dict(zip(names, np.array(rows).T, strict=True)))
+
+
 def plain(law: Law, *names: str, masses: Any = None, file: Any = None, gear: Any = None, dt: float = 12.5,
           q: float = 1.0) -> Plain:  # fmt: skip
     """A ship whose rates are law(m), without dimension: over U^2/L, and over U^2/L^2 for yaw.

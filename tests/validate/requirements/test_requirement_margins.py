@@ -81,7 +81,7 @@ RESISTANCE: list[Case] = [
 
 def pulled(x: float, root: float) -> Iterable[Finding]:
     """A ship that is left turning at x to either side, pushed over by any rudder."""
-    return hull._pulled_out(plain(steered(lambda m: 3.0 * m.d - m.r + x * sign(m.r))), root)[0]
+    return hull._pulled_out(plain(steered(lambda m: 3.0 * m.d - m.r + x * sign(m.r))), (root, root))[0]
 
 
 STABILITY: list[Case] = [
@@ -90,10 +90,10 @@ STABILITY: list[Case] = [
     ("change of the root by half of q", lambda x: hull.stability(plain(
         lambda m: (m.n - m.u, -3.0 * m.v, -m.r * (1.0 + m.q)), q=2.0 * x / (1.0 - 2.0 * x))).findings,
      (0.012,), (0.008,)),
-    ("rate of turn left", lambda x: pulled(x, -0.024), (0.018,), (0.024,)),
-    ("rate of turn left", lambda x: pulled(x, 0.024), (0.024,), (0.016,)),
-    ("rate of turn left", lambda x: pulled(x, 0.016), (0.18,), (0.24,)),
-    ("rate of turn left", lambda x: pulled(x, -0.016), (0.18,), (0.24,)),
+    ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, -0.024), (0.018,), (0.024,)),
+    ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, 0.024), (0.024,), (0.016,)),
+    ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, 0.016), (0.18,), (0.24,)),
+    ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, -0.016), (0.18,), (0.24,)),
 ]  # fmt: skip
 
 
@@ -351,7 +351,8 @@ GEAR: list[Case] = [
 CASES = [*RESISTANCE, *STABILITY, *PLAUSIBLE, *TURNING, *ANSWER, *PROPULSION, *THRUSTERS, *WEATHER, *GEAR]
 
 LONGER = {case[0] for case in TURNING} | {
-    "head reach", "steady speed at half", "delta: time of nine tenths", "rate of turn left", "steady speed astern",
+    "head reach", "steady speed at half", "delta: time of nine tenths",
+    "rate of turn left 300 L/U after a pull-out from port", "steady speed astern",
     "speed left in a hard turn", "change of the root with speed", "change of the root by half of q",
     "gain of steady speed", "adrift in a current",
 }  # fmt: skip

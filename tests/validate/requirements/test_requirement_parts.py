@@ -11,6 +11,7 @@ import pytest
 from plain_ships import LIMIT, L, U, plain
 
 from seatrial.actuators import Actuator, Actuators
+from seatrial.core.parameters import update, values
 from seatrial.ships.files import load
 from seatrial.validate.requirements import (
     Finding,
@@ -107,11 +108,47 @@ def test_a_ship_computed_faster_than_the_clock_passes(factor: float) -> None:
 def test_a_course_is_called_what_its_root_says(damping: float, words: str) -> None:
     found = hull.stability(plain(lambda m: (m.n - m.u, -3.0 * m.v, (m.d - (damping + m.q * m.u) * m.r
                                             - m.r**3)), q=0.01 * damping))  # fmt: skip
-    root = [one.value for one in found.findings if one.what == "growth of a disturbance at the approach"]
-    assert root == pytest.approx([-1.01 * damping], rel=1e-3)
+    root = [one.value for one in found.findings if one.what.startswith("growth of a disturbance to")]
+    assert root == pytest.approx([-1.01 * damping] * 2, rel=1e-3)
     assert f"{words} at 2 m/s" in found.reason or found.verdict == "fail"
     quarter = [one.value for one in found.findings if one.what == "the same at a quarter of the speed"]
     assert quarter == pytest.approx([-damping * 1.0025], rel=1e-3)
+
+
+def test_a_kink_has_a_root_for_each_side_and_each_side_answers_to_its_own() -> None:
+    """Damped to starboard, growing to port up to where the cube holds it, r^2 = .08; their mean is no root."""
+    kinked = plain(lambda m: (m.n - m.u, -3.0 * m.v, m.d - 0.08 * np.abs(m.r) - m.r**3))
+    found = hull.stability(kinked)
+    shown = {one.what: one.value for one in found.findings}
+    assert shown["growth of a disturbance to starboard at the approach"] == pytest.approx(-0.08, rel=1e-3)
+    assert shown["growth of a disturbance to port at the approach"] == pytest.approx(0.08, rel=1e-3)
+    assert hull._state((-0.08, 0.08)) == "unstable to port and stable to starboard, next to neutral,"
+    left = [one for one in found.findings if one.what.startswith("rate of turn left")]
+    assert [one.holds for one in left] == [True, True]
+    assert left[1].value == pytest.approx(math.sqrt(0.08), rel=1e-3)
+
+
+def test_the_loop_of_a_spiral_is_that_of_the_law() -> None:
+    """r = 3 delta - r + x sign(r) turns on to starboard above delta = -x/3, to port below x/3."""
+    for x in (0.05, 0.2):
+        width = hull.loop(plain(lambda m, x=x: (m.n - m.u, -m.v, 3.0 * m.d - m.r + x * np.sign(m.r))))
+        assert width == pytest.approx(2.0 * x / 3.0, abs=math.radians(0.1))
+    assert hull.loop(plain(STEADY)) == 0.0
+
+
+MOVED = ("hull.N_r", "hull.N_v", "hull.Y_v", "hull.Y_r", "rudder.A_R", "rudder.a_H")
+VARIANTS = [{}, *({path: factor} for path in MOVED for factor in (0.9, 1.1))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", VARIANTS, ids=str)
+def test_a_ship_near_neutral_is_not_failed_for_it(change: dict[str, float]) -> None:
+    """KVLCC2 with one number a tenth off: its roots to the two sides are -.07 and +.07, and so are its pull-outs."""
+    ship = load("kvlcc2")
+    numbers = values(ship.model)
+    ship = replace(ship, model=update(ship.model, {path: f * numbers[path] for path, f in change.items()}))
+    found = hull.stability(Probe.of(ship))
+    assert found.verdict == "pass", found.reason
 
 
 KVLCC2 = load("kvlcc2_l7")

@@ -10,8 +10,8 @@ from .. import figures
 from ..blocks import Body, Verdict, entries, fields, figure, gallery, lead, number, soft, table
 from ..page import Page, Section
 
-_MARK = {"pass": "✓ pass", "fail": "✗ fail", "undecided": "? undecided", "not applicable": "– not applicable",
-         "not judged": "– not judged"}  # fmt: skip
+_MARK = {"pass": "✓ pass", "doubt": "! doubt", "fail": "✗ fail", "undecided": "? undecided",
+         "not applicable": "– not applicable", "not judged": "– not judged"}  # fmt: skip
 _SOURCES = {
     "collision-avoidance": "Sawada et al. 2024, section 6.2: heading control for collision avoidance",
     "berthing": "Sawada et al. 2024, section 6.2: berthing",
@@ -24,6 +24,8 @@ def verdict(found: Table) -> str:
     passed, failed, aside, open_ = (found.count(v) for v in ("pass", "fail", "not applicable", "not judged"))
     words = f"{passed} of {len(found.rows)} items pass"
     words += f", {failed} fail ({', '.join(found.failed)})" if failed else ""
+    doubted = [item.number for item, j in found.rows if j.verdict == "doubt"]
+    words += f", {len(doubted)} in doubt ({', '.join(doubted)})" if doubted else ""
     unsure = [item.number for item, j in found.rows if j.verdict == "undecided"]
     words += f", {len(unsure)} undecided ({', '.join(unsure)})" if unsure else ""
     words += f", {aside} not applicable" if aside else ""

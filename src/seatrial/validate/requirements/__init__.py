@@ -19,7 +19,7 @@ from .thresholds import Bound
 if TYPE_CHECKING:
     from .probe import Probe
 
-Verdict = Literal["pass", "fail", "undecided", "not applicable", "not judged"]
+Verdict = Literal["pass", "doubt", "fail", "undecided", "not applicable", "not judged"]
 
 _SAID = 3
 
@@ -43,6 +43,7 @@ class Finding:
         what: the quantity and where it was measured; of many points, the worst.
         bound: None where the value is shown only.
         wrong: the physics that is wrong or missing where the bound does not hold.
+        doubt: whether a value beyond the bound is unusual only, which some ships are.
     """
 
     what: str
@@ -50,6 +51,7 @@ class Finding:
     unit: str = "-"
     bound: Bound | None = None
     wrong: str = ""
+    doubt: bool = False
 
     @property
     def holds(self) -> bool:
@@ -77,7 +79,8 @@ class Judgement:
     """What became of one item.
 
     Attributes:
-        verdict: "undecided" where draws of a fitted ship differ about it.
+        verdict: "doubt" where a value is unusual and none impossible; "undecided" where draws of a fitted ship differ
+            about it.
         reason: why, in one sentence; of a failure, which physics is wrong or missing.
         findings: the measured values it rests on, each with its bound.
         drawn: what draws make of it; None where none were made.
@@ -128,13 +131,16 @@ class Table:
 
 
 def judged(good: str, findings: Iterable[Finding], *plots: Plot) -> Judgement:
-    """Pass with the reason `good` if every bound holds; else fail, with what is wrong."""
+    """Pass with the reason `good` if every bound holds; else doubt, or fail, with what is unusual or wrong."""
     found = tuple(findings)
     if not any(one.bound for one in found):
         raise ValueError("an item without a bound cannot fail")
-    wrong = [*dict.fromkeys(one.wrong for one in found if not one.holds)]
-    more = f"; and {len(wrong) - _SAID} more" if len(wrong) > _SAID else ""
-    return Judgement("fail" if wrong else "pass", "; ".join(wrong[:_SAID]) + more if wrong else good, found, plots)
+    wrong = [*dict.fromkeys(one.wrong for one in found if not (one.holds or one.doubt))]
+    unusual = [*dict.fromkeys(one.wrong for one in found if one.doubt and not one.holds)]
+    told = wrong or unusual
+    more = f"; and {len(told) - _SAID} more" if len(told) > _SAID else ""
+    reason = "; ".join(told[:_SAID]) + more if told else good
+    return Judgement("fail" if wrong else "doubt" if unusual else "pass", reason, found, plots)
 
 
 def not_applicable(what: str, why: str) -> Finding:

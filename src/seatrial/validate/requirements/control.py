@@ -11,7 +11,7 @@ import numpy as np
 from ...actuators import Azimuth, Servo, queue_length, queued
 from ...data import Array
 from ...models import unit
-from . import Finding, Judgement, Plot, judged, worst
+from . import Finding, Judgement, Plot, judged, typical, worst
 from . import thresholds as limit
 from .probe import Probe
 
@@ -91,7 +91,7 @@ def delay(p: Probe, controls: tuple[str, ...] | None = None) -> Judgement:
     shown = Finding("controls that take time, of those judged", len(slow) / len(controls), "-",
                     limit.WAITS if waits else limit.ALL_WAIT,
                     f"{idle}: the ship's file gives no rate, lag or dead time")  # fmt: skip
-    found += _through(p, controls)
+    found += [*_through(p, controls), *(typical.waiting(p) if set(controls) & set(p.steering) else ())]
     good = "orders take the time to act that the ship's file gives"
     good += f"; {idle}, its file says nothing" if at_once else ""
     run = p.run(0.5 * p.n_P, 0.5 * p.limit, 10 * p.unit_time)

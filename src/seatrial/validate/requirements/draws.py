@@ -15,7 +15,8 @@ from . import Drawn, Finding, Item, Judgement, Table
 from .probe import Probe
 from .scopes import CHECKED_ONCE, checked
 
-_TRIED = ("pass", "fail")
+_MET = ("pass", "doubt")
+_TRIED = (*_MET, "fail")
 
 
 def judged_by(table: Table, ships: Iterable[Ship], level: float) -> Table:
@@ -46,10 +47,10 @@ def _examined(ship: Ship, items: Sequence[Item]) -> Iterator[Judgement]:
 
 def _together(fitted: Judgement, draws: Sequence[Judgement], level: float) -> Judgement:
     """The judgement of the fitted ship with the verdict of the draws and the bands of what was measured."""
-    met = sum(one.verdict == "pass" for one in draws) / len(draws)
+    met = sum(one.verdict in _MET for one in draws) / len(draws)
     tail = 0.5 * (1.0 - level)
     verdict = "pass" if met >= 1.0 - tail else "fail" if met <= tail else "undecided"
-    why = Counter(one.reason for one in draws if one.verdict != "pass").most_common(1)
+    why = Counter(one.reason for one in draws if one.verdict not in _MET).most_common(1)
     reason = fitted.reason
     if why and fitted.verdict == "pass":
         reason = f"met by {met:.3g} of the draws; else: {why[0][0]}"

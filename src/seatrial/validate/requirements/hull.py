@@ -21,6 +21,11 @@ from . import thresholds as limit
 from .probe import Probe
 
 _SHARES = (0.01, 0.05, 0.2, 0.5, 1.0)
+_SIDES = ((1.0, "starboard"), (-1.0, "port"))
+_OPPOSED, _RUDDERS, _TURNS_ON = 0.3, 85, 2e-3
+"""Most rudder that the loop of the spiral is sought with, of the greatest; how many angles; what turns on [U/L]."""
+_SMALL = 1e-3
+"""Motion over U on one side of a kink: far above the steps of differences, far below where forces curve."""
 _LARGEST = 0.5
 """Greatest sway speed over U and yaw rate over U/L of the grids: those of a hard turn."""
 
@@ -167,12 +172,19 @@ def _turned(p: Probe) -> Iterator[Finding]:
     yield worst("speed left in a hard turn", points, limit.TURNED, wrong, "of the approach")
 
 
-def growth(p: Probe, u: float) -> float:
+def growth(p: Probe, u: float, side: float = 0.0) -> float:
     """Fastest growth of a disturbance of the straight run at speed `u` [1/s]; negative where it dies out.
 
     The states beyond the six take part: a response model of second order has a root of its own in them.
+
+    Args:
+        side: +1 of a turn to starboard, -1 to port.  The flow at a rudder, and the wake in drift, have coefficients of
+            their own for each side, so that forces have a kink at v_m = r = 0 (MMG: Yasukawa and Yoshimura 2015,
+            Eq. 25), where the slopes to neither side are those of differences across it.
     """
-    slopes = p.slopes(u, p.controls(p.n_P * u / p.U))[1:, 1:]
+    small = side * _SMALL * p.U
+    # the bow is inside a turn: v_m < 0 where r > 0
+    slopes = p.slopes(u, p.controls(p.n_P * u / p.U), -0.5 * small, small / p.ship.L_pp)[1:, 1:]
     moving = [k for k in range(len(slopes)) if np.abs(slopes[k]).max() > 1e-12 / p.unit_time]
     block = slopes[np.ix_(moving, moving)]
     return float(np.linalg.eigvals(block).real.max()) if moving else 0.0
@@ -186,56 +198,98 @@ def stability(p: Probe, both: bool = False) -> Judgement:
     """
     speeds = [f * p.U for f in (0.25, 0.5, 0.75, 1.0)]
     rates = [growth(p, u) for u in speeds]
-    root = rates[-1] * p.unit_time
+    roots = tuple(growth(p, p.U, side) * p.unit_time for side, _ in _SIDES)
+    root = max(roots)
     effects = sorted(_effects(p, rates[-1]), reverse=True)
     effect, name = effects[0] if effects else (0.0, "")
     flip, flipped = _flip(p, rates[-1], [path for _, path in effects[:5]])
     spread = (max(rates) - min(rates)) / (max(map(abs, rates)) or 1.0)
     found = [
-        Finding("growth of a disturbance at the approach", root, "U/L"),
+        *(Finding(f"growth of a disturbance to {to} at the approach", one, "U/L")
+          for one, (_, to) in zip(roots, _SIDES, strict=True)),
         Finding("the same at a quarter of the speed", rates[0] * p.unit_time, "U/L"),
         Finding("change of the root with speed", spread, "-", limit.WITH_SPEED,
                 "course stability does not change with speed"),
         Finding(f"change of the root by half of {name or 'any parameter'}", effect / (abs(rates[-1]) or 1.0), "-",
                 limit.BY_HULL, "course stability does not change with the hull's numbers"),
     ]  # fmt: skip
-    pulls, plot = _pulled_out(p, root)
+    pulls, plot = _pulled_out(p, roots)
     if both and root <= limit.NEAR_NEUTRAL:
         flip, flipped = _flip(p, -1.0, [path for _, path in effects], 5 * limit.NEAR_NEUTRAL)
         wrong = "no number of the hull makes it keep turning with the rudder amidships"
         turning = 0.0 if flipped is None else max(0.0, _kept_turning(flipped))
         what = f"rate of turn 300 L/U after a pull-out, {flip or 'no change of one number'}"
         found.append(Finding(what, turning, "U/L", limit.KEEPS_TURNING, wrong))
-    state = "unstable" if root > 0 else "stable"
-    state += ", next to neutral," if abs(root) < limit.NEAR_NEUTRAL else ""
-    other = f"; {flip} makes it {'stable' if root > 0 else 'unstable'}" if flip else ""
-    good = (
-        f"{state} on course at {p.U:.3g} m/s, by roots and pull-outs; depends on speed and on the hull's numbers{other}"
-    )
+    width = loop(p)
+    found.append(Finding("width of the loop of the spiral", math.degrees(width), "deg"))
+    other = f"; {flip} makes it {'stable' if rates[-1] > 0 else 'unstable'}" if flip else ""
+    turns = f", loop of {math.degrees(width):.2g} deg" if math.degrees(width) > 0.01 else ""
+    good = (f"{_state(roots)} on course at {p.U:.3g} m/s, by roots and pull-outs{turns}; "
+            f"depends on speed and on the hull's numbers{other}")  # fmt: skip
     return judged(good, [*found, *pulls], plot)
 
 
-def _pulled_out(p: Probe, root: float) -> tuple[list[Finding], Plot]:
-    """Rate of turn that is left 300 L/U after a turn, the rudder amidships, from both sides."""
-    turns = [(1.0, "starboard", p.limit), (-1.0, "port", p.limit), (1.0, "a little to starboard", 0.1 * p.limit),
-             (-1.0, "a little to port", 0.1 * p.limit)]  # fmt: skip
+def _state(roots: tuple[float, ...]) -> str:
+    """What the roots to starboard and to port say together."""
+    low, high = min(roots), max(roots)
+    if high < -limit.NEAR_NEUTRAL:
+        return "stable"
+    if low > limit.NEAR_NEUTRAL:
+        return "unstable"
+    if high <= limit.NEAR_NEUTRAL:
+        return f"{'un' * (high > 0.0)}stable, next to neutral,"
+    kink = "stable" if low < -limit.NEAR_NEUTRAL else "neutral"
+    side, other = ("starboard", "port") if roots[0] > roots[1] else ("port", "starboard")
+    return f"unstable to {side} and {kink} to {other}, next to neutral,"
+
+
+def loop(p: Probe) -> float:
+    """Width of the loop of the spiral [rad]: the rudder angles at which the ship turns on to either side."""
+    _, turned = p.drift([p.state(p.U)] * 2, [p.controls(p.n_P, side * p.limit) for side, _ in _SIDES],
+                        10 * p.unit_time)  # fmt: skip
+    edges = [_least(p, side, tuple(run[-1].tolist())) for (side, _), run in zip(_SIDES, turned, strict=True)]
+    # to starboard it turns on from the first of them up, to port from minus the second down
+    return max(0.0, -sum(edges)) if np.isfinite(edges).all() else 0.0
+
+
+def _least(p: Probe, side: float, begun: tuple[float, ...]) -> float:
+    """Least rudder to a side at which a turn to that side goes on [rad]; infinite where none of those tried does."""
+    low, high = -_OPPOSED * p.limit, _OPPOSED * p.limit
+    for count in (_RUDDERS, 9):
+        angles = np.linspace(low, high, count)
+        _, runs = p.drift([begun] * count, [p.controls(p.n_P, side * float(angle)) for angle in angles],
+                          100 * p.unit_time)  # fmt: skip
+        on = side * runs[:, -1, 5] * p.unit_time > _TURNS_ON
+        if not on.any() or on[0]:
+            return low if on.any() else math.inf
+        first = int(np.argmax(on))
+        low, high = float(angles[first - 1]), float(angles[first])
+    return 0.5 * (low + high)
+
+
+def _pulled_out(p: Probe, roots: tuple[float, ...]) -> tuple[list[Finding], Plot]:
+    """Rate of turn that is left 300 L/U after a turn, the rudder amidships, of each side held against its own root."""
+    turns = [(side, f"{little}to {name}", share * p.limit)
+             for little, share in (("", 1.0), ("a little ", 0.1)) for side, name in _SIDES]  # fmt: skip
     control = p.controls(p.n_P)
     _, turned = p.drift([p.state(p.U)] * 4, [p.controls(p.n_P, side * angle) for side, _, angle in turns],
                         10 * p.unit_time)  # fmt: skip
     t, runs = p.drift([tuple(run[-1].tolist()) for run in turned], [control] * 4, 300 * p.unit_time)
     ends = runs[:, -1, 5] * p.unit_time
-    middle = 0.5 * (ends[0] + ends[1])  # the swirl of a single propeller turns a stable ship as well
-    sides = [f"from a turn {name}" for _, name, _ in turns]
-    signs = [side for side, _, _ in turns]
-    if root > limit.NEAR_NEUTRAL:
-        left = [(at, abs(float(end))) for at, end in zip(sides[:2], ends[:2], strict=True)]
-        bound, state, wrong = limit.KEEPS_TURNING, "unstable", "does not keep"
-    else:
-        left = [(at, side * float(end - middle)) for at, side, end in zip(sides, signs, ends, strict=True)]
-        bound = limit.PULLED_OUT if root < -limit.NEAR_NEUTRAL else limit.NEARLY_OUT
-        state, wrong = "stable" if root < -limit.NEAR_NEUTRAL else "neutral", "keeps"
-    said = f"{state} by its roots, yet it {wrong} turning with the rudder amidships, {{at}}"
-    found = [worst("rate of turn left 300 L/U after a pull-out", left, bound, said, "U/L")]
+    # the swirl of a single propeller turns a stable ship as well
+    middle = 0.5 * (ends[0] + ends[1]) if max(roots) < -limit.NEAR_NEUTRAL else 0.0
+    found: list[Finding] = []
+    for k, (side, name) in enumerate(_SIDES):
+        left = [(f"from a turn {turns[at][1]}", side * float(ends[at] - middle)) for at in (k, k + 2)]
+        if roots[k] > limit.NEAR_NEUTRAL:
+            bound, state, wrong = limit.KEEPS_TURNING, "unstable", "does not keep"
+        elif roots[k] < -limit.NEAR_NEUTRAL:
+            bound = limit.PULLED_OUT if max(roots) < -limit.NEAR_NEUTRAL else limit.NEARLY_OUT
+            state, wrong = "stable", "keeps"
+        else:
+            bound, state, wrong = limit.NEARLY_OUT, "neutral", "keeps"
+        said = f"{state} to {name} by its roots, yet it {wrong} turning with the rudder amidships, {{at}}"
+        found.append(worst(f"rate of turn left 300 L/U after a pull-out from {name}", left, bound, said, "U/L"))
     lines = tuple(
         (name, t / p.unit_time, run[:, 5] * p.unit_time) for (_, name, _), run in zip(turns, runs, strict=True)
     )
@@ -279,9 +333,9 @@ def _flip(p: Probe, usual: float, strongest: list[str], least: float = limit.NEA
 
 
 def _kept_turning(p: Probe) -> float:
-    """Rate of turn after a pull-out from starboard [U/L]."""
-    found, _ = _pulled_out(p, math.inf)
-    return found[0].value
+    """Rate of turn after a pull-out, of the side that turns less [U/L]."""
+    found, _ = _pulled_out(p, (math.inf, math.inf))
+    return min(one.value for one in found)
 
 
 def motion(p: Probe, runs: Array) -> Array:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...models import unit
-from . import Finding, Judgement, Plot, body, judged, not_applicable
+from . import Finding, Judgement, Plot, body, judged, not_applicable, typical
 from . import thresholds as limit
 from .control import losses, thrusters
 from .hull import motion
@@ -22,7 +22,8 @@ def plausible(p: Probe) -> Judgement:
     """Nothing happens that physics forbids: of the body, of thrust, in current, under any orders, left alone."""
     orders, plot = _under_orders(p)
     found = [*_by_itself(p), *orders, *_left_alone(p), *body.inertia(p), *body.coriolis(p), *body.energy(p),
-             *body.sides(p), *body.heading(p), *body.current(p), *wrong_swing(p), *thrusters(p)]  # fmt: skip
+             *body.sides(p), *body.heading(p), *body.current(p), *wrong_swing(p), *thrusters(p),
+             *typical.position(p), *typical.numbers(p)]  # fmt: skip
     # a force that is ordered in newtons has nothing to lose; revolutions have
     found += [one for one in losses(p)[0] if unit(one.what.partition(":")[0]) == "1/s"]
     return judged("no motion that physics forbids was found", found, plot)

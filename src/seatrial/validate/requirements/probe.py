@@ -15,6 +15,7 @@ from ...data import Array, Trial
 from ...environment import CALM, Environment, Uniform, Weather
 from ...environment.weather import Gust
 from ...manoeuvres import Policy
+from ...manoeuvres.zigzag import Zigzag
 from ...models import STATES, Sampled, unit
 from ...models.settled import settled
 from ...ships import Ship, ShipError
@@ -197,11 +198,15 @@ class Probe:
         state = np.hstack([place, moved, settled(model, acting)])
         return Kernel(open_loop(self.ship)).rates(state, acting, open_loop_parameters(self.ship))[:, 3:6]
 
-    def slopes(self, u: float, control: tuple[float, ...]) -> Array:
-        """d(rates of u, v_m, r and what is beyond)/d(the same) straight ahead, square, by central differences."""
+    def slopes(self, u: float, control: tuple[float, ...], v_m: float = 0.0, r: float = 0.0) -> Array:
+        """d(rates of u, v_m, r and what is beyond)/d(the same), square, by central differences; straight ahead or so.
+
+        Args:
+            v_m, r: a little motion, where the slopes to the two sides of a straight course differ [m/s, rad/s].
+        """
         model = self.ship.model
         rest = () if isinstance(model, Sampled) else settled(model, np.array([[*control, *CALM]]))[0].tolist()
-        middle = np.array([u, 0.0, 0.0, *rest])
+        middle = np.array([u, v_m, r, *rest])
         step = 1e-5 * np.array([self.U, self.U, self.U / self.ship.L_pp, *np.maximum(np.abs(rest), 1e-3)])
 
         def rates(at: Array) -> Array:
@@ -235,3 +240,8 @@ class Probe:
             free, Held(self.n_P, n_order, delta), speed=self.U if speed is None else speed, duration=duration,
             environment=weather or Uniform(), dt=dt or self.dt,
         )  # fmt: skip
+
+    def zigzag(self, angle: float, duration: float) -> Trial:
+        """A zigzag with this rudder and heading [rad], through the actuators."""
+        free = replace(self.ship, validity={})
+        return simulate(free, Zigzag(self.n_P, angle, angle), speed=self.U, duration=duration, dt=self.dt)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...data import Array, Trial, unwrapped
 from ...models import unit
-from . import Finding, Judgement, Plot, judged, not_applicable, worst
+from . import Finding, Judgement, Plot, judged, not_applicable, typical, worst
 from . import thresholds as limit
 from .probe import Probe
 
@@ -48,7 +48,7 @@ def turning(p: Probe) -> Judgement:
     ]
     wrong = "no plausible size of the turning circle, {at}"
     found.append(worst("diameter of the steady circle at the greatest angle", hard, limit.CIRCLE, wrong, "L"))
-    found += [*_side_force(p), *_inside(p, runs[1.0, 1.0, 1], runs[1.0, 1.0, -1])]
+    found += [*_side_force(p), *_inside(p, runs[1.0, 1.0, 1], runs[1.0, 1.0, -1]), *typical.zigzag(p)]
     tracks = tuple((f"{s * a * p.limit / _DEGREE:+.0f} deg", run["y"], run["x"])
                    for (f, a, s), run in runs.items() if f == 1.0)  # fmt: skip
     drifts = "; the bow inside the turn" if p.sways else "; it has no drift"

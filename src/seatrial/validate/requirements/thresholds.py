@@ -95,6 +95,15 @@ ASTERN_RUDDER = most(
     0.02, "with sternway and a stopped propeller the inflow comes from behind: force to the other side"
 )
 NOTICEABLE = least(0.01, "a change that a pilot can see")
+ANSWERED = least(2.0, "a ship that can be steered reverses twice within 60 lengths; the slowest tankers need 20")
+OVERSHOOT = most(80.0, "the most unstable tankers overshoot by some 40 deg, response models of them by 66")
+USUAL_OVERSHOOT = most(35.0, "IMO's criterion is 25 deg; ships that miss it reach some 35")
+DEAD_TIME = most(0.5, "a steering gear begins to move within seconds, much before the ship has moved by its length")
+# Against regressions
+FAR_FROM_USUAL = Bound(-5.0, 5.0, "published sets lie within 3 sigma of the formulas, one number within 5")
+USUAL = Bound(-3.5, 3.5, "published sets lie within 3 sigma of the formulas, one number within 5")
+FRONTAL = most(1.0, "a ship is longer than it is broad")
+LATERAL = most(0.2, "the highest passenger ships have a tenth of the length squared")
 # Propeller
 PUSH = least(1e-4, "more revolutions, more thrust")
 FADES = most(1e-6, "at held revolutions a faster inflow takes thrust; one that is ordered in newtons stays")

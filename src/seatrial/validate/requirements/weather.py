@@ -9,7 +9,7 @@ import numpy as np
 
 from ...data import Array
 from ...environment import Environment, Uniform
-from . import Finding, Judgement, Plot, judged, worst
+from . import Finding, Judgement, Plot, judged, typical, worst
 from . import thresholds as limit
 from .body import masses
 from .probe import Probe
@@ -43,7 +43,7 @@ def _judged(p: Probe, kinds: Sequence[str]) -> Judgement:
         found += _from_all_sides(kind, force, _forces(p, kind, 2.0))
         found += _headings(p, kind)
         if kind == "wind":
-            found += [*_turned(force), *_under_way(p), *_adrift(p), *_gusts(p)]
+            found += [*_turned(force), *_under_way(p), *_adrift(p), *_gusts(p), *typical.areas(p)]
         lines = tuple((name, np.degrees(_ANGLES), force[:, k]) for k, name in enumerate(("surge", "sway", "yaw / L")))
         plots.append(
             Plot(f"Force of {kind} on the ship at rest", "from, relative to the bow [deg]", "over m U^2/L", lines)

@@ -1,0 +1,205 @@
+"""What ships of these particulars usually have: numbers of the model, zigzag, steering gear and areas against ranges.
+
+A ship may be unusual and right, so that a number away from what regressions say is a doubt, and a failure only far
+away.  Of a number that is far away, the slips that people make are tried (a sign, an exchange with another number, a
+factor of ten or of degrees), and the one after which all is usual is named.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...core.parameters import values
+from ...engine import SimulationError
+from ...environment import CALM
+from ...models import Sampled
+from ...ships.estimate import FORMULAS, SCATTER
+from ...ships.formulas import Particulars
+from . import Finding, worst
+from . import thresholds as limit
+from .probe import Probe
+
+_PLACES = ("rudder.x_H", "rudder.x_R", "rudder.l_R", "propeller.x_P")
+_MASSES = {"body.m_x": 2, "body.m_y": 2, "body.J_z": 4}
+"""Powers of the length in what makes them primes: 0.5 rho L^k d."""
+_LEFT_OUT = ("wind.", "waves.", "propeller.C_", "propeller.k_", "hull.R_0", "rudder.eta", "rudder.x_R", "rudder.l_R",
+             "rudder.epsilon", "rudder.kappa", "rudder.gamma")  # fmt: skip
+"""Of pitch, race and flow at the stern, which particulars of a model do not determine, and what other items judge."""
+_SHARE = 0.25
+"""Least standard deviation of a regression about another ship, as a share of its value."""
+_FACTORS = {"a factor of ten too large": 0.1, "a tenth": 10.0, "in degrees, or times 57.3": math.radians(1.0),
+            "divided by 57.3": math.degrees(1.0)}  # fmt: skip
+_NEAR, _SIGNED = 1.5, 1.25
+"""Sigmas within which a number is as usual, and from zero from which on a number has a sign."""
+_ANGLE = math.radians(20.0)
+
+
+def position(p: Probe) -> Iterator[Finding]:
+    """Position and heading are the integrals of u, v_m and r of the point that they are stated for (midship)."""
+    model = p.ship.model
+    if isinstance(model, Sampled):
+        return
+    points: list[tuple[str, float]] = []
+    for psi in (0.0, 0.7, 2.5):
+        for u, v_m, r in ((p.U, 0.0, 0.0), (0.5 * p.U, 0.2 * p.U, 0.0), (0.0, 0.0, p.U / p.ship.L_pp)):
+            rest = (0.0,) * (len(model.states) - 6)
+            moved = np.array(model.derivative((0.0, 0.0, psi, u, v_m, r, *rest), p.controls(p.n_P), CALM)[:3], float)
+            due = (u * math.cos(psi) - v_m * math.sin(psi), u * math.sin(psi) + v_m * math.cos(psi), r)
+            apart = np.abs(moved - due) * (1.0, 1.0, p.ship.L_pp) / p.U
+            what = "turning on the spot" if not u else "with sway" if v_m else "straight ahead"
+            points.append((f"{what}, heading {math.degrees(psi):.0f} deg", float(apart.max())))
+    wrong = "position or heading is not the integral of the ship's velocities, {at}"
+    yield worst("rate of position and heading, apart from u, v_m and r", points, limit.INVARIANT, wrong, "U")
+
+
+def zigzag(p: Probe) -> Iterator[Finding]:
+    """The 20/20 zigzag of a ship is answered, and its overshoots are those of a ship that can be steered."""
+    if not p.conventional or p.limit < _ANGLE:
+        return
+    try:
+        run = p.zigzag(_ANGLE, 60.0 * p.unit_time)
+    except SimulationError:
+        return  # the runs of other items say so
+    psi = np.degrees(np.unwrap(run["psi"]))
+    ways = np.sign(np.diff(psi))
+    ends = np.flatnonzero(ways[1:] * ways[:-1] < 0.0) + 1
+    beyond = [abs(float(psi[k])) - 20.0 for k in ends if abs(psi[k]) > 20.0]
+    weak = "a 20/20 zigzag does not end within 60 lengths: too weak a rudder, or too sluggish a ship"
+    yield Finding("overshoots of a 20/20 zigzag within 60 L/U", float(len(beyond)), "-", limit.ANSWERED, weak)
+    if beyond:
+        what = "greatest of the first two overshoots of a 20/20 zigzag"
+        wrong = "overshoots of {:.0f} deg in a 20/20 zigzag: too little yaw damping or rudder for its drift moment"
+        yield Finding(what, max(beyond[:2]), "deg", limit.OVERSHOOT, wrong.format(max(beyond[:2])))
+        yield Finding(f"{what}, usually", max(beyond[:2]), "deg", limit.USUAL_OVERSHOOT,
+                      "unusual: " + wrong.format(max(beyond[:2])), doubt=True)  # fmt: skip
+
+
+def waiting(p: Probe) -> Iterator[Finding]:
+    """Dead time of the steering, over the time of a ship length."""
+    points = [(name, float(p.ship.actuators.of(name).dead_time) / p.unit_time) for name in p.steering]
+    if points:
+        wrong = "the steering gear answers later than that of any ship: dead time of {at}"
+        yield worst("dead time of the steering over L/U", points, limit.DEAD_TIME, wrong)
+
+
+def areas(p: Probe) -> Iterator[Finding]:
+    """Areas above water over breadth and length."""
+    wind: Any = p.ship.model.part("wind")
+    A_T, A_L = (float(getattr(wind, name, 0.0)) for name in ("A_T", "A_L"))
+    if not (A_T and A_L):
+        return
+    yield Finding("frontal over lateral area above water", A_T / A_L, "-", limit.FRONTAL,
+                  "A_T is larger than A_L: frontal and lateral area look exchanged")  # fmt: skip
+    yield Finding("lateral area above water over the length squared", A_L / p.ship.L_pp**2, "-", limit.LATERAL,
+                  "A_L is more than ships of this length have: square feet, or another unit")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Number:
+    """A number as the file has it and as formulas have it, all in their units."""
+
+    path: str
+    own: float
+    usual: float
+    sigma: float
+
+    def off(self, value: float) -> float:
+        """How far a value is from the usual one [sigma]."""
+        return (value - self.usual) / self.sigma
+
+    @property
+    def signed(self) -> bool:
+        """Whether the sign is known."""
+        return abs(self.usual) > _SIGNED * self.sigma
+
+
+def numbers(p: Probe) -> Iterator[Finding]:
+    """Numbers of hull, body and rudder against regressions for the particulars of the ship, and what looks wrong."""
+    found = {one.path: one for one in _compared(p)}
+    if not found:
+        return
+    for one in found.values():
+        away = one.off(one.own)
+        said = f"{one.path} is {away:+.1f} sigma from the regressions for such a ship ({one.own:.3g}, {one.usual:.3g})"
+        slip = _slip(one, found)
+        told = f"{said}{f'; {slip}' if slip else ''}"
+        if abs(away) > limit.FAR_FROM_USUAL.high:
+            yield Finding(f"{one.path} against the regressions", away, "sigma", limit.FAR_FROM_USUAL, told)
+        elif abs(away) > limit.USUAL.high or (one.signed and one.own * one.usual < 0.0 and abs(away) > _NEAR):
+            bound = replace(limit.USUAL, low=-_NEAR, high=_NEAR)
+            yield Finding(f"{one.path} against the regressions", away, "sigma", bound, told, doubt=True)
+    far = max(abs(one.off(one.own)) for one in found.values())
+    yield Finding(f"{len(found)} numbers against the regressions, the farthest", far, "sigma")
+
+
+def _slip(one: _Number, found: Mapping[str, _Number]) -> str:
+    """The slip after which the number is as usual; empty where none is."""
+    name = one.path.rpartition(".")[2]
+    for other in found.values():
+        both = other is not one and abs(one.off(other.own)) < _NEAR and abs(other.off(one.own)) < _NEAR
+        if both and abs(other.off(other.own)) > _NEAR and one.path.partition(".")[0] == other.path.partition(".")[0]:
+            return f"{name} and {other.path.rpartition('.')[2]} look exchanged"
+    if abs(one.off(-one.own)) < _NEAR:
+        return f"the sign of {name} looks wrong"
+    tried = ((what, abs(one.off(factor * one.own))) for what, factor in _FACTORS.items())
+    return next((f"{name} looks {what}" for what, away in tried if away < _NEAR), "")
+
+
+def _compared(p: Probe) -> Iterator[_Number]:
+    """Numbers that formulas know too, of an MMG ship with the polynomial hull that they are made for."""
+    model: Any = p.ship.model
+    hull, body = model.part("hull"), model.part("body")
+    if type(hull).__name__ != "Polynomial" or body is None:
+        return
+    known = {path: float(value) for path, value in values(model).items() if np.ndim(value) == 0}
+    ship = _particulars(p, known)
+    if ship is None:
+        return
+    said: dict[str, list[float]] = {}
+    for formula in FORMULAS:
+        if not formula.outside(ship):
+            for path, value in formula.gives(ship).items():
+                said.setdefault(path, []).append(value)
+    for path, each in said.items():
+        if path not in known or path.startswith(_LEFT_OUT):
+            continue
+        spread = statistics.stdev(each) if len(each) > 1 else 0.0
+        sigma = math.hypot(max(SCATTER.get(path, 0.0), spread), _SHARE * abs(each[0]))
+        if sigma > 0.0:
+            yield _Number(path, known[path] / _unit(path, ship), each[0], sigma)
+    yield _centre(ship)
+
+
+def _centre(ship: Particulars) -> _Number:
+    """Longitudinal centre of buoyancy over L_pp: Schneekluth and Bertram 1998, Eq. 2.19, and its scatter."""
+    ahead = (-13.5 + 19.4 * ship.C_b / ship.C_m) / 100.0
+    return _Number("body.x_G", ship.x_G / ship.L_pp, ahead, 0.015)
+
+
+def _unit(path: str, ship: Particulars) -> float:
+    if path in _PLACES:
+        return ship.L_pp
+    return 0.5 * ship.rho * ship.L_pp ** _MASSES[path] * ship.d if path in _MASSES else 1.0
+
+
+def _particulars(p: Probe, known: Mapping[str, float]) -> Particulars | None:
+    """Of the numbers of the model; what no formula of hull and body needs is that of a usual ship."""
+    try:
+        L, B, d, m, rho = (known[f"body.{name}"] for name in ("L_pp", "B", "d", "m", "rho"))
+    except KeyError:
+        return None
+    if not (B and d and m):
+        return None
+    volume = m / rho
+    return Particulars(
+        L_pp=L, B=B, d=d, C_b=volume / (L * B * d), rho=rho, nu=1.19e-6, volume=volume, x_G=known.get("body.x_G", 0.0),
+        C_m=0.98, speed=p.U, D_P=known.get("propeller.D_P", 0.6 * d), pitch_ratio=0.8, blades=4.0, area_ratio=0.5,
+        A_R=known.get("rudder.A_R", L * d / 55.0), H_R=0.75 * d, aspect=1.6, w_P0=known.get("propeller.w_P0", 0.3),
+        C_WP=0.85, screws=float(len(p.propulsion) or 1),
+    )  # fmt: skip

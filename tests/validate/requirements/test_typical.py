@@ -1,0 +1,131 @@
+"""Ships with one number, area or gear that no ship has, and good ships moved within what is published."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.actuators import Actuators
+from seatrial.core.parameters import update, values
+from seatrial.ships import Ship
+from seatrial.ships.files import load
+from seatrial.validate.requirements import Finding, judged, typical
+from seatrial.validate.requirements import thresholds as limit
+from seatrial.validate.requirements.probe import Probe
+from seatrial.validate.requirements.thresholds import most
+
+
+def changed(**numbers: float | Callable[[float], float]) -> Ship:
+    """KVLCC2 with some of its numbers changed, named with two underscores for a dot."""
+    ship = load("kvlcc2")
+    old, new = values(ship.model), dict[str, float]()
+    for key, value in numbers.items():
+        path = key.replace("__", ".")
+        new[path] = value(float(old[path])) if callable(value) else value
+    return replace(ship, model=update(ship.model, new))
+
+
+def told(found: Any) -> list[Finding]:
+    return [one for one in found if not one.holds]
+
+
+def munk_twice() -> Ship:
+    """The moment of the added masses, (m_y - m_x) u v, counted in N_v as well, primed by 0.5 rho L^2 d."""
+    v = values(load("kvlcc2").model)
+    unit = 0.5 * v["body.rho"] * v["body.L_pp"] ** 2 * v["body.d"]
+    return changed(hull__N_v=v["hull.N_v"] - (v["body.m_y"] - v["body.m_x"]) / unit)
+
+
+@pytest.mark.parametrize(("ship", "words", "certain"), [
+    (lambda: changed(hull__N_r=-0.137, hull__N_v=-0.049), "N_r and N_v look exchanged", True),
+    (lambda: changed(hull__Y_r=lambda x: -x), "the sign of Y_r looks wrong", True),
+    (lambda: changed(rudder__a_H=lambda x: -x), "the sign of a_H looks wrong", True),
+    (lambda: changed(body__x_G=lambda x: -x), "the sign of x_G looks wrong", False),
+    (lambda: changed(rudder__f_alpha=lambda x: x / 57.3), "f_alpha looks divided by 57.3", False),
+    (munk_twice, "hull.N_v is -5.", True),
+])  # fmt: skip
+def test_a_number_that_no_regression_knows_is_named_with_its_slip(
+    ship: Callable[[], Ship], words: str, certain: bool
+) -> None:
+    found = told(typical.numbers(Probe.of(ship())))
+    assert any(words in one.wrong for one in found), [one.wrong for one in found]
+    verdict = judged("good", [*found, Finding("x", 0.0, "-", most(1.0, ""))]).verdict
+    assert verdict == ("fail" if certain else "doubt")
+
+
+PUBLISHED = {"hull.Y_v": 0.15, "hull.Y_r": 0.2, "hull.N_v": 0.1, "hull.N_r": 0.1, "hull.Y_vvv": 0.2,
+             "hull.N_vvr": 0.3, "rudder.a_H": 0.2, "body.m_y": 0.1, "body.J_z": 0.15}  # fmt: skip
+"""Scatter of published sets about one hull, as shares."""
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_good_ships_moved_within_what_is_published_are_not_doubted(seed: int) -> None:
+    random, known = np.random.default_rng(seed), values(load("kvlcc2").model)
+    moved = {path.replace(".", "__"): float(known[path]) * (1.0 + share * float(random.uniform(-1.0, 1.0)))
+             for path, share in PUBLISHED.items()}  # fmt: skip
+    assert not told(typical.numbers(Probe.of(changed(**moved))))
+
+
+@pytest.mark.parametrize("name", ["kvlcc2", "kvlcc2_l7", "kcs", "seiun_maru", "twin_virtual", "mariner", "suzaku"])
+def test_ships_of_the_library_are_not_failed(name: str) -> None:
+    p = Probe.of(load(name))
+    found = [*typical.position(p), *typical.numbers(p), *typical.waiting(p), *typical.areas(p)]
+    assert not [one for one in told(found) if not one.doubt]
+
+
+def test_a_position_that_moves_with_the_sway_of_another_point_is_wrong() -> None:
+    ship = load("kvlcc2")
+
+    class AtG(type(ship.model)):  # type: ignore[misc]
+        """Position of midship, moved by the sway at the centre of gravity, 11 m ahead."""
+
+        def derivative(self, state: Any, control: Any, around: Any) -> Any:
+            rates = list(super().derivative(state, control, around))
+            psi, r = state[2], state[5]
+            rates[0] -= 11.2 * r * math.sin(psi)
+            rates[1] += 11.2 * r * math.cos(psi)
+            return tuple(rates)
+
+    wrong = AtG(**{name: getattr(ship.model, name) for name in ship.model.__dataclass_fields__})
+    (found,) = typical.position(replace(Probe.of(ship), ship=replace(ship, model=wrong)))
+    assert found.value == pytest.approx(11.2 / ship.L_pp)
+    assert "turning on the spot" in found.wrong
+    (right,) = typical.position(Probe.of(ship))
+    assert right.holds
+
+
+@pytest.mark.slow
+def test_a_rudder_too_weak_to_steer_and_a_gear_that_waits() -> None:
+    weak = told(typical.zigzag(Probe.of(changed(rudder__f_alpha=lambda x: x / 57.0))))
+    assert any("too weak a rudder" in one.wrong for one in weak)
+    assert not told(typical.zigzag(Probe.of(load("kvlcc2"))))
+    loose = told(typical.zigzag(Probe.of(munk_twice())))
+    assert [one.doubt for one in loose] == [True]
+    ship = load("kvlcc2")
+    late = Actuators({**ship.actuators.by_name, "rudder": replace(ship.actuators.rudder, dead_time=60.0)})
+    (found,) = typical.waiting(Probe.of(replace(ship, actuators=late)))
+    assert found.value == pytest.approx(60.0 / (ship.L_pp / ship.speed), rel=0.01)
+    assert not found.holds
+
+
+def test_areas_exchanged_or_in_square_feet() -> None:
+    assert not told(typical.areas(Probe.of(load("kvlcc2"))))
+    (one,) = told(typical.areas(Probe.of(changed(wind__A_T=3330.0, wind__A_L=1540.0))))
+    assert "exchanged" in one.wrong
+    (one,) = told(typical.areas(Probe.of(changed(wind__A_T=lambda x: 10.764 * x, wind__A_L=lambda x: 10.764 * x))))
+    assert "square feet" in one.wrong
+
+
+def test_a_doubt_is_no_failure_and_a_failure_outweighs_it() -> None:
+    bound = most(1.0, "")
+    good, odd = Finding("a", 0.0, "-", bound, "no"), Finding("b", 2.0, "-", bound, "unusual", doubt=True)
+    wrong = Finding("c", 2.0, "-", bound, "wrong")
+    assert judged("good", [good]).verdict == "pass"
+    assert (judged("good", [good, odd]).verdict, judged("good", [good, odd]).reason) == ("doubt", "unusual")
+    assert (judged("good", [good, odd, wrong]).verdict, judged("good", [good, odd, wrong]).reason) == ("fail", "wrong")
+    assert limit.FAR_FROM_USUAL.low == -limit.FAR_FROM_USUAL.high
