@@ -33,7 +33,9 @@ def test_every_error_class_of_the_package_is_defined_in_one_module() -> None:
         for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.ClassDef) and ast.unparse(node).split(":")[0].endswith(("Error)", "Exception)"))
     ]
-    assert elsewhere == ["testing/discovery.py: ContractError"]  # an assertion of tests, which no command raises
+    inside = {"data/robot/files.py: _Ended", "data/nmea/columns.py: _DifferError", "data/n2k/groups.py: DifferError"}
+    # those end a loop of their own module, and an assertion of tests is none that a command raises
+    assert {*elsewhere} - inside == {"testing/discovery.py: ContractError"}
 
 
 @pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)

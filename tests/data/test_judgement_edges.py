@@ -17,7 +17,7 @@ from seatrial.data.check.track import fixes, own_samples, track_miss
 from seatrial.data.formats.simman import MARIN_STEP, read
 from seatrial.data.geodesy import Datum
 from seatrial.data.guess.logs import _longest, leap
-from seatrial.data.guess.motion import _TIMES
+from seatrial.data.guess.motion import TIMES
 from seatrial.data.kinds.signals import Signals, signals
 from seatrial.data.kinds.speed import backwards
 from seatrial.data.mapping.places import Midship
@@ -185,7 +185,7 @@ def test_the_longest_trial_of_a_file_is_where_it_is(order: tuple[int, int, int])
 
 
 def test_units_of_time_are_seconds_times_their_size() -> None:
-    assert pytest.approx({"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0}) == _TIMES
+    assert pytest.approx({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}) == TIMES
 
 
 def test_a_control_is_elsewhere_beyond_its_own_span_on_either_side() -> None:

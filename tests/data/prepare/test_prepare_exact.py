@@ -52,7 +52,7 @@ def one(step: Step, trial: Trial) -> Trial:
 def test_every_unit_is_worth_what_its_definition_says() -> None:
     d, knot = DEGREE, 1852.0 / 3600.0
     worth = {
-        "s": 1, "ms": 1e-3, "us": 1e-6, "min": 60, "h": 3600, "d": 86400,
+        "s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600, "d": 86400,
         "m": 1, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "NM": 1852,
         "nmi": 1852, "ft": 0.3048, "rad": 1, "deg": d, "°": d, "m/s": 1, "cm/s": 1e-2, "km/h": 1 / 3.6, "kn": knot,
         "kt": knot, "kts": knot, "knot": knot, "knots": knot, "rad/s": 1, "deg/s": d, "°/s": d, "deg/min": d / 60,
@@ -355,7 +355,7 @@ def test_a_datum_is_on_the_earth() -> None:
 
 def test_each_step_takes_so_many_numbers() -> None:
     one = ("add", "multiply", "multiply_starboard", "multiply_port", "shift", "rotate", "clock", "even", "resample",
-           "fill", "split", "follow")  # fmt: skip
+           "fill", "split", "follow", "constant")  # fmt: skip
     assert {name: what.amounts for name, what in OPERATIONS.items()} == {
         name: 2 if name in ("move", "to_ground", "current") else int(name in one) for name in OPERATIONS
     }

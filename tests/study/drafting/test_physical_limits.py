@@ -61,7 +61,7 @@ def test_the_draft_writes_bounds_that_the_study_takes_beside_the_priors_of_their
     paths = ("damping.X_u", "damping.X_uu", "damping.N_v")
     ship = BOAT.moved({"damping.N_v": 5.0})
     text = text_of(
-        ship="boat", family="Fossen", actuators=(), root="logs",
+        ship="boat", family="Fossen", actuators=(), assumed=(), root="logs",
         format="", mapping="", files={}, kinds={}, train={}, test={},
         left_out={}, free=(("damping.*", 0.5, paths),), limits=limits(ship, paths), sampled=False, timed=False,
         clock=1.0, duration=60.0, windy=False, sigma={}, common={},
