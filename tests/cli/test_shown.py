@@ -558,7 +558,8 @@ def test_trials_are_counted(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> No
 
 def guessed(**given: Any) -> Any:
     return SimpleNamespace(
-        **{"format": "csv", "text": "schema\n", "notes": ("read 3 logs",), "doubts": ("x", "y"), "asks": ("sign",)} | given
+        **{"format": "csv", "text": "schema\n", "notes": ("read 3 logs",), "doubts": ("x", "y"), "asks": ("sign",)}
+        | given
     )
 
 

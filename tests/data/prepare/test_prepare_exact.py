@@ -359,7 +359,7 @@ def test_each_step_takes_so_many_numbers() -> None:
     assert {name: what.amounts for name, what in OPERATIONS.items()} == {
         name: 2 if name in ("move", "to_ground", "current") else int(name in one) for name in OPERATIONS
     }
-    assert {name for name, what in OPERATIONS.items() if not what.needs} == {"current", "derive"}
+    assert {name for name, what in OPERATIONS.items() if not what.needs} == {"constant", "current", "derive"}
 
 
 def test_a_file_of_steps_comes_back_with_what_is_left_out_first(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def circle() -> Trial:
 def example(do: str) -> Step:
     amount = AMOUNTS.get(do, (2.0,) if OPERATIONS[do].amounts else ())
     return Step(
-        do=do, channels=CHANNELS.get(do, ("delta",)), amount=amount, unit="deg" if do == "add" else "",
+        do=do, channels=CHANNELS.get(do, ("delta",)), amount=amount, unit="deg" if do in ("add", "constant") else "",
         names=("delta_cmd",) if do in ("rename", "mark") else (), trials=("circle",),
         where=((10.0, 20.5),) if do in ("gaps", "cut") else (),
     )  # fmt: skip

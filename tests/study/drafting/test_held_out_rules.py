@@ -122,7 +122,8 @@ def test_a_number_of_the_text_has_two_figures(value: float, shown: str) -> None:
 
 def drafted(**more: Any) -> str:
     usual: dict[str, Any] = {
-        "ship": "mine.toml", "family": "Mmg", "root": "logs", "format": "", "mapping": "", "actuators": (), "assumed": (),
+        "ship": "mine.toml", "family": "Mmg", "root": "logs", "format": "", "mapping": "", "actuators": (),
+        "assumed": (),
         "files": {"a": "a[1].csv", "b": "b", "c": "c"}, "kinds": {"a": kind("turning"), "b": kind("zigzag")},
         "train": {"turning": ["a"]}, "test": {"zigzag": ["b"]}, "left_out": {"c": "too short"},
         "free": [("hull.*", 0.3, ("hull.Y_v", "hull.N_r")), ("K", 0.5, ("K",)), ("c.*", math.nan, ("c.a", "c.b"))],
