@@ -67,7 +67,7 @@ def test_a_log_of_a_robot_is_followed_as_the_trial_is(
     assert found[0]["hours"][0]["readings"] == found[1]["hours"][0]["readings"]
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(robot.read_bytes()[:300])
-    for ship, path, told in (("kvlcc2_l7", cut, "give a whole MCAP file"), ("kvlcc2_l7", log, "give a whole MCAP file"),
+    for ship, path, told in (("kvlcc2_l7", cut, "found no message"), ("kvlcc2_l7", log, "give a whole MCAP file"),
                              ("milliampere", robot, "no channel f_bow")):  # fmt: skip
         assert main(["twin", ship, "--mcap", str(path)]) == 2
         said = capsys.readouterr().err.strip()
