@@ -7,7 +7,7 @@ import pytest
 
 from seatrial.actuators import Actuator, Azimuth
 from seatrial.data import DataError, Trial
-from seatrial.identify.components.servo import answered, fit_servo, servos
+from seatrial.identify.components.servo import answered, fit_servo, lateness, servos
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.simulate.run import approach, simulate
@@ -39,7 +39,17 @@ def log(
     return Trial("log", t, {control: np.arctan2(np.sin(shown), np.cos(shown)), f"{control}_cmd": ordered})
 
 
-@pytest.mark.long
+def test_lateness_is_the_dead_time_that_a_servo_lacks() -> None:
+    ramps = np.radians([0, 30, -30, 30, -30])
+    for late in (0.2, 0.5):
+        found = lateness([log(Actuator(rate=0.1, dead_time=late), ramps, dt=0.05, hold=12.0, control="delta")],
+                         "delta", Actuator(rate=0.1))  # fmt: skip
+        # where both go on and where one alone does, over the time of the ramps: tau^2 (T - tau) + 2 tau^3/3 over T
+        T = 2 * np.radians(30) / 0.1
+        assert found == pytest.approx(np.sqrt(late**2 * (1 - late / T / 3)), rel=0.02)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.1151, 0.1161])
 def test_the_rate_of_the_tug_within_its_sigma(rate: float) -> None:
     found = fit_servo([log(Azimuth(rate=rate), noise=0.005, seed=1)], "alpha_1")
@@ -50,7 +60,7 @@ def test_the_rate_of_the_tug_within_its_sigma(rate: float) -> None:
     assert (found.servo.lag, found.servo.dead_time) == (0.0, 0.0)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_without_noise_all_of_it_comes_back() -> None:
     truth = Azimuth(rate=0.3, lag=0.5, dead_time=0.31)
     found = fit_servo([log(truth, offset=0.02)], "alpha_1")
@@ -61,7 +71,7 @@ def test_without_noise_all_of_it_comes_back() -> None:
     assert found.rmse < 1e-3
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_lag_and_dead_time_with_noise() -> None:
     truth = Azimuth(rate=0.25, lag=0.6, dead_time=0.5)
     found = fit_servo([log(truth, noise=0.004, seed=3), log(truth, -STEPS, noise=0.004, seed=4)], "alpha_1")
@@ -69,7 +79,7 @@ def test_lag_and_dead_time_with_noise() -> None:
         assert abs(getattr(found.servo, name) - getattr(truth, name)) < 3.5 * found.sigma[name] + 0.005, name
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_angles_that_wrap_turn_the_shorter_way() -> None:
     orders = np.radians([170.0, -170.0, 100.0, -150.0, 150.0, 170.0])
     trial = log(Azimuth(rate=0.4), orders, noise=0.003, seed=2)
@@ -79,7 +89,7 @@ def test_angles_that_wrap_turn_the_shorter_way() -> None:
     assert found.rmse == pytest.approx(0.003, rel=0.15)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_uneven_time_and_gaps() -> None:
     trial = log(Azimuth(rate=0.2), noise=0.003, jitter=0.3, seed=5)
     holed, ordered = trial["alpha_1"].copy(), trial["alpha_1_cmd"].copy()
@@ -89,7 +99,7 @@ def test_uneven_time_and_gaps() -> None:
     assert found.samples == len(trial) - 30
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_no_lag_is_made_of_a_noisy_first_angle() -> None:
     """A servo with a rate only has neither lag nor dead time, whatever its first reading happened to be."""
     trials = [log(Azimuth(rate=0.1151), STEPS[:5], hold=5.0, noise=0.0035, seed=seed) for seed in range(10)]
@@ -101,7 +111,7 @@ def test_no_lag_is_made_of_a_noisy_first_angle() -> None:
         assert abs(found.servo.rate - 0.1151) < 3.5 * found.sigma["rate"]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_angle_that_answers_is_quieter_than_its_reading() -> None:
     servo, noise = Azimuth(rate=0.1151), 0.0035
     true, read = log(servo)["alpha_1"], log(servo, noise=noise, offset=0.01, seed=7)
@@ -113,7 +123,7 @@ def test_the_angle_that_answers_is_quieter_than_its_reading() -> None:
     assert np.flatnonzero(np.isnan(late)).tolist() == [0, 1, 2, 3, 4, len(read) - 3, len(read) - 2, len(read) - 1]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_rudder_is_a_servo_too() -> None:
     orders = np.radians([0, 35, -35, 35, 0])
     found = fit_servo([log(Actuator(rate=0.04), orders, hold=40.0, noise=0.002, control="delta")], "delta")
@@ -121,7 +131,7 @@ def test_a_rudder_is_a_servo_too() -> None:
     assert found.servo.rate == pytest.approx(0.04, rel=0.01)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_servos_of_a_simulated_tug_come_back() -> None:
     ship = load("qiuxin5")
     run = simulate(ship, Zigzag(approach(ship)[1], 0.35, 0.35), speed=ship.speed, duration=60.0, dt=0.2)
@@ -132,7 +142,7 @@ def test_the_servos_of_a_simulated_tug_come_back() -> None:
         assert found.rmse < 1e-8
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_rate_that_is_never_reached_is_not_told() -> None:
     small = np.radians([0.0, 2.0, -1.0, 1.0, 0.0, 2.0])
     found = fit_servo([log(Azimuth(rate=2.0, lag=1.0), small, noise=2e-4)], "alpha_1")

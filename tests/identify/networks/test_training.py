@@ -151,6 +151,7 @@ def test_it_recovers_a_known_ship(acceleration: float, most: float) -> None:
     assert missed(constant_velocity(unseen, 100.0), unseen) > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["lstm", "gru", "rnn", "feedforward"])
 def test_every_kind_trains_and_is_silent_at_the_origin(kind: str) -> None:
     fit = Training(**{**SMALL, "epochs": 1, "stride": 60}).fit(problem(untrained(kind, layers=(4, 4))))

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...actuators import NUMBERED, Servo, Shaft, table
+from ...actuators import NUMBERED, Actuator, Azimuth, Servo, Shaft, table
 from ...data import Array, DataError, Trial, unwrapped
 from ...models import unit
 from ...ships import Ship
 from ...simulate.steering import is_held, logged
 from ..noise import resolution
-from .servo import fit_servo
+from .servo import fit_servo, lateness
 
 # A rate or a limit is exceeded from this share on; what many rows agree on differs from the file from that one on.
 _BEYOND, _OTHER = 1.15, 1.05
@@ -204,6 +204,8 @@ def _answers(control: str, servo: Servo, logs: Sequence[Trial]) -> Iterator[_Num
     if unit(control) != "rad" or not both:
         return
     try:
+        if isinstance(servo, Azimuth | Actuator) and lateness(both, control, servo) < 0.5 * _LATE:
+            return
         found = fit_servo(both, control)
     except DataError:
         return  # orders that never change show nothing

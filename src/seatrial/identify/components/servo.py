@@ -12,8 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, cast
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
@@ -68,20 +70,27 @@ class _Log:
     def angles(self, servo: Azimuth | Actuator, offset: float, ahead: float) -> Array:
         """Angle at each row as the servo gives it from `ahead` beyond the first reading, offset included."""
         t, dead = self.t, float(servo.dead_time)
-        moments = np.union1d(t, (t + dead)[t + dead < t[-1]]) if dead > 0 else t
+        new = t[1:][np.diff(self.order) != 0.0] + dead
+        moments = np.union1d(t, new[new < t[-1]]) if dead > 0 else t
         row = np.clip(np.searchsorted(t + dead, moments + 1e-9, "right") - 1, 0, None)
-        orders, steps = self.order[row].tolist(), np.diff(moments).tolist()
-        y = float(self.actual[0]) + ahead - offset
-        out = [y]
-        for k, step in enumerate(steps):
-            if step > 0:
-                _, (y,) = servo.advance((y,), orders[k], step)
-            out.append(y)
-        return np.array(out)[np.searchsorted(moments, t)] + offset
+        # Steps of no time fill it up: the function of so many steps then serves any dead time.
+        orders, steps = np.zeros((2, t.size + new.size))
+        orders[: row.size], steps[: row.size - 1] = self.order[row], np.diff(moments)
+        first = float(self.actual[0]) + ahead - offset
+        ends = _chain(type(servo), steps.size)(first, orders[None], steps[None], float(servo.rate), float(servo.lag))
+        return np.concatenate(([first], np.asarray(ends)[0]))[np.searchsorted(moments, t)] + offset
 
     def errors(self, servo: Azimuth | Actuator, offset: float, ahead: float) -> Array:
         """Angle of the model less the one measured, the shorter way round [rad]."""
         return wrapped(self.angles(servo, offset, ahead) - self.actual)[self.kept]
+
+
+@cache
+def _chain(kind: type[Azimuth] | type[Actuator], steps: int) -> ca.Function:
+    """Angles at the ends of steps, each from where the last ended: of first angle, orders, steps, rate and lag."""
+    y, order, dt, rate, lag = (ca.SX.sym(name) for name in ("y", "order", "dt", "rate", "lag"))
+    _, (end,) = kind(rate=rate, lag=lag).advance((y,), order, dt)
+    return ca.Function("servo", [y, order, dt, rate, lag], [end]).mapaccum(steps)
 
 
 def wrapped(angle: Array) -> Array:
@@ -119,6 +128,22 @@ def fit_servo(trials: Sequence[Trial], control: str, *, offset: bool = True) -> 
     turning = bool(control.split("_")[0] == "alpha")
     fits = [_fit(logs, extras, turning, offset) for extras in _EXTRAS]
     return _told(control, logs, _chosen(fits), steps, turning)
+
+
+def lateness(trials: Sequence[Trial], control: str, servo: Azimuth | Actuator) -> float:
+    """By what time the actual angle is off the one that a servo answers with, root mean square [s].
+
+    An angle that is tau late is off by tau times its own pace: no lag or dead time beyond this one is missing.
+
+    Raises:
+        DataError: as `fit_servo`.
+    """
+    missed, moved = 0.0, 0.0
+    for log in (_log(trial, control) for trial in trials):
+        angles = log.angles(servo, 0.0, 0.0)
+        missed += float(np.sum(wrapped(angles - log.actual)[log.kept] ** 2))
+        moved += float(np.sum(np.gradient(angles, log.t)[log.kept] ** 2))
+    return math.sqrt(missed / moved) if moved > 0 else math.inf
 
 
 def answered(found: ServoFit, trial: Trial) -> Array:
