@@ -221,7 +221,7 @@ ESTIMATORS = (Trajectory(window=60.0), OneStep(), Evolution(), MultiStart(), Sho
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
-@pytest.mark.parametrize("case", ["sign", "unknown path", "both", "scale"])
+@pytest.mark.parametrize("case", [pytest.param("sign", marks=pytest.mark.slow), "unknown path", "both", "scale"])
 def test_an_estimator_refuses_in_python_what_a_study_refuses(problem: Problem, estimator: Any, case: str) -> None:
     change, words = CASES[case]
     with pytest.raises(StudyError, match=words):

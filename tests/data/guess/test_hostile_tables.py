@@ -31,6 +31,7 @@ def test_a_long_table_of_thousands_of_names_takes_little_memory(tmp_path: Path) 
     assert status in (0, 2), said
 
 
+@pytest.mark.slow
 def test_the_commonest_names_are_those_of_the_columns(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     names = ("heading", "rate", "rudder")

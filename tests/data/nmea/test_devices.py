@@ -421,6 +421,7 @@ def test_fields_mean_what_manuals_say(sentence: str, said: dict[str, float]) -> 
     assert readings(hear(signed(sentence).encode())) == pytest.approx(said)
 
 
+@pytest.mark.slow
 @given(seed=some.integers(0, 2**32 - 1))
 @settings(max_examples=25, deadline=None)
 def test_any_mix_of_devices_is_the_circle(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:

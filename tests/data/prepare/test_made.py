@@ -122,6 +122,7 @@ def test_check_tells_it_and_its_remedy_marks_it(tmp_path: Path) -> None:
         read_steps(file)
 
 
+@pytest.mark.slow
 def test_steps_that_make_channels_mark_them() -> None:
     log = sailed()
     [whole] = mended(log, [Step(do="derive", channels=("v_m", "r"))])
@@ -134,6 +135,7 @@ def test_steps_that_make_channels_mark_them() -> None:
     assert derived(renamed) == {"v_m": "x, y, psi", "r_gyro": "psi"}
 
 
+@pytest.mark.slow
 def test_a_smoothed_heading_weighs_as_its_sensor_does() -> None:
     log = sailed(rows=300)
     made = smooth(log)

@@ -128,6 +128,7 @@ def test_a_kink_has_a_root_for_each_side_and_each_side_answers_to_its_own() -> N
     assert left[1].value == pytest.approx(math.sqrt(0.08), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_loop_of_a_spiral_is_that_of_the_law() -> None:
     """r = 3 delta - r + x sign(r) turns on to starboard above delta = -x/3, to port below x/3."""
     for x in (0.05, 0.2):
