@@ -134,7 +134,7 @@ def _moved(trial: Trial, name: str, a: NDArray[np.intp], b: NDArray[np.intp], at
     psi = unwrapped(trial["psi"])
     if name == "r":
         return psi[b] - psi[a]
-    c, s = np.cos(psi[at]), np.sin(psi[at])
+    c, s = np.cos(psi)[at], np.sin(psi)[at]
     north, east = trial["x"][b] - trial["x"][a], trial["y"][b] - trial["y"][a]
     return c * north + s * east if name == "u" else c * east - s * north
 
