@@ -160,7 +160,6 @@ def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
             ax.set_ylim(*_limits(measured_motion(ax, measured, channel, factor), curves))
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
-    figure.align_ylabels(axes)
     return svg(figure, f"series {name}")
 
 
@@ -223,12 +222,15 @@ def canvas(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any
 
 
 def panels(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
-    """A figure in the style of the reports, and its axes, shape (rows, columns), a column over one abscissa."""
+    """A figure in the style of the reports, and its axes, shape (rows, columns), a column over one abscissa.
+
+    One column is placed by `svg`, as that asks for the texts once; several are by Matplotlib, which asks six times.
+    """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     with rc_context(STYLE):
-        figure = Figure(figsize=size, layout="constrained")
+        figure = Figure(figsize=size, layout="constrained" if columns > 1 else None)
         axes = figure.subplots(rows, columns, sharex="col", squeeze=False)
     return figure, axes
 
@@ -263,11 +265,50 @@ def _literal(figure: Any) -> None:
             words.set_parse_math(False)
 
 
+def _placed(figure: Any) -> None:
+    """Leave room around one column of axes for their texts; a letter is about as wide as .64 of its height."""
+    wide, high = figure.get_size_inches()
+    axes = figure.axes
+    named = [any(ax.get_ylabel() for ax in axes), any(ax.get_xlabel() for ax in axes)]
+    texts = [ax.yaxis.get_major_formatter().format_ticks(_within(ax.yaxis)) for ax in axes]
+    powers = any(ax.yaxis.get_major_formatter().get_offset() for ax in axes)  # such as 1e6, above its axis
+    ticks = max(map(_wide, texts)) + 0.05
+    left = ticks + 0.14 + 0.2 * named[0]
+    beside = max((_wide([text.get_text()], text.get_fontsize()) for ax in axes for text in ax.texts
+                  if text.get_transform() == ax.transAxes and text.get_position()[0] > 1.0), default=0.0)  # fmt: skip
+    for legend in (one for ax in axes if (one := ax.get_legend()) and one.get_bbox_to_anchor().x0 >= ax.bbox.x1):
+        texts = legend.get_texts()
+        beside = max(beside, _wide([text.get_text() for text in texts], texts[0].get_fontsize()) + 0.5)
+    below = sum(0.12 + 0.2 * math.ceil(len(one.get_texts()) / one._ncols) for one in figure.legends)
+    figure.subplots_adjust(
+        left=left / wide, right=1.0 - (beside + 0.12) / wide, bottom=(below + 0.28 + 0.2 * named[1]) / high,
+        top=1.0 - (0.1 + 0.2 * bool(axes[0].get_title()) + 0.1 * powers) / high, hspace=0.2 if powers else 0.12,
+    )  # fmt: skip
+    for ax in axes if len(axes) > 1 else ():
+        ax.yaxis.set_label_coords(-(ticks + 0.14) / wide / ax.get_position().width, 0.5)
+
+
+def _within(axis: Any) -> Any:
+    """Ticks that are in view."""
+    low, high = sorted(axis.get_view_interval())
+    places = np.asarray(axis.get_majorticklocs())
+    return places[(places >= low) & (places <= high)]
+
+
+def _wide(texts: Sequence[str], size: float = 10.0) -> float:
+    """Width of the widest of some texts [in]."""
+    lines = [line for text in texts for line in text.split("\n")]
+    # a power of ten is a formula of three letters
+    return 0.64 * size / 72.0 * max((3 if line.startswith("$") else len(line) for line in lines), default=0)
+
+
 def svg(figure: Any, salt: str) -> str:
     """The figure as it goes into a page; `salt` keeps the names within it the same from run to run."""
     from matplotlib import rc_context
 
     _literal(figure)
+    if figure.get_layout_engine() is None:
+        _placed(figure)
     out = io.StringIO()
     nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with rc_context({**STYLE, "svg.hashsalt": salt}):

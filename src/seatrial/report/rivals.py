@@ -245,7 +245,6 @@ def steps(scores: Mapping[str, Score], names: Mapping[str, str], dt: float, what
         ax.set_ylim(bottom=0.0)
     axes[-1].set_xlabel(f"steps predicted, {dt:g} s each")
     legend_below(drawn, axes[0])
-    drawn.align_ylabels(axes)
     return svg(drawn, f"steps {what}")
 
 

@@ -280,7 +280,6 @@ def search(method: Method, name: str) -> str:
     below.plot(rows[:, 0], over, color=figures.BLUE, lw=1.0)
     below.set(yscale="log", ylabel="J − best J")
     below.set_xlabel("generation, all runs one after the other")
-    drawn.align_ylabels((above, below))
     return svg(drawn, f"search {name}")
 
 
@@ -356,5 +355,4 @@ def motions(measured: Trial, predicted: Mapping[str, Trial]) -> str:
         figures.measured_motion(ax, measured, channel, factor)
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
-    drawn.align_ylabels(axes)
     return svg(drawn, f"motions {measured.name}")

@@ -156,5 +156,4 @@ def _motion(found: Bands, level: float, run: Trial) -> str:
         ax.plot(run.t[::every], factor * run[name][::every], color=figures.INK, lw=1.1)
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
-    drawn.align_ylabels(axes)
     return figures.svg(drawn, f"motion {level:g}")

@@ -78,7 +78,6 @@ def fan(made: Fan, measured: Trial) -> str:
         ax.plot(measured.t[::every], factor * values[::every], color=figures.INK, lw=1.1, label="measured")
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
-    drawn.align_ylabels(axes)
     figures.legend_below(drawn, axes[-1])
     return figures.svg(drawn, f"band {made.predicted.name}")
 

@@ -16,7 +16,7 @@ from ..page import Page, Section
 _NAME = "criterion (MSC.137(76) section 5.3)"
 _HEAD = (_NAME, "side", "value", "limit", "unit", "verdict")
 _BANDED = (_NAME, "side", "value", "from", "to", "limit", "unit", "draws that meet it", "verdict")
-_SHOWN, _DEGREES, _MOST = 60, math.degrees(1.0), (0.01, 0.99)
+_SHOWN, _DEGREES = 60, math.degrees(1.0)
 _MARKS = ((PASS, figures.BLUE, "o"), (UNDECIDED, figures.OCHRE, "D"), (FAIL, figures.VERMILION, "s"))
 
 
@@ -125,11 +125,10 @@ def _circle(found: ImoTable) -> str:
         for track in _some(source):
             ax.plot(track[:, 1], track[:, 0], color=figures.SKY, lw=0.6, alpha=0.5, label="_draw")
         ax.plot(source.run["y"], source.run["x"], color=figures.INK, lw=1.3, label="_run")
-    places = np.vstack([*(track[:, :2] for source in sources for track in _some(source)),
-                        *(np.column_stack([source.run[name] for name in "xy"]) for source in sources)])  # fmt: skip
-    (south, west), (north, east) = np.nanquantile(places, _MOST, axis=0)  # a draw that runs away shrinks no other
-    ax.set(xlabel="east y [m]", ylabel="north x [m]", xlim=(west, east), ylim=(south, north))
-    ax.set_aspect("equal")
+    ax.set(xlabel="east y [m]", ylabel="north x [m]")
+    draws = [(track[:, 1], track[:, 0]) for source in sources for track in _some(source)]
+    east, north = (np.concatenate([source.run[name] for source in sources]) for name in "yx")
+    figures.frame(ax, draws, (east, north))  # a draw that runs away shrinks no other
     return figures.svg(drawn, f"circle of {found.ship}")
 
 
