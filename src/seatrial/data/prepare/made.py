@@ -32,6 +32,8 @@ _NEAR, _FAR, _FOR_EACH = 2, 15, 6
 # What is left of a reading that is made of the source, over the noise of the source through the filter: at least 1
 # where the two are independent.
 _BELOW = 0.3
+# Room for degrees of freedom and for rows that only one of two interpolations leaves out.
+_SURELY = 1.2
 # So many rows, those in the middle, tell it.
 _ENOUGH = 2000
 # A source whose noise is below this share of its spread shows little: what is left must be what rounding leaves.  Below
@@ -91,28 +93,35 @@ def unsaid(whole: Trial) -> Iterator[Made]:
     trial = whole.rows(slice(first, first + _ENOUGH))
     for name, of in SOURCES.items():
         if measured(trial, name) and all(measured(trial, one) for one in of):
-            for reach in (_NEAR, _FAR):
-                found = _made(trial, name, of, reach)
-                if found is not None:
-                    yield found
-                    break
+            near, between = _made(trial, name, of, _NEAR, math.inf)
+            found = near or _made(trial, name, of, _FAR, between)[0]
+            if found is not None:
+                yield found
 
 
-def _made(trial: Trial, name: str, of: tuple[str, ...], reach: int) -> Made | None:
+def _made(trial: Trial, name: str, of: tuple[str, ...], reach: int, most: float) -> tuple[Made | None, float]:
+    """Evidence, if any, and what interpolation leaves of the source.
+
+    Args:
+        most: what interpolation between fewer rows leaves: between more it leaves no more, which often tells enough.
+    """
     rates, steps, good = _slopes(trial, name, reach)
     good &= np.isfinite(trial[name])
     if good.sum() < 2 * reach * _FOR_EACH:
-        return None
+        return None, math.inf
     values = trial[name]
     weights, off = _tame(rates[good], values[good])
     left = float(np.sqrt(np.mean(off**2)))
     through = weights / steps
-    noise, spread = _noise(trial, name, reach)
-    least = noise * math.hypot(float(np.linalg.norm(through)), float(through.sum()))
+    share = math.hypot(float(np.linalg.norm(through)), float(through.sum()))
+    if left > _BELOW * share * _SURELY * most:
+        return None, most
+    noise, spread, between = _noise(trial, name, reach)
+    least = noise * share
     rounded = _rounding(values[good])
     shown = noise >= _SHOWN * spread or (noise >= _NONE * spread and left <= rounded)
     told = shown and left <= _BELOW * least
-    return Made(name, of, reach, left, least) if told else None
+    return Made(name, of, reach, left, least) if told else None, between
 
 
 def _filter(columns: Array, values: Array) -> tuple[Array, Array]:
@@ -157,8 +166,8 @@ def _slopes(trial: Trial, name: str, reach: int) -> tuple[Array, Array, NDArray[
     return rates, away * trial.dt, np.asarray((inside & np.isfinite(rates)).all(axis=1))
 
 
-def _noise(trial: Trial, name: str, reach: int) -> tuple[float, float]:
-    """White noise of the source, by what interpolation between the rows around leaves; and the spread of the source."""
+def _noise(trial: Trial, name: str, reach: int) -> tuple[float, float, float]:
+    """White noise of the source, by what interpolation between the rows around leaves; its spread; what is left."""
     count = len(trial)
     away = np.array([k for k in range(-reach, reach + 1) if k])
     at = np.arange(reach, count - reach)
@@ -173,7 +182,8 @@ def _noise(trial: Trial, name: str, reach: int) -> tuple[float, float]:
     # the row before counts with what is left to one
     norm = math.sqrt(1.0 + float(weights @ weights) + (1.0 - float(weights.sum())) ** 2)
     source = unwrapped(trial["psi"]) if name == "r" else np.hypot(trial["x"], trial["y"])
-    return float(np.sqrt(np.mean(off**2))) / norm, float(np.nanstd(source))
+    between = float(np.sqrt(np.mean(off**2)))
+    return between / norm, float(np.nanstd(source)), between
 
 
 def _rounding(values: Array) -> float:

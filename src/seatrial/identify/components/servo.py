@@ -18,7 +18,6 @@ from typing import Any, cast
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.special import fdtrc
 
 from ...actuators import Actuator, Azimuth
@@ -155,6 +154,8 @@ def answered(found: ServoFit, trial: Trial) -> Array:
     Raises:
         DataError: as `fit_servo`.
     """
+    from scipy.optimize import least_squares  # half a second, for a first angle alone
+
     log = _log(trial, found.control)
 
     def errors(ahead: Array) -> Array:
@@ -240,6 +241,8 @@ def _servo(names: Sequence[str], values: Array, turning: bool) -> tuple[Azimuth 
 
 def _fit(logs: Sequence[_Log], extras: tuple[str, ...], turning: bool, offset: bool) -> _Found:
     """Least squares with some of lag and dead time, from the best of a coarse grid of starts."""
+    from scipy.optimize import least_squares  # half a second, which most logs do without
+
     names = ("rate", *extras, *(("offset",) if offset else ()))
     dt = float(np.median(np.concatenate([np.diff(log.t) for log in logs])))
     rates = np.concatenate([np.abs(wrapped(np.diff(log.actual[log.kept]))) / np.diff(log.t[log.kept]) for log in logs])

@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from ...data import Array, DataError, Trial
 from .servo import wrapped
@@ -94,6 +93,8 @@ def fit_smooth_servo(trials: Sequence[Trial], control: str) -> SmoothServo:
     fast = float(np.quantile(np.abs(np.diff(actual, axis=1)[known[:, 1:]]) / dt, 0.95))
     free = np.zeros(len(trials))
     starts = [np.array([fast, epsilon, *free]) for epsilon in _STARTS]
+    from scipy.optimize import least_squares  # half a second
+
     found = least_squares(
         errors, min(starts, key=lambda one: float((errors(one) ** 2).sum())), diff_step=1e-4, max_nfev=20, xtol=1e-6,
         bounds=([1e-6, 0.0, *(free - 0.5)], [10.0 * fast + 1e-3, 1.0, *(free + 0.5)]),
