@@ -1,0 +1,3 @@
+"""Encounters of ships: their tracks, and the rules of the road as checks on them."""
+
+from .tracks import Tracks as Tracks
