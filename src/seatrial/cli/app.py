@@ -34,7 +34,7 @@ _SECTIONS = {
     "Data": (data.import_, folders.trials, fits.check, data.mend, data.resample, data.convert),
     "Fit": (judging.design, folders.study, fits.identify, evidence.calibrate, ships.captive, data.thrust_map,
             data.servo),
-    "Judge": (fits.predict, fits.validate, evidence.card, judging.imo, judging.requirements),
+    "Judge": (fits.predict, fits.validate, evidence.card, evidence.yardstick, judging.imo, judging.requirements),
     "Drive": (simulation.simulate, simulation.harbour, campaign.campaign, simulation.steer, simulation.bridge,
               simulation.range_, simulation.twin),
     "Ship": (ships.ships, ships.show, judging.models, ships.copy, ships.estimate, ships.scale, ships.roll,

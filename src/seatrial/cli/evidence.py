@@ -1,4 +1,4 @@
-"""Commands about what a fitted model is worth: its bands, those of a manoeuvre (of simulate), and its card."""
+"""Commands about what a model is worth: its bands, those of a manoeuvre (of simulate), its card, the yardstick."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..report.blocks import Body, bullets, fields, table
 from . import options as o
-from .fits import Terminal, show
+from .fits import Terminal, end, show
 from .render import figure
 
 if TYPE_CHECKING:
@@ -43,6 +43,15 @@ def calibrate(
     except KeyboardInterrupt:
         raise Stopped("interrupted; run the same command again to go on") from None
     show(outcome, json)
+
+
+def yardstick(
+    sets: o.YardstickSets = (), method: o.Methods = (), out: o.YardstickFile = None, json: bool = False
+) -> None:  # fmt: skip
+    """Measure methods of prediction on public data sets."""
+    from ..workflow.evidence.yardstick import yardstick as run
+
+    end(run(sets, method, out=out, sink=Terminal()), json)
 
 
 def bands_shown(banded: Banded) -> Body:

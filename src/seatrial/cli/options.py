@@ -133,6 +133,13 @@ Unseen = Annotated[
 ]  # fmt: skip
 Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
 
+YardstickSets = Annotated[
+    tuple[Path, ...], Argument(metavar="[SET]...", help="Name files of sets; studies/yardstick unless given.")
+]  # fmt: skip
+Methods = Annotated[
+    tuple[str, ...], Option("--method", help="Measure this study, ship or program. Repeatable.")
+]  # fmt: skip
+YardstickFile = Annotated[Path | None, Option("-o", "--out", help="Write the result to this file (.json).")]
 LeftOutParts = Annotated[int | None, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
 BandHorizon = Annotated[
     float | None, Option("--horizon", help="Set the longest time ahead that bands reach [s].")

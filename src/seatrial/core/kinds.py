@@ -19,6 +19,7 @@ KINDS: Mapping[str, tuple[str, str]] = MappingProxyType({
     "seatrial-captive": ("a mapping of captive tests", "seatrial captive SHIP TABLE --mapping {file}"),
     "seatrial-particulars": ("a file of particulars", "seatrial estimate {file} -o SHIP.toml"),
     "seatrial-sea": ("a sea", "seatrial simulate SHIP zigzag --waves {file}"),
+    "seatrial-yardstick": ("a set of the yardstick", "seatrial yardstick {file}"),
     "seatrial-sets": ("a file of sets of recordings", "the key data.sets of a study"),
     "seatrial-published": ("results of a publication", "the key published of a table of fits"),
     "seatrial-printed": ("what a paper prints, no input of a fit",

@@ -107,10 +107,13 @@ class Study:
         return self.virtual if self.rival else None
 
 
-def read_study(path: str | Path, *, trust: Trust = False, suspects: bool = False) -> Study:
+def read_study(
+    path: str | Path, *, trust: Trust = False, suspects: bool = False, trials: tuple[Trial, ...] = ()
+) -> Study:  # fmt: skip
     """Read a study and all that it names.
 
     Args:
+        trials: to train on instead of all that its table [data] names.
         suspects: as if the study had `suspects = "auto"` in [nuisance].
         trust: modules outside the package whose code the study and its ship may run by naming their classes;
             True for any.
@@ -120,14 +123,17 @@ def read_study(path: str | Path, *, trust: Trust = False, suspects: bool = False
         ShipError, DataError, ParameterError: from what the study names.
     """
     with trusting(trust):
-        return _read(Path(path), suspects)
+        return _read(Path(path), suspects, trials)
 
 
-def _read(here: Path, suspects: bool) -> Study:
+def _read(here: Path, suspects: bool, trials: tuple[Trial, ...]) -> Study:
     document = _document(here)
     said = filled(StudyFile, document, here, StudyError)
     ship = read_ship(here, said.ship, said.actuators)
-    virtual, (train, validation, test) = _made(here, said) if said.virtual else (None, read_data(here, said.data, ship))
+    virtual, (train, validation, test) = (
+        (None, (trials, (), ())) if trials else made(here, said) if said.virtual
+        else (None, read_data(here, said.data, ship))
+    )  # fmt: skip
     try:
         free, fixed = freedom(ship.model, said.free, stated(ship))
     except StudyError as error:
@@ -238,7 +244,7 @@ def _rival(path: Path, names: Sequence[str], free: tuple[Free, ...]) -> tuple[Fr
     return tuple(f for f in free if f.path in names)
 
 
-def _made(path: Path, said: Any) -> tuple[VirtualTrials, Split]:
+def made(path: Path, said: Any) -> tuple[VirtualTrials, Split]:
     """The source of virtual trials, and the trials of training, validation and test, chosen by name."""
     from .virtual import virtual_trials
 

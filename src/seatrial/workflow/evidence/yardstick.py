@@ -1,0 +1,224 @@
+"""Methods of prediction on the sets of the yardstick: ours, ships as they are, and programs of others.
+
+A method is a study (fitted to the set's training trials), a ship as it is, or a program that is started with a folder:
+it reads ``train/*.csv``, ``asked/*.csv`` and ``task.json`` there and writes ``predicted/<name>.csv`` for each question.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...core.files import write_whole
+from ...core.records import to_json
+from ...data import DataError, Trial
+from ...data.trialfile import read_trials, write_trials
+from ...engine import SimulationError
+from ...identify import FitError
+from ...models import STATES
+from ...report.blocks import Body, bullets, fields, table
+from ...ships import Ship, ShipError
+from ...ships.files import load
+from ...simulate.begun import begun
+from ...simulate.replay import replay
+from ...study.data import DATA
+from ...study.study import read_study
+from ...validate.comparison import constant_velocity
+from ...validate.yardstick import JUDGED, Standing, Task, read_task, scored
+from .. import SILENT, Outcome, RequestError, Sink, figure
+from .fans import DEGREES
+
+SETS = Path("studies") / "yardstick"
+"""Where the sets are that a command without any takes, below the working folder."""
+
+BASELINE = "constant velocity"
+RESULT = "seatrial-yardstick-result/1"
+
+Answers = Sequence[Trial | None]
+Method = Callable[[Task, Sequence[Trial]], Answers]
+"""Answers to questions, in their order."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """The methods on one set; `refused` says why others have no scores, by name."""
+
+    name: str
+    title: str
+    train: tuple[str, ...]
+    standings: tuple[Standing, ...]
+    refused: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that was measured."""
+
+    sets: tuple[Row, ...]
+
+
+def yardstick(
+    sets: Sequence[Path] = (), methods: Sequence[str] = (), *, out: Path | None = None, sink: Sink = SILENT
+) -> Outcome[Found]:  # fmt: skip
+    """Measure methods of prediction on public sets.
+
+    Args:
+        sets: files of sets; none takes all of `SETS` whose data are at hand.
+        methods: studies, ships or programs; constant velocity is always measured.
+        out: a JSON file.
+
+    Raises:
+        RequestError: no set, or a method that is none.
+        StudyError, DataError: a set that was named cannot be read.
+    """
+    if out is not None and out.suffix != ".json":
+        raise RequestError(f"-o {out}: the result is a JSON file; end its name in .json")
+    chosen = {name: _method(name) for name in methods}
+    rows = [_measured(task, chosen, sink) for task in _tasks(sets, sink)]
+    found = Found(tuple(rows))
+    if out is not None:
+        write_whole(out, to_json(found, RESULT))
+        sink.note(f"wrote {out}")
+    every = [f"{row.name}: {name}: {why}" for row in rows for name, why in row.refused.items()]
+    return Outcome(found, fields({"sets": [asdict(row) for row in rows]}, _shown(rows)), tuple(every))
+
+
+def _tasks(sets: Sequence[Path], sink: Sink) -> list[Task]:
+    if sets:
+        return [read_task(path) for path in sets]
+    if not SETS.is_dir():
+        raise RequestError(f"no folder {SETS} here; name the file of a set (docs/yardstick.md)")
+    found: list[Task] = []
+    for path in sorted(SETS.glob("*.toml")):
+        try:
+            found.append(read_task(path))
+        except DataError as error:
+            sink.note(f"left out: {error}")
+    if not found:
+        raise RequestError(f"{SETS}: no set whose data are at hand; docs/datasets.md says where each can be had")
+    return found
+
+
+def _method(name: str) -> Method:
+    """What a name stands for.
+
+    Raises:
+        RequestError: nothing that predicts.
+    """
+    path = Path(name)
+    if path.suffix == ".toml" and path.is_file() and "seatrial-study/" in path.read_text(encoding="utf-8"):
+        return lambda task, asked: _by_ship(_fitted(path, task), asked)
+    if path.is_file() and (path.suffix == ".py" or os.access(path, os.X_OK)):
+        return lambda task, asked: _by_program(path, task, asked)
+    try:
+        ship = load(name)
+    except ShipError as error:
+        raise RequestError(f"--method {name}: {error}; a method is a study, a ship or a program") from None
+    return lambda task, asked: _by_ship(ship, asked)
+
+
+def _measured(task: Task, methods: dict[str, Method], sink: Sink) -> Row:
+    standings: list[Standing] = []
+    refused: dict[str, str] = {}
+    for name, method in {BASELINE: _by_constant_velocity, **methods}.items():
+        sink.note(f"{task.name}: {name}, {len(task.questions)} questions")
+        begin = time.perf_counter()
+        try:
+            answers = method(task, [one.asked for one in (*task.questions, *task.known)])
+        except (DataError, FitError, SimulationError, ShipError) as error:
+            refused[name] = str(error)
+            continue
+        split = len(task.questions)
+        standings.append(scored(task, name, answers[:split], answers[split:], time.perf_counter() - begin))
+    return Row(task.name, task.said.title, tuple(one.name for one in task.train), tuple(standings), refused)
+
+
+def _by_constant_velocity(task: Task, asked: Sequence[Trial]) -> Answers:
+    return [constant_velocity(filled.rows(filled.t >= 0.0), None, state) for filled, state in map(_begun, asked)]
+
+
+def _begun(asked: Trial) -> tuple[Trial, np.ndarray]:
+    """A question with the state at its start held after it, and that state, shape (6,), from what was read before."""
+    before = asked.t <= 0.0
+    state = begun(asked.rows(before))[0][-1]
+    held = {name: np.where(before & np.isfinite(asked[name]), asked[name], value) if name in asked
+            else np.full(len(asked), value) for name, value in zip(STATES, state, strict=True)}  # fmt: skip
+    return asked.having(**held), state
+
+
+def _by_ship(ship: Ship, asked: Sequence[Trial]) -> Answers:
+    answers: list[Trial | None] = []
+    for one in asked:
+        filled, state = _begun(one)
+        try:
+            answers.append(replay(ship, filled, begin=(0.0, state)))
+        except SimulationError:
+            answers.append(None)
+    return answers
+
+
+def _fitted(path: Path, task: Task) -> Ship:
+    study = read_study(path, trials=task.train)
+    return study.estimator.fit(study.problem).ship
+
+
+def _by_program(path: Path, task: Task, asked: Sequence[Trial]) -> Answers:
+    """Answers that a program writes; what it did not write, or wrote on other rows, is missing.
+
+    Raises:
+        DataError: it ended with an error; the last line that it wrote.
+    """
+    names = [f"q{k:04d}" for k in range(len(asked))]
+    said = {"set": task.name, "given": task.said.given, "judged": JUDGED, "horizons": task.said.horizons,
+            "history": task.said.history, "scale": dict(task.scale)}  # fmt: skip
+    with tempfile.TemporaryDirectory(prefix="yardstick-") as where:
+        home = Path(where)
+        for name in ("train", "asked", "predicted"):
+            (home / name).mkdir()
+        write_trials(task.train, home / "train")
+        write_trials([_named(one, name) for one, name in zip(asked, names, strict=True)], home / "asked")
+        (home / "task.json").write_text(json.dumps(said, indent=1), encoding="utf-8")
+        command = [sys.executable, str(path)] if path.suffix == ".py" else [str(path.resolve())]
+        # What the program may not see is not told to it.
+        around = {name: value for name, value in os.environ.items() if name != DATA}
+        done = subprocess.run([*command, where], env=around, capture_output=True, text=True, check=False)
+        if done.returncode:
+            last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+            raise DataError(f"{path} ended with {done.returncode}: {last}")
+        there = home / "predicted"
+        written = {one.name: one for one in read_trials(there)} if any(there.glob("*.csv")) else {}
+    return [written.get(name) for name in names]
+
+
+def _named(trial: Trial, name: str) -> Trial:
+    return Trial(name, trial.t, trial.channels, units=trial.units, meta={})
+
+
+def _shown(rows: Sequence[Row]) -> Body:
+    body: Body = ()
+    for row in rows:
+        cells = [
+            (one.method if k == 0 else "", figure(one.eq25, 3) if k == 0 else "", figure(ahead.horizon, 3),
+             figure(ahead.position, 3), figure(DEGREES["psi"] * ahead.heading, 3), figure(100.0 * ahead.coverage, 3),
+             figure(ahead.width[0], 3), figure(DEGREES["psi"] * ahead.width[1], 3), figure(ahead.log_score, 3),
+             f"{one.failed}/{one.count}" if k == 0 else "", figure(one.seconds, 3) if k == 0 else "")
+            for one in row.standings for k, ahead in enumerate(one.ahead)
+        ]  # fmt: skip
+        head = (row.name, "Eq. 25", "ahead [s]", "position [m]", "heading [deg]", "in 95 % [%]", "wide [m]",
+                "wide [deg]", "log score", "failed", "time [s]")  # fmt: skip
+        body += table(head, cells)
+    return body + bullets((
+        "Errors are root mean squares at that time after a start. Bands that a method does not give are those of its "
+        "errors on training trials.",
+        "Eq. 25 (Wakita 2022) is of all rows and states, lower is better; a dash: states are not predicted, or an "
+        "answer is no number.",
+    ))  # fmt: skip

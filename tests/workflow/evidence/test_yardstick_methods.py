@@ -1,0 +1,147 @@
+"""Methods of the yardstick on simulated trials: the truth is right, a program sees what is given, others are told."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+
+import pytest
+
+from seatrial.cli.app import main
+from seatrial.workflow.evidence.yardstick import BASELINE, yardstick
+from seatrial.workflow.request import RequestError
+
+SET = """schema = "seatrial-yardstick/1"
+title = "KVLCC2 without noise"
+ship = "kvlcc2_l7"
+given = ["n_P", "delta"]
+history = 5.0
+horizons = [5.0, 20.0]
+every = 20.0
+[data]
+train = ["a"]
+test = ["b"]
+[virtual]
+ship = "kvlcc2_l7"
+seed = 1
+duration = 60.0
+sample = 0.5
+orders = false
+[virtual.trials.a]
+type = "zigzag:Zigzag"
+rudder = 10.0
+heading = 10.0
+[virtual.trials.b]
+type = "turning:Turning"
+rudder = 20.0
+"""
+
+PROGRAM = '''"""Stands still, and writes down what it was shown."""
+import csv, json, os, pathlib, sys
+
+home = pathlib.Path(sys.argv[1])
+task = json.loads((home / "task.json").read_text())
+seen = {"train": sorted(p.name for p in (home / "train").glob("*.csv")), "data": os.environ.get("SEATRIAL_DATA", ""),
+        "task": task, "asked": {}}
+for path in sorted((home / "asked").glob("*.csv")):
+    with path.open() as file:
+        rows = list(csv.DictReader(file))
+    names = {k.split(" ")[0]: k for k in rows[0]}
+    after = [row for row in rows if float(row["t [s]"]) > 0.0]
+    last = [row for row in rows if float(row["t [s]"]) <= 0.0][-1]
+    seen["asked"][path.stem] = sorted(n for n, k in names.items() if n != "t" and all(row[k] for row in after))
+    held = ",".join(last[names[n]] for n in ("x", "y", "psi"))
+    lines = ["t [s],x [m],y [m],psi [rad]"] + [row["t [s]"] + "," + held for row in after]
+    (home / "predicted" / path.name).write_text("\\n".join(lines) + "\\n")
+pathlib.Path(__file__).with_suffix(".json").write_text(json.dumps(seen))
+'''
+
+
+@pytest.fixture
+def task(tmp_path: Path) -> Path:
+    path = tmp_path / "calm.toml"
+    path.write_text(SET)
+    return path
+
+
+@pytest.mark.slow
+def test_the_truth_itself_has_no_error_and_another_ship_has(task: Path) -> None:
+    (row,) = yardstick([task], ["kvlcc2_l7", "esso_osaka_3m"]).result.sets
+    baseline, truth, other = row.standings
+    assert baseline.method == BASELINE
+    assert row.train == ("a",)
+    assert truth.eq25 < 1e-3 < baseline.eq25
+    assert truth.ahead[1].position < 0.02
+    assert other.ahead[1].position > 10.0 * truth.ahead[1].position
+    assert truth.count == 2  # 60 s, starts at 5 and 25 s
+
+
+@pytest.mark.slow
+def test_a_program_sees_what_is_given_and_its_answers_are_judged(
+    task: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A ship that is said to stand still is wrong by the way it makes."""
+    monkeypatch.setenv("SEATRIAL_DATA", "somewhere")
+    program = tmp_path / "still.py"
+    program.write_text(PROGRAM)
+    (row,) = yardstick([task], [str(program)]).result.sets
+    baseline, still = row.standings
+    seen = json.loads(program.with_suffix(".json").read_text())
+    assert seen["train"] == ["a.csv"]
+    assert seen["data"] == ""
+    assert seen["task"]["horizons"] == [5.0, 20.0]
+    assert all(shown == ["delta", "n_P"] for shown in seen["asked"].values())
+    assert still.failed == 0
+    assert math.isnan(still.eq25)  # it says nothing of velocities
+    # about 1.2 m/s, less as the turn slows it and bends its way
+    assert 4.0 < still.ahead[0].position < 7.0
+    assert baseline.ahead[0].position < still.ahead[0].position
+
+
+@pytest.mark.slow
+def test_a_program_that_fails_is_told_and_the_others_are_measured(task: Path, tmp_path: Path) -> None:
+    program = tmp_path / "broken.py"
+    program.write_text("raise SystemExit('no such method')\n")
+    outcome = yardstick([task], [str(program), "kvlcc2_l7"])
+    assert [one.method for one in outcome.result.sets[0].standings] == [BASELINE, "kvlcc2_l7"]
+    assert outcome.errors == (f"calm: {program}: {program} ended with 1: no such method",)
+
+
+@pytest.mark.slow
+def test_a_study_is_fitted_to_the_training_trials_of_the_set(task: Path, tmp_path: Path) -> None:
+    """A number that is half of the truth is found again from trials that are not those of the study's own table."""
+    study = tmp_path / "own.toml"
+    study.write_text(
+        'schema = "seatrial-study/1"\nship = "kvlcc2_l7"\n[data]\nroot = "nowhere"\ntrain = ["*"]\n'
+        '[free]\n"hull.N_r" = { start = -0.025, low = -0.1, high = -0.01 }\n[loss]\nsigma = { psi = 0.01, r = 0.001 }\n'
+        '[estimator]\ntype = "shooting:Trajectory"\nwindow = 20.0\n'
+    )
+    (row,) = yardstick([task], [str(study)]).result.sets
+    assert row.standings[1].ahead[1].heading < 2e-3
+    assert row.standings[1].eq25 < 1e-3
+
+
+def test_what_is_no_method_and_no_set_is_refused_in_a_line(
+    task: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(RequestError, match="a method is a study, a ship or a program"):
+        yardstick([task], ["kvlcc3"])
+    with pytest.raises(RequestError, match=r"\.json"):
+        yardstick([task], out=tmp_path / "a.csv")
+    monkeypatch.chdir(tmp_path)
+    assert main(["yardstick"]) == 2
+    assert "studies/yardstick" in capsys.readouterr().err.replace(os.sep, "/")
+
+
+@pytest.mark.slow
+def test_the_result_is_json_for_others(task: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "found.json"
+    assert main(["yardstick", str(task), "--method", "kvlcc2_l7", "-o", str(out), "--json"]) == 0
+    shown, kept = json.loads(capsys.readouterr().out), json.loads(out.read_text())
+    assert kept["schema"] == "seatrial-yardstick-result/1"
+    for found in (shown, kept):
+        one = found["sets"][0]["standings"][1]
+        assert one["method"] == "kvlcc2_l7"
+        assert one["ahead"][0]["horizon"] == 5.0
