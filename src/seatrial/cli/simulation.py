@@ -146,7 +146,7 @@ def steer(
     """Run a ship as an NMEA 0183 device in real time."""
     from ..workflow.afloat import sail
 
-    if wire.nmea is None:
+    if wire.nmea is None and page.ardupilot is None:
         raise RequestError("--nmea: say where to listen, such as udp://127.0.0.1:10110")
     ran = sail(ship, scenario, departure, around, waves, wire, page, bands, run, note=note, printed=_printed(json))
     answer(_summary(ran), json)

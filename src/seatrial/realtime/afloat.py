@@ -18,9 +18,11 @@ from ..data import DataError
 from ..models import STATES
 from .bridge.deck import Deck, Outfit
 from .bridge.path import Ahead, Open
+from .bridge.view import OWN
+from .links.ardupilot import Sitl, numbered
 from .links.wiring import Note, Wiring, gone, opened, running_beside, tell_places, writing
 from .listening import HERE, address, listen
-from .loop import Loop
+from .loop import Clock, Loop
 from .on_wire import Lockstep
 from .plant import Plant
 from .range.judge import Judged
@@ -53,13 +55,23 @@ class Page:
 
 @dataclass(frozen=True)
 class Links:
-    """Links of other kinds: Signal K and rosbridge at the port of the page, NMEA 2000 on a bus."""
+    """Links of other kinds: Signal K and rosbridge at the port of the page, NMEA 2000 on a bus, ArduPilot's SITL.
+
+    Attributes:
+        ardupilot: where SITL sends its servos, such as ``udp://127.0.0.1:9002``; it then has the clock.
+        servos: orders by servo, such as ``3=n_P``, in place of the usual ones.
+        anywhere: whether that address may be beyond this machine.
+    """
 
     signalk: bool = False
     rosbridge: bool = False
     can: str | None = None
+    ardupilot: str | None = None
+    servos: tuple[str, ...] = ()
+    anywhere: bool = False
 
     def __bool__(self) -> bool:
+        # ArduPilot needs no wire
         return self.signalk or self.rosbridge or self.can is not None
 
 
@@ -148,16 +160,18 @@ def afloat(
         RequestError: what cannot be carried out; nothing is then left behind.
         RunError: no autopilot on the wire in lock step, or the program beside the ship failed.
     """
-    real = page is not None or (wire is not None and not wire.lock_step)
+    real = page is not None or links.ardupilot is not None or (wire is not None and not wire.lock_step)
     pace = (1.0 if real else math.inf) if factor is None else factor
     with ExitStack() as kept:
+        sitl = _sitl(links, wire, factor, kept)
         screen = None if page is None else _Screen(page, kept)
         port, log = kept.enter_context(opened(wire)), kept.enter_context(writing(None if wire is None else wire.log))
-        stage = _staged(scenario, pace, _line(wire, port, log, links), screen is not None)
+        stage = _staged(scenario, pace, _line(wire, port, log, links), screen is not None, sitl)
         tell_places(None if wire is None else wire.log, stage.own)
         recording = None if record is None else stage.record(record)
         step = None if wire is None else _in_step(stage, wire)
         deck = None if screen is None else screen.deck(stage)
+        _steered(sitl, stage, links, note)
         _tell(stage, screen, port, note)
         with _bus(stage, links.can), running_beside(wire, port, printed) as alive:
             _end_with(stage.loop, step, alive)
@@ -221,9 +235,39 @@ def _line(wire: Wiring | None, port: Port | None, log: BinaryIO | None, links: L
     return wire.line(port, log)
 
 
-def _staged(scenario: Scenario, factor: float, line: Line | None, page: bool) -> Stage:
+def _sitl(links: Links, wire: Wiring | None, factor: float | None, kept: ExitStack) -> Sitl | None:
+    """The link to ArduPilot at its port; None where none is asked for."""
+    if links.ardupilot is None:
+        if links.servos:
+            raise RequestError("--servo is of ArduPilot; give --ardupilot udp://127.0.0.1:9002")
+        return None
+    if factor is not None or (wire is not None and wire.lock_step):
+        raise RequestError("--ardupilot: the autopilot has the clock; leave out --factor and --lock-step")
     try:
-        return Stage(scenario, factor, line, page)
+        sitl = Sitl(links.ardupilot, links.anywhere)
+    except WireError as error:
+        raise RequestError(f"--ardupilot: {error}") from None
+    kept.callback(sitl.close)
+    return sitl
+
+
+def _steered(sitl: Sitl | None, stage: Stage, links: Links, note: Note) -> None:
+    """Let ArduPilot steer the own ship, if it is there."""
+    if sitl is None:
+        return
+    try:
+        sitl.steer(stage.loop, OWN, numbered(links.servos))
+    except WireError as error:
+        raise RequestError(f"--ardupilot: {error}") from None
+    said = ", ".join(f"servo {servo} {order}" for servo, order in sorted(sitl.servos.items()))
+    note(f"waiting for ArduPilot at {sitl.address}, {stage.loop.rate:g} Hz; {said}")
+
+
+def _staged(scenario: Scenario, factor: float, line: Line | None, page: bool, clock: Clock | None) -> Stage:
+    if clock is not None:  # who has the clock has command
+        scenario = replace(scenario, own=replace(scenario.own, piloted=False))
+    try:
+        return Stage(scenario, factor, line, page, clock)
     except WireError as error:
         raise RequestError(f"--only: {error}") from None
 

@@ -206,6 +206,12 @@ class Page:
     can: Annotated[
         str | None, Option(metavar="BUS", help="Send NMEA 2000 on this bus, such as virtual:N or socketcan:can0.")
     ] = None
+    ardupilot: Annotated[
+        str | None, Option(metavar="ADDRESS", help="Serve the JSON physics of ArduPilot at udp://127.0.0.1:9002.")
+    ] = None
+    servo: Annotated[
+        tuple[str, ...], Option(help="Set the order of a servo of ArduPilot, such as 3=n_P. Repeatable.")
+    ] = ()
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from ...simulate.place import Place, aground_or_inside, place_of
 from ..bridge.soundings import Soundings
 from ..bridge.view import OWN
 from ..fleet import Vessel
-from ..loop import LoneClock, Loop
+from ..loop import Clock, LoneClock, Loop
 from ..on_wire import FIRST, OnWire, Speech, exact, fitted
 from ..plant import Plant, plant_of, rate_of
 from ..recording import Recording, dated
@@ -120,7 +120,8 @@ class Stage:
     """
 
     def __init__(
-        self, scenario: Scenario, factor: float = math.inf, line: Line | None = None, page: bool = False
+        self, scenario: Scenario, factor: float = math.inf, line: Line | None = None, page: bool = False,
+        clock: Clock | None = None,
     ) -> None:  # fmt: skip
         """Set the stage at time 0.
 
@@ -128,6 +129,7 @@ class Stage:
             factor: simulated over clock time.
             line: the wire, if there is one.
             page: whether a mariner at a page may steer.
+            clock: of the loop; unless given that of the machine.
 
         Raises:
             LoopError: a ship that cannot be steered along its route, that begins aground or in a wall, or a rate that
@@ -140,7 +142,7 @@ class Stage:
         plants = _plants(scenario, ticks)
         self.fittings = self._fitted(plants[OWN], line)
         suite = usual(own.ship, own.antenna) if own.usual else exact(plants[OWN].controls, self.fittings, ticks)
-        clock = None if page else LoneClock()
+        clock = clock or (None if page else LoneClock())
         self.loop = loop = Loop(plants, ticks, factor, sensors={OWN: suite}, clock=clock)
         route = own.sailing.legs
         self.sky = Sky(loop, scenario)

@@ -28,7 +28,9 @@ from ..simulation import known, lacks, order
 from .scenarios import read_scenario
 from .scenes import alone, varied
 
-_RATE_OF_PAGE = 20.0
+_RATE_OF_PAGE, _RATE_OF_ARDUPILOT = 20.0, 400.0
+_PAGELESS = ("can", "ardupilot", "servo")
+"""Links that need no page."""
 
 _BUTTONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
     "Turn 35° starboard": ("turning", {}),
@@ -82,7 +84,7 @@ def sail(
     else:
         played = scenario if isinstance(scenario, Scenario) else read_scenario(scenario, vessel, departure.seed)
     played, situation = _charted(varied(played, departure, around, waves, note), scenario, run.chart)
-    usual = _RATE_OF_PAGE if page.page else played.rate
+    usual = _RATE_OF_ARDUPILOT if page.ardupilot else _RATE_OF_PAGE if page.page else played.rate
     record, folder = _recorded(run.out, page.page)
     shown = None
     if page.page:
@@ -91,8 +93,8 @@ def sail(
         shown = Shown(page.host, page.port, run.anywhere, outfit, path_ahead(ship, bands))
     return afloat(
         replace(played, rate=run.rate or usual), page=shown, wire=wiring,
-        links=Links(page.signalk, page.rosbridge, page.can), record=record, judge=judge, factor=run.factor,
-        duration=run.duration, note=note, printed=printed,
+        links=Links(page.signalk, page.rosbridge, page.can, page.ardupilot, page.servo, run.anywhere), record=record,
+        judge=judge, factor=run.factor, duration=run.duration, note=note, printed=printed,
     )  # fmt: skip
 
 
@@ -113,7 +115,7 @@ def _changed(group: Any) -> list[str]:
 
 def _refuse_without_page(page: Page, bands: Bands) -> None:
     if not page.page:
-        for name in (*(one for one in _changed(page) if one != "can"), *_changed(bands)):
+        for name in (*(one for one in _changed(page) if one not in _PAGELESS), *_changed(bands)):
             raise RequestError(f"--{'bands' if name == 'level' else name} is of the page; add --page")
 
 
