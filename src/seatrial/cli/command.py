@@ -55,11 +55,22 @@ class Command(click.Command):
         if "json" in inspect.signature(self._function).parameters:
             values["json"] = always.json
         if not always.trust:
-            self._function(**values)
+            self._run(values)
             return
         from ..ships.classes import trusting
 
         with trusting(always.trust):
+            self._run(values)
+
+    def _run(self, values: Mapping[str, Any]) -> None:
+        lines = [first(values[str(one.name)]) for one in self._own
+                 if (first := vars(one).get("first")) is not None and values[str(one.name)] is not None]  # fmt: skip
+        if not any(lines):
+            self._function(**values)
+            return
+        from .render import beginning
+
+        with beginning([line for line in lines if line]):
             self._function(**values)
 
     def format_arguments(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -197,7 +208,7 @@ def _parameter(name: str, hint: Any, default: Any) -> click.Parameter:
         if how.offers is not None:
             given["shell_complete"] = _completed(how.offers)
         made = click.Argument([name], metavar=how.metavar, nargs=-1 if several else 1, **given)
-        vars(made)["help"] = how.help
+        vars(made).update(help=how.help, first=how.first)
         return made
     if not isinstance(how, Option):
         raise TypeError(f"{name}: an Argument or Option says how a command line names it")

@@ -23,14 +23,23 @@ def _manoeuvres() -> list[str]:
 
     return list(known())
 
+
+# What a command begins with.
+def _unverified(named: str) -> str | None:
+    from ..workflow.contributing.published import warned
+
+    return warned(named)
+
+
 # What a command works on.
 ShipName = Annotated[
-    str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.", offers=_ships)
+    str, Argument(help="Name a ship of the library (seatrial ships) or a ship file.", offers=_ships, first=_unverified)
 ]  # fmt: skip
 ShipOrRun = Annotated[
     str,
     Argument(
-        metavar="SHIP", help="Name a ship of the library or a ship file; with --from, a run.", offers=_ships
+        metavar="SHIP", help="Name a ship of the library or a ship file; with --from, a run.", offers=_ships,
+        first=_unverified,
     ),
 ]  # fmt: skip
 ShipToCheck = Annotated[
@@ -41,7 +50,9 @@ ManoeuvreOrNone = Annotated[
 ]  # fmt: skip
 Trials = Annotated[tuple[Path, ...], Argument(help="Name trial files, or folders of them.")]
 Particulars = Annotated[Path, Argument(help="Name a file of particulars (docs/tutorials/estimate.md).")]
-StudyFile = Annotated[Path, Argument(help="Name a study file, or a table of many fits.")]
+StudyFile = Annotated[
+    Path, Argument(help="Name a study file, or a table of many fits.", first=_unverified)
+]  # fmt: skip
 Folder = Annotated[Path, Argument(metavar="FOLDER", help="Name a folder of trial files or logs.")]
 StudyAction = Annotated[str, Argument(metavar="new", help="Write new for a new study.")]
 Pull = Annotated[Path, Argument(help="Name a bollard pull table with columns such as n [1/s],T_1 [N].")]

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from json import dumps
 from typing import IO, TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from rich.table import Table as RichTable
 
 _LONGEST, _MANY = 2000, 13
+_FIRST: ContextVar[tuple[str, ...]] = ContextVar("first", default=())
 
 
 def shown(text: str) -> str:
@@ -42,8 +44,27 @@ def in_json(text: str) -> str:
     return "".join(c if c.isprintable() or c in " \n" else _units(c) for c in text)
 
 
+@contextmanager
+def beginning(lines: Sequence[str]) -> Generator[None]:
+    """Notes before the first word of what is done within; what fails before it has said any leaves them out."""
+    token = _FIRST.set(tuple(lines))
+    try:
+        yield
+        _begin()
+    finally:
+        _FIRST.reset(token)
+
+
+def _begin() -> None:
+    lines = _FIRST.get()
+    _FIRST.set(())
+    for line in lines:
+        note(line)
+
+
 def say(text: str) -> None:
     """Results to standard output, with what would control a terminal escaped."""
+    _begin()
     _write(sys.stdout, shown(text))
 
 
@@ -54,6 +75,7 @@ def say_lines(*lines: object) -> None:
 
 def note(text: str) -> None:
     """One line for the user on standard error; a closed standard error does not stop the work."""
+    _begin()
     try:
         _write(sys.stderr, one_line(text) + "\n")
     except OSError:
@@ -75,6 +97,7 @@ def hand_on(text: str, *, aside: bool) -> None:
 
 def answer(body: Body, json: bool) -> None:
     """What a command has found, to standard output: as one JSON object, or for people."""
+    _begin()
     emit(document(body)) if json else show(body)
 
 

@@ -31,18 +31,23 @@ def ships(check: o.ShipToCheck = None, out: o.Report = None, json: bool = False)
         raise RequestError("-o is the page of --check FILE; name the ship file")
     from ..core.parameters import walk
     from ..ships.files import library, load, variants
+    from ..workflow.contributing.published import standing
 
-    found = [(name, load(name)) for name in library()]
+    found = [(name, ship, standing(ship)) for name in library() for ship in (load(name),)]
     said = {"ships": [
         {"name": name, "title": str(ship.notes.get("title", "")), "L_pp": ship.L_pp, "speed": ship.speed,
-         "family": type(ship.model).__name__, "parameters": sum(1 for _ in walk(ship.model))}
-        for name, ship in found
+         "family": type(ship.model).__name__, "parameters": sum(1 for _ in walk(ship.model)),
+         "state": held.state, "figures": held.figures, "within": held.within if held.figures else None,
+         "held_against": held.why}
+        for name, ship, held in found
     ]}  # fmt: skip
     rows = [
-        (name, str(s.notes.get("title", "")), f"{s.L_pp:g}", f"{s.speed:g}", type(s.model).__name__)
-        for name, s in found
+        (name, str(s.notes.get("title", "")), f"{s.L_pp:g}", f"{s.speed:g}", type(s.model).__name__, held.told)
+        for name, s, held in found
     ]
-    answer(fields(said, table(("ship", "what", "L_pp [m]", "U [m/s]", "model"), rows, words=(1, 4))), json)
+    answer(
+        fields(said, table(("ship", "what", "L_pp [m]", "U [m/s]", "model", "figures"), rows, words=(1, 4, 5))), json
+    )
     if not json:
         note(f"further parameter sets of these ships, taken by name as well: {', '.join(variants())}")
 
@@ -57,8 +62,11 @@ def _check(file: str, out: Path | None, json: bool) -> None:
     checked = check_ship_file(file, out=out, note=note)
     rows = [(one.what, one.state, one.detail) for one in checked.findings]
     said = [dict(zip(("check", "state", "found"), row, strict=True)) for row in rows]
-    answer(fields({"ship": checked.ship.name, "fit": checked.fit, "findings": said},
-                  table(("check", "", "found"), rows, words=(1, 2))), json)  # fmt: skip
+    held = checked.standing
+    answer(fields({"ship": checked.ship.name, "state": held.state, "held_against": held.why, "fit": checked.fit,
+                   "findings": said}, table(("check", "", "found"), rows, words=(1, 2))), json)  # fmt: skip
+    if not json:
+        note(f"{checked.ship.name}: {held.told} ({held.why})")
     if not checked.fit:
         raise Exit(FAILED)
 

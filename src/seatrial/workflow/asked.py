@@ -21,11 +21,13 @@ class Argument:
         help: an imperative sentence of at most 80 characters.
         metavar: its name in the usage; that of the parameter in capitals unless given.
         offers: values that a shell completes.
+        first: the line that the command begins with for a value, if any; a request that is wrong does not show it.
     """
 
     help: str
     metavar: str | None = None
     offers: Callable[[], list[str]] | None = None
+    first: Callable[[str], str | None] | None = None
 
 
 @dataclass(frozen=True, init=False)

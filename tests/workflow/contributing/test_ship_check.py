@@ -19,6 +19,7 @@ like = "kvlcc2_l7"
 '''
 OVERSHOOT = '''
 [[notes.published]]
+by = "code"
 manoeuvre = "zigzag"
 rudder = 10.0
 heading = 10.0
@@ -68,7 +69,7 @@ def test_a_ship_that_gives_its_published_index_passes_and_has_a_page(tmp_path: P
 @pytest.mark.slow
 def test_an_index_that_the_model_does_not_give_is_an_error(tmp_path: Path, capsys) -> None:
     path = ship(tmp_path, OVERSHOOT.format(value=6.0))
-    assert "6 deg" in errors(path)["published first overshoot"]
+    assert "6 deg" in errors(path)["code, first overshoot"]
     assert main(["ships", "--check", str(path)]) == 1
     capsys.readouterr()
 

@@ -3,20 +3,25 @@
 A ship file says what its source measured or computed, so that a reader of the file can see whether the model gives it::
 
     [[notes.published]]
+    by = "model test"        # who found it: a "trial", a "model test", or "code" that computes the same equations
     manoeuvre = "turning"
     rudder = 35.0            # set points as options of `seatrial simulate`, in degrees
     index = "advance"
     over_L = 3.25            # or value and unit
     within = 0.05            # of the published number
     source = "yasukawa2015 Tab. 6, free-running model"
+
+Code that agrees shows that numbers and equations were copied rightly, and nothing of the ship: it is another word.
 """
 
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import Any, Literal, TypeVar
 
 from ...core.errors import SeatrialError
 from ...core.parameters import unknown
@@ -27,7 +32,8 @@ from ..simulation import Simulated, simulate
 
 Group = TypeVar("Group", Orders, Approach, Span, Around)
 SETTINGS = ("rudder", "heading", "side", "speed", "rps", "steer", "throttle", "duration", "depth")
-_KEYS = ("manoeuvre", *SETTINGS, "index", "value", "unit", "over_L", "within", "source")
+_BY = ("trial", "model test", "code")
+_KEYS = ("by", "manoeuvre", *SETTINGS, "index", "value", "unit", "over_L", "within", "source")
 _DEGREES = math.degrees(1.0)
 _UNITS = {
     "deg": 1.0 / _DEGREES, "deg/s": 1.0 / _DEGREES, "rad": 1.0, "rad/s": 1.0, "m": 1.0, "s": 1.0, "m/s": 1.0, "-": 1.0,
@@ -39,11 +45,13 @@ class Published:
     """An index that a source gives.
 
     Attributes:
+        by: who found it: a "trial" or a "model test" measured it, "code" computed it from the same equations.
         value: SI units and radians, or lengths of the ship.
         lengths: whether `value` is in lengths of the ship.
         within: share of `value` by which a simulation may differ.
     """
 
+    by: str
     manoeuvre: str
     settings: Mapping[str, Any]
     index: str
@@ -73,6 +81,66 @@ class Reproduced:
         return abs(self.value - self.published.value) <= self.published.within * abs(self.published.value)
 
 
+@dataclass(frozen=True)
+class Standing:
+    """What the numbers of a ship were held against.
+
+    Attributes:
+        state: "measured" where figures of trials or model tests are named, "verified code" where only those of
+            another program are, else "unverified".
+        figures: how many of that kind are named.
+        within: the widest share by which the model may miss one of them; NaN without any.
+        why: their sources, or why there is none.
+    """
+
+    state: Literal["measured", "verified code", "unverified"]
+    figures: int
+    within: float
+    why: str
+
+    @property
+    def told(self) -> str:
+        """State and figures in a few words."""
+        return self.state if not self.figures else f"{self.state}: {self.figures} within {100.0 * self.within:.2g} %"
+
+
+def standing(ship: Ship) -> Standing:
+    """What the file of a ship says of figures.
+
+    Raises:
+        RequestError: as `published`.
+    """
+    found = published(ship)
+    real = tuple(one for one in found if one.by != "code")
+    some = real or found
+    if not some:
+        return Standing(
+            "unverified", 0, math.nan, str(ship.notes.get("unverified") or "its file names no figure of it")
+        )
+    why = "; ".join(dict.fromkeys(one.source for one in some))
+    return Standing("measured" if real else "verified code", len(some), max(one.within for one in some), why)
+
+
+def warned(named: str | Path) -> str | None:
+    """The line on an unverified ship of the library, a ship file, or a study; None on any other and on what is no file.
+
+    A fit and an estimate tell how good they are in their own words.
+    """
+    from ...ships.files import load
+
+    try:
+        path = Path(named)
+        said = tomllib.loads(path.read_text(encoding="utf-8")) if path.suffix == ".toml" else {}
+        base = said.get("ship") if isinstance(said.get("ship"), str) else None
+        there = path.parent / base if base is not None and base.endswith(".toml") else base
+        ship = load(there if there is not None else str(named))
+        found = standing(ship)
+    except (SeatrialError, OSError, ValueError):
+        return None  # the command says what is wrong
+    own = {"provenance", "estimate"} & set(ship.notes) and "unverified" not in ship.notes
+    return None if found.state != "unverified" or own else f"{ship.name} is unverified: {found.why}"
+
+
 def published(ship: Ship) -> tuple[Published, ...]:
     """The indices that the file of a ship names.
 
@@ -88,12 +156,7 @@ def published(ship: Ship) -> tuple[Published, ...]:
 def _read(where: str, said: Any) -> Published:
     if not isinstance(said, Mapping):
         raise RequestError(f"{where}: not a table; write [[notes.published]]")
-    for key in said:
-        if key not in _KEYS:
-            raise RequestError(f"{where}: {unknown(str(key), _KEYS, 'key')}")
-    for key in ("manoeuvre", "index", "within", "source"):
-        if key not in said:
-            raise RequestError(f"{where}: {key} is missing")
+    _complete(where, said)
     lengths = "over_L" in said
     if lengths == ("value" in said):
         raise RequestError(f"{where}: give over_L, in lengths of the ship, or value with unit")
@@ -107,8 +170,20 @@ def _read(where: str, said: Any) -> Published:
     if not (0.0 < within < 1.0 and math.isfinite(value)):
         raise RequestError(f"{where}: within is {within:g}; it is a share of the published number, such as 0.05")
     settings = {key: said[key] for key in SETTINGS if key in said}
-    return Published(str(said["manoeuvre"]), settings, str(said["index"]), value * _UNITS.get(unit, 1.0), lengths, unit,
-                     within, str(said["source"]))  # fmt: skip
+    return Published(said["by"], str(said["manoeuvre"]), settings, str(said["index"]), value * _UNITS.get(unit, 1.0),
+                     lengths, unit, within, str(said["source"]))  # fmt: skip
+
+
+def _complete(where: str, said: Mapping[Any, Any]) -> None:
+    """Refuse a key that no entry has, one that is missing, and another `by`."""
+    for key in said:
+        if key not in _KEYS:
+            raise RequestError(f"{where}: {unknown(str(key), _KEYS, 'key')}")
+    for key in ("by", "manoeuvre", "index", "within", "source"):
+        if key not in said:
+            raise RequestError(f"{where}: {key} is missing")
+    if said["by"] not in _BY:
+        raise RequestError(f"{where}: {unknown(str(said['by']), _BY, 'by')}")
 
 
 def reproduce(ship: Ship, wanted: tuple[Published, ...]) -> tuple[Reproduced, ...]:

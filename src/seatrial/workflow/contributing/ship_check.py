@@ -16,7 +16,7 @@ from ...report.page import write
 from ...ships import Ship
 from ..request import Note, make_folder, ship_of, silent
 from ..simulation import Simulated, simulate
-from .published import Reproduced, published, reproduce, shown
+from .published import Reproduced, Standing, published, reproduce, shown, standing
 
 State = Literal["ok", "note", "error"]
 _KEY = re.compile(r"(?P<name>[a-z_]+?)(?P<year>(?:18|19|20)\d\d)[a-z]?\b")
@@ -48,6 +48,7 @@ class Checked:
     """A ship file with its findings and the published indices as its model gives them."""
 
     ship: Ship
+    standing: Standing
     findings: tuple[Finding, ...]
     reproduced: tuple[Reproduced, ...]
 
@@ -70,7 +71,7 @@ def check_ship_file(name_or_path: str | Path, out: Path | None = None, note: Not
     ship = ship_of(str(name_or_path))
     reproduced = reproduce(ship, published(ship))
     findings = (*_notes(ship), *_sources(ship), _validity(ship), *_conformance(ship), *_published(ship, reproduced))
-    checked = Checked(ship, findings, reproduced)
+    checked = Checked(ship, standing(ship), findings, reproduced)
     if out is not None:
         make_folder(out.parent)
         rows = [Row(one.published.manoeuvre, dict(one.published.settings), one.published.index,
@@ -167,10 +168,10 @@ def _published(ship: Ship, found: tuple[Reproduced, ...]) -> Iterator[Finding]:
                Finding("published indices", "error", "none: add [[notes.published]], or say why there is none as "
                        "unverified = \"...\" in [notes]"))  # fmt: skip
     for one in found:
-        what = f"published {one.published.index.replace('_', ' ')}"
+        what = f"{'code' if one.published.by == 'code' else 'measured'}, {one.published.index.replace('_', ' ')}"
         if math.isnan(one.value):
             yield Finding(what, "error", f"not reached: {one.reason}")
             continue
-        text = (f"{shown(one.published, one.value)}, published {shown(one.published, one.published.value)} "
-                f"({one.published.source}); within {100 * one.published.within:g} % asked")  # fmt: skip
+        wanted = f"published {shown(one.published, one.published.value)} ({one.published.by}: {one.published.source})"
+        text = f"{shown(one.published, one.value)}, {wanted}; within {100 * one.published.within:g} % asked"
         yield Finding(what, "ok" if one.kept else "error", text)
