@@ -52,7 +52,8 @@ def action(ship: Motion, t: Array, met: Encounter, until: NDArray[np.intp], limi
     row = np.minimum(turned, slowing)
     exists = row < len(t)
     row = np.where(exists, row, len(t) - 1)
-    swift = within & (t >= t[row][..., None]) & (t <= t[row][..., None] + limits.window.of(ship.L))
+    # ships that turn away from each other are apart before the turn is done
+    swift = (t >= t[row][..., None]) & (t <= t[row][..., None] + limits.window.of(ship.L))
     return Action(
         exists, row, _most(course, within), _most(-course, within), _most(np.abs(course), swift & exists[..., None]),
         _most(speed, within), course, speed,

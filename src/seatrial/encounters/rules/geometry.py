@@ -62,7 +62,10 @@ class Pair:
     @property
     def swapped(self) -> Pair:
         """The same as the other ship sees it."""
-        return Pair(self.t, self.other, self.own)
+        found = Pair(self.t, self.other, self.own)
+        # what both see alike is worked out once
+        found.__dict__.update(range=self.range, approach=self.approach, beta=self.alpha, alpha=self.beta)
+        return found
 
     @cached_property
     def place(self) -> tuple[Array, Array]:
@@ -244,9 +247,10 @@ def _finer(pair: Pair) -> Pair:
     turned = np.abs(np.diff(pair.own.psi)) * pair.own.L + np.abs(np.diff(pair.other.psi)) * pair.other.L
     apart = np.minimum(pair.range[:-1], pair.range[1:]) - moved
     near = apart <= 0.5 * float((np.hypot(pair.own.L, pair.own.B) + np.hypot(pair.other.L, pair.other.B)).item())
-    count = np.where(near, np.ceil(np.maximum(moved, 0.5 * turned) / step), 1.0).clip(1.0, 1e4).astype(int)
-    t = np.concatenate([pair.t[k] + (pair.t[k + 1] - pair.t[k]) * np.arange(n) / n for k, n in enumerate(count)]
-                       + [pair.t[-1:]])  # fmt: skip
+    count = np.ceil(np.maximum(moved, 0.5 * turned) / step).clip(1.0, 1e4).astype(int)
+    k = np.repeat(np.flatnonzero(near), count[near])
+    share = (np.arange(len(k)) - np.repeat(np.cumsum(count[near]) - count[near], count[near])) / count[k]
+    t = np.append(pair.t[k] + share * (pair.t[k + 1] - pair.t[k]), pair.t[-1])
 
     def of(ship: Motion) -> Motion:
         return replace(ship, psi=np.unwrap(ship.psi)).each(lambda rows: np.interp(t, pair.t, rows))
