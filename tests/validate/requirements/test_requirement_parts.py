@@ -293,14 +293,14 @@ def test_what_a_rudder_takes_is_nine_tenths_of_the_step_over_its_rate(angle: flo
 
 
 def test_the_swing_is_the_change_by_reversed_revolutions_over_the_stopped_ones() -> None:
-    """Yaw .02 n^2 and sway -.03 n^2 of reversed revolutions, at rest and at half the speed at most."""
+    """Yaw .24 n^2 and sway -.03 n^2 of reversed revolutions, at rest and at half the speed at most."""
     p = plain(lambda m: (m.n - m.u, np.where(m.n < 0, -0.03 * m.n**2, 0.0) - m.v + 0.1,
-                         np.where(m.n < 0, 0.02 * m.n**2, 0.0) - m.r + 0.2))  # fmt: skip
+                         np.where(m.n < 0, 0.24 * m.n**2, 0.0) - m.r + 0.2))  # fmt: skip
     yaw, sway = propulsion.swing(p)
     for (at, turn), (_, side) in zip(yaw, sway, strict=True):
         n = float(at.split("-")[-1].split()[0])
         assert n in (0.6, 1.0)
-        assert turn == pytest.approx(0.02 * n * n)
+        assert turn == pytest.approx(0.24 * n * n)
         assert side == pytest.approx(-0.03 * n * n)
     assert propulsion.reversing(p).verdict == "pass"
     assert "to starboard" in propulsion.reversing(p).reason

@@ -115,10 +115,11 @@ def test_a_rudder_too_weak_to_steer_and_a_gear_that_waits() -> None:
 
 def test_areas_exchanged_or_in_square_feet() -> None:
     assert not told(typical.areas(Probe.of(load("kvlcc2"))))
-    (one,) = told(typical.areas(Probe.of(changed(wind__A_T=3330.0, wind__A_L=1540.0))))
-    assert "exchanged" in one.wrong
-    (one,) = told(typical.areas(Probe.of(changed(wind__A_T=lambda x: 10.764 * x, wind__A_L=lambda x: 10.764 * x))))
-    assert "square feet" in one.wrong
+    swapped = told(typical.areas(Probe.of(changed(wind__A_T=3330.0, wind__A_L=1540.0))))
+    assert "exchanged" in swapped[0].wrong
+    assert not swapped[0].doubt
+    feet = told(typical.areas(Probe.of(changed(wind__A_T=lambda x: 10.764 * x, wind__A_L=lambda x: 10.764 * x))))
+    assert ["square feet" in one.wrong and not one.doubt for one in feet] == [True, True]
 
 
 def test_a_doubt_is_no_failure_and_a_failure_outweighs_it() -> None:

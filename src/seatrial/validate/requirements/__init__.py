@@ -8,13 +8,13 @@ ship does, never at the name of its family.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from ...data import Array
 from ...ships import Ship
-from .thresholds import Bound
+from .thresholds import Bound, Range
 
 if TYPE_CHECKING:
     from .probe import Probe
@@ -161,3 +161,10 @@ def worst(
 
     at, value = min(points, key=room)
     return Finding(f"{what} ({at})" if at else what, value, unit, bound, wrong.format(at=at))
+
+
+def ranged(what: str, value: float, unit: str, known: Range, wrong: str) -> Iterator[Finding]:
+    """A value against the range of ships: beyond it a doubt, far beyond a failure; always shown."""
+    said = f"{wrong} ({what} {value:.3g}, ships {known.usual})"
+    far = not known.far.holds(value)
+    yield Finding(what, value, unit, known.far if far else known.usual, said, doubt=not far)

@@ -12,9 +12,10 @@ import numpy as np
 
 from ...core.parameters import Scalar, spec
 from ...data import Array
-from ...environment import Environment
+from ...environment import CALM, Environment
 from ...forces import Flow, Force, ForceModule
-from . import Finding, not_applicable, worst
+from ...models import ROLL
+from . import Finding, not_applicable, ranged, worst
 from . import thresholds as limit
 from .probe import Probe
 
@@ -24,6 +25,10 @@ _ASIDE = ((0.2, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (-0.2, 0.4, 0.0), (
           (-0.2, 0.4, 1.0))  # fmt: skip
 """Sway over u, yaw rate over u/L and rudder over its limit, each to be mirrored."""
 _MOTIONS = len(_ASIDE)
+_USUAL = np.diag([1.07, 1.8, 0.1])
+"""Masses of a usual ship, in mass and length, where those of the model cannot be measured."""
+_HEELED = 0.02
+"""Heel [rad] and roll rate [rad/s] of slopes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +77,16 @@ def _own_masses(p: Probe) -> Array | None:
         return np.asarray(push @ np.linalg.inv(np.array(answers, dtype=float).T), dtype=float)
     except np.linalg.LinAlgError:
         return None
+
+
+def shares(p: Probe) -> Array:
+    """Mass matrix with yaw in lengths, shape (3, 3), over the displaced mass, or over that in surge where unknown."""
+    M = masses(p)
+    if M is None:
+        return _USUAL
+    scale = np.diag([1.0, 1.0, 1.0 / p.ship.L_pp])
+    even = scale @ M @ scale
+    return even / (float(p.ship.model.displaced) or float(even[0, 0]))
 
 
 def inertia(p: Probe) -> Iterator[Finding]:
@@ -237,3 +252,32 @@ def current(p: Probe) -> Iterator[Finding]:
     if adrift:
         wrong = "a ship at rest in the water does not go with the current, once, current {at}"
         yield worst("adrift in a current, drift taken off", adrift, limit.CURRENT, wrong, "L")
+
+
+def heel(p: Probe) -> Iterator[Finding]:
+    """A ship that rolls rights itself, its roll dies out, and in a turn it heels outwards."""
+    model = p.ship.model
+    if model.motion[6:] != ROLL:
+        return
+    control = p.controls(p.n_P)
+
+    def rolled(phi: float, rate: float, motion: tuple[float, ...]) -> float:
+        return float(model.derivative((0.0, 0.0, 0.0, *motion, phi, rate), control, CALM)[7])
+
+    straight = (p.U, 0.0, 0.0)
+    stiff = -(rolled(_HEELED, 0.0, straight) - rolled(-_HEELED, 0.0, straight)) / (2.0 * _HEELED)
+    fading = -(rolled(0.0, _HEELED, straight) - rolled(0.0, -_HEELED, straight)) / (2.0 * _HEELED)
+    wrong = "the righting moment (GM) or inertia in roll (I_x, J_x) is that of no ship"
+    yield from ranged(
+        "square of the roll frequency over g/L", stiff * p.ship.L_pp / 9.81, "-", limit.ROLL_STIFFNESS, wrong
+    )
+    if stiff > 0.0:
+        wrong = "roll damping (K_p) is that of no ship"
+        yield from ranged("roll damping over critical", 0.5 * fading / math.sqrt(stiff), "-", limit.ROLL_DAMPING, wrong)
+        for side, name in ((1.0, "starboard"), (-1.0, "port")):
+            _, (run,) = p.drift([p.state(p.U)], [p.controls(p.n_P, side * p.limit)], 15 * p.unit_time)
+            outwards = -side * rolled(0.0, 0.0, tuple(run[-1, 3:6].tolist())) / stiff
+            wrong = f"in a turn to {name} the ship does not heel outwards as ships do: roll moment (K_v, K_r, z)"
+            yield from ranged(
+                f"heel outwards in a hard turn to {name}", math.degrees(outwards), "deg", limit.HEEL, wrong
+            )

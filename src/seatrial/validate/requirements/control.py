@@ -11,11 +11,14 @@ import numpy as np
 from ...actuators import Azimuth, Servo, queue_length, queued
 from ...data import Array
 from ...models import unit
-from . import Finding, Judgement, Plot, judged, typical, worst
+from . import Finding, Judgement, Plot, judged, ranged, typical, worst
 from . import thresholds as limit
+from .body import shares
 from .probe import Probe
 
 _DEGREE = math.pi / 180.0
+_PLACES = ((("bow", "fore", "front"), 1.0), (("stern", "aft", "rear"), -1.0))
+"""What names of thrusters begin with, and the sign of their place."""
 
 
 def _answer(servo: Servo, start: float, order: float, dt: float, lasts: float) -> Array:
@@ -178,6 +181,53 @@ def _steering_gear(p: Probe, name: str, servo: Servo) -> Iterator[Finding]:
         top = high if math.isfinite(high) else p.limit
         wrong = f"the rate of {name} is not that of a steering gear"
         yield Finding(f"{name}: from midships to hard over", top / rate / p.unit_time, "L/U", limit.STROKE, wrong)
+
+
+def places(p: Probe) -> Iterator[Finding]:
+    """Thrusters stand within the hull where their names say, push where they point, and have the size of thrusters."""
+    if not p.rests:
+        return
+    L, U, even = p.ship.L_pp, p.U, shares(p)
+    for name in p.ship.model.thrusters_by_name:
+        found = [_aside(p, name, even, sign) for sign in (1.0, -1.0)]
+        for force in found:
+            if force is None or not math.hypot(force[0], force[1]):
+                continue
+            wrong = f"thruster {name} stands outside of the hull, or x, y are in another unit"
+            along = abs(force[0]) > abs(force[1])
+            lever = float(force[2] / force[0 if along else 1])
+            yield Finding(f"{name}: lever of its thrust", abs(lever), "L", limit.THRUSTER_LEVER, wrong)
+            side = next((sign for words, sign in _PLACES if name.startswith(words)), 0.0)
+            if side and not along:
+                wrong = (
+                    f"thruster {name} stands at the other end: bow and stern look exchanged, or x its sign"
+                )
+                yield Finding(f"{name}: lever towards its name", side * lever, "L", limit.NAMED_PLACE, wrong)
+            size = math.hypot(force[0], force[1]) * U * U / (L * 9.81) / float(even[0, 0])
+            yield from ranged(f"{name}: thrust over weight", size, "-", limit.THRUSTER_FORCE,
+                              f"the thrust of {name} is that of no thruster of such a ship")  # fmt: skip
+            if f"alpha_{name}" in p.ship.model.controls:
+                off = float(abs(force[0]) + max(0.0, -force[1])) / math.hypot(force[0], force[1])
+                yield Finding(f"{name}: thrust off its direction", off, "-", limit.DIRECTED,
+                              f"the thrust of {name} does not point where its angle says")  # fmt: skip
+            break
+
+
+def _aside(p: Probe, name: str, even: Array, sign: float) -> Array | None:
+    """X, Y over m U^2/L and N over m U^2 of a thruster at rest that pushes to starboard; None without one."""
+    controls, names = list(p.controls()), p.ship.model.controls
+    strength = next((one for one in names if one in (f"n_{name}", f"f_{name}")), "")
+    if not strength:
+        return None
+    high = float(p.ship.actuators.of(strength).high)
+    order = high if math.isfinite(high) else abs(p.controls(p.n_P)[names.index(strength)]) or 1.0
+    controls[names.index(strength)] = sign * order
+    if f"alpha_{name}" in names:
+        controls[names.index(f"alpha_{name}")] = 0.5 * math.pi
+    still = list(controls)
+    still[names.index(strength)] = 0.0
+    usual, pushed = p.at([(0.0, 0.0, 0.0)], [tuple(still), tuple(controls)])
+    return even @ ((pushed - usual) * np.array([1.0, 1.0, p.ship.L_pp]) * p.ship.L_pp / p.U**2)
 
 
 def own_thrusters(p: Probe) -> tuple[str, ...]:

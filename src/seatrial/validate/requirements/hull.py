@@ -22,8 +22,9 @@ from .probe import Probe
 
 _SHARES = (0.01, 0.05, 0.2, 0.5, 1.0)
 _SIDES = ((1.0, "starboard"), (-1.0, "port"))
-_OPPOSED, _RUDDERS, _TURNS_ON = 0.3, 85, 2e-3
-"""Most rudder that the loop of the spiral is sought with, of the greatest; how many angles; what turns on [U/L]."""
+_OPPOSED, _RUDDERS, _TURNS_ON = 0.3, (17, 9, 9), 2e-3
+"""Most rudder that the loop of the spiral is sought with, of the greatest; how many angles, of each refinement; what
+turns on [U/L]."""
 _SMALL = 1e-3
 """Motion over U on one side of a kink: far above the steps of differences, far below where forces curve."""
 _LARGEST = 0.5
@@ -255,7 +256,7 @@ def loop(p: Probe) -> float:
 def _least(p: Probe, side: float, begun: tuple[float, ...]) -> float:
     """Least rudder to a side at which a turn to that side goes on [rad]; infinite where none of those tried does."""
     low, high = -_OPPOSED * p.limit, _OPPOSED * p.limit
-    for count in (_RUDDERS, 9):
+    for count in _RUDDERS:
         angles = np.linspace(low, high, count)
         _, runs = p.drift([begun] * count, [p.controls(p.n_P, side * float(angle)) for angle in angles],
                           100 * p.unit_time)  # fmt: skip

@@ -13,8 +13,9 @@ from ...data import Array, unwrapped
 from ...environment import CALM
 from ...models import unit
 from ...models.common import Composed, Surroundings
-from . import Finding, Judgement, Plot, judged, worst
+from . import Finding, Judgement, Plot, judged, ranged, worst
 from . import thresholds as limit
+from .body import shares
 from .probe import Probe
 
 _REVERSED = (-0.3, -0.6, -1.0)
@@ -27,7 +28,7 @@ def speed_by_revolutions(p: Probe) -> Judgement:
     if not p.stops:
         wrong = "speed does not follow the revolutions: the model has no propeller"
         return judged("", [Finding("change of surge by stopping the propeller", 0.0, "U^2/L", limit.PUSH, wrong)])
-    found = [*_thrust(p), *(_astern(p) if p.reverses else ())]
+    found = [*_thrust(p), *_loaded(p), *(_astern(p) if p.reverses else ())]
     shares = (0.25, 0.5, 0.75, 1.0)
     runs_of = [s * (p.n_P or 1.0) for s in shares]
     t, runs = p.drift([p.state(u=p.U)] * len(shares), [p.controls(n) for n in runs_of], 200 * p.unit_time)
@@ -85,6 +86,29 @@ def _thrust(p: Probe) -> Iterator[Finding]:
               ("half over quarter", float((half - still) / (quarter - still or math.nan)))]  # fmt: skip
     wrong = "bollard pull does not go with the square of revolutions, {at}"
     yield worst("bollard pull at twice the revolutions", ratios, limit.SQUARE_THRUST, wrong)
+
+
+def _loaded(p: Probe) -> Iterator[Finding]:
+    """How the propeller is loaded: its advance, its pull at rest over its thrust under way, and by its diameter."""
+    part: Any = p.ship.model.part("propeller") or p.ship.model.part("screw")
+    D_P = float(getattr(part, "D_P", 0.0))
+    if not (p.conventional and p.n_P):
+        return
+    standing, under_way = (float(np.subtract(*_surge(p, f * p.U, [p.n_P, 0.0]))) for f in (0.0, 1.0))
+    if under_way > 0.0:
+        wrong = (
+            "thrust of the propeller does not fall with speed as that of one: thrust or diameter (k_0, D_P) is wrong"
+        )
+        yield from ranged("bollard pull over thrust at U", standing / under_way, "-", limit.PULL_OVER_THRUST, wrong)
+    if not D_P:
+        return
+    wrong = "the propeller turns too fast or too slow for the speed: thrust or resistance (k_0, D_P, R_0) is wrong"
+    yield from ranged("speed over revolutions and diameter", p.U / (p.n_P * D_P), "-", limit.ADVANCE, wrong)
+    mass = float(p.ship.model.displaced) * float(shares(p)[0, 0])
+    if mass > 0.0 and p.rests:
+        pull = standing * p.U**2 / p.ship.L_pp * mass / (1025.0 * p.n_P**2 * D_P**4 * len(p.propulsion))
+        wrong = "the thrust of the propeller (k_0) is that of none of its diameter"
+        yield from ranged("bollard pull over rho n^2 D^4", pull, "-", limit.PULL_NUMBER, wrong)
 
 
 def _astern(p: Probe) -> Iterator[Finding]:
@@ -158,7 +182,7 @@ def wrong_swing(p: Probe) -> list[Finding]:
     hand = getattr(model.part("propeller"), "hand", "right")
     side, stern = (1.0, "port") if hand == "right" else (-1.0, "starboard")
     wrong = f"reversed, a {hand}-handed propeller swings the stern to {stern}; this one does not, at {{at}}"
-    return [
+    found = [
         worst(
             f"yaw by the reversed {hand}-handed propeller",
             [(at, side * x) for at, x in yaw],
@@ -168,6 +192,15 @@ def wrong_swing(p: Probe) -> list[Finding]:
         ),
         worst("side force of it at midship", [(at, -side * x) for at, x in sway], limit.HANDED, wrong, "U^2/L"),
     ]
+    standing = p.at([(0.0, 0.0, 0.0)], [p.controls(-p.n_P), p.controls()])
+    X, Y, N = shares(p) @ ((standing[0] - standing[1]) * [1.0, 1.0, p.ship.L_pp])
+    wrong = "the side force of the reversed propeller (wheel effect) is out of proportion to its pull"
+    found += ranged(
+        "side force of the reversed propeller over its pull", abs(float(Y / X)), "-", limit.SWING_SHARE, wrong
+    )
+    wrong = "the wheel effect of the reversed propeller does not act at the stern"
+    found += ranged("lever of the side force of the reversed propeller", float(N / Y), "L", limit.SWING_LEVER, wrong)
+    return found
 
 
 def _one_reversed(p: Probe) -> Iterator[Finding]:

@@ -30,6 +30,19 @@ class Bound:
         return f"at most {self.high:g}" if math.isinf(self.low) else f"{self.low:g} to {self.high:g}"
 
 
+@dataclass(frozen=True)
+class Range:
+    """Where ships lie: beyond `usual` a value is doubted, beyond `far` no ship has it."""
+
+    usual: Bound
+    far: Bound
+
+
+def within(low: float, high: float, far_low: float, far_high: float, why: str) -> Range:
+    """Usual and possible range of one quantity of ships."""
+    return Range(Bound(low, high, why), Bound(far_low, far_high, why))
+
+
 def least(value: float, why: str) -> Bound:
     """No less than a value."""
     return Bound(value, _INF, why)
@@ -99,12 +112,72 @@ ANSWERED = least(2.0, "a ship that can be steered reverses twice within 60 lengt
 OVERSHOOT = most(80.0, "the most unstable tankers overshoot by some 40 deg, response models of them by 66")
 USUAL_OVERSHOOT = most(35.0, "IMO's criterion is 25 deg; ships that miss it reach some 35")
 DEAD_TIME = most(0.5, "a steering gear begins to move within seconds, much before the ship has moved by its length")
+LAG = most(1.5, "a steering gear, or a thruster that steers, has followed before the ship has moved by two lengths")
 # Against regressions
 FAR_FROM_USUAL = Bound(-5.0, 5.0, "published sets lie within 3 sigma of the formulas, one number within 5")
 USUAL = Bound(-3.5, 3.5, "published sets lie within 3 sigma of the formulas, one number within 5")
-FRONTAL = most(1.0, "a ship is longer than it is broad")
-LATERAL = most(0.2, "the highest passenger ships have a tenth of the length squared")
+# The whole ship: forces over m U^2/L, moments over m U^2.  Ranges are those of the ships with rudders in the library
+# (1.2 m to 320 m, tankers to container ships), widened by the scatter of coefficients between towing tanks, some 25 %.
+_ADDED = "added masses of ships: 2 to 15 % in surge, 55 to 120 % in sway (Clarke et al. 1983; Motora 1959)"
+_CRAFT = "small and broad craft have less: 0 to 40 % in surge, 0 to 150 % in sway"
+MASSES = (
+    within(1.005, 1.3, 1.0, 1.7, _ADDED), within(1.35, 2.4, 1.1, 3.5, _ADDED),
+    within(0.27, 0.42, 0.22, 0.55, "0.24 to 0.27 L of the mass, with the added inertia 0.32 to 0.36 L"),
+)  # fmt: skip
+MASSES_OF_CRAFT = (
+    within(0.999, 1.45, 0.7, 2.0, _CRAFT), within(0.98, 2.6, 0.7, 4.0, _CRAFT),
+    within(0.22, 0.55, 0.15, 0.7, "0.2 to 0.4 L of the mass, more with added inertia"),
+)  # fmt: skip
+MASS_LEVER = within(-0.06, 0.06, -0.2, 0.2, "the centre of gravity lies within 4 % of the length of midship")
+FULLNESS = within(3.0, 11.0, 2.0, 16.0, "length over the cube root of the volume: 3 to 4.5 of tugs, 5 to 9 of ships")
+BREADTH = within(1.8, 8.0, 1.2, 15.0, "breadth over draught: 2 to 5 of ships, more of inland ships in ballast")
+LENGTH = within(1.7, 11.0, 1.2, 16.0, "length over breadth: 2.5 to 4 of tugs, 5 to 9 of ships")
+BLOCK = within(0.34, 0.9, 0.2, 1.0, "block coefficient: 0.4 of fast craft to 0.88 of bulkers")
+BLOCK_OF_CRAFT = within(0.12, 0.9, 0.05, 1.0, "two slender hulls fill a fifth of the box about them")
+SURGE_SLOPE = within(0.04, 0.8, 0.01, 2.0, "time in which a disturbance of speed dies out: 2 to 25 lengths")
+RESISTANCE_OF_SHIPS = within(0.75, 6.0, 0.4, 12.0, "total resistance is 1.1 to 4 times the friction (Holtrop 1984)")
+RESISTANCE_OF_CRAFT = within(0.5, 150.0, 0.2, 400.0, "small craft, catamarans and models of positioning have more drag")
+SHARED = within(0.08, 0.6, 0.04, 1.0, "strips of drag have 1/8, strips of lift 1/6, a rudder at the stern adds")
+SHARED_OF_CRAFT = within(
+    0.02, 1.6, 0.005, 3.0, "strips of drag have 1/8, strips of lift 1/6, ends at stern and bow add"
+)
+SIDEWAYS = within(0.8, 3000.0, 0.4, 1e5, "a hull has more drag sideways than ahead")
+_CLARKE = "Clarke, Gedling and Hine (1983), hull with rudder: 0.65 to 1.8 times on 14 ships"
+CLARKE = {
+    "Y_v": within(0.55, 2.2, 0.35, 3.5, _CLARKE), "N_v": within(0.45, 1.7, 0.2, 2.5, _CLARKE),
+    "N_r": within(0.65, 2.2, 0.4, 3.5, _CLARKE), "Y_r": within(0.15, 0.85, -0.2, 1.1, "0.24 to 0.65 on 14 ships"),
+}  # fmt: skip
+HELM_SWAY = within(
+    -0.65, -0.11, -1.2, -0.04, "side force of a rudder of 1/40 to 1/70 of L d: -0.16 to -0.5 on 14 ships"
+)
+HELM_YAW = within(0.055, 0.32, 0.02, 0.6, "moment of a rudder of 1/40 to 1/70 of L d: 0.08 to 0.24 on 14 ships")
+HELM_LEVER = within(
+    -0.6, -0.4, -0.7, -0.3, "the rudder stands at the stern, its force on the hull a little ahead of it"
+)
+_TURNING = "in a hard turn; on 14 ships, hull, propeller and rudder together"
+LARGE = {
+    "Y_vvv": within(0.9, 2.3, 0.5, 4.0, _TURNING), "Y_vrr": within(-0.02, 1.8, -0.3, 3.5, _TURNING),
+    "N_rrr": within(0.93, 1.5, 0.6, 2.5, _TURNING), "N_vvr": within(-0.02, 3.5, -0.3, 6.0, _TURNING),
+    "N_vvv": within(-0.25, 0.22, -0.5, 0.4, _TURNING), "N_vrr": within(-0.5, 0.2, -0.8, 0.4, _TURNING),
+    "Y_rrr": within(-0.15, 0.14, -0.4, 0.4, _TURNING), "Y_vvr": within(-0.45, 2.0, -1.0, 3.0, _TURNING),
+    "X_vr": within(0.9, 2.6, 0.4, 3.5, _TURNING), "X_vv": within(-1.4, 0.5, -2.5, 1.5, _TURNING),
+    "X_rr": within(-0.25, 0.45, -0.6, 0.8, _TURNING),
+}  # fmt: skip
+RUDDER_AREA = within(0.007, 0.05, 0.004, 0.1, "rudders have 1/70 to 1/25 of L d; of pairs, each")
+PROPELLER = within(0.2, 1.0, 0.12, 1.3, "propellers have 0.3 to 0.8 of the draught, of planing craft more")
+USUAL_BLOCK = within(
+    0.55, 1.3, 0.45, 1.6, "block coefficient over 0.7 + 0.125 atan((23 - 100 F_n)/4), Watson and Gilfillan (1977)"
+)
+# Roll
+ROLL_STIFFNESS = within(0.3, 40.0, 0.1, 150.0, "square of the roll frequency over g/L: periods of 5 to 30 s on ships")
+ROLL_DAMPING = within(0.01, 0.7, 0.002, 1.2, "roll dies out in some periods: 1 to 30 % of the critical damping")
+HEEL = within(0.2, 25.0, 0.02, 45.0, "in a hard turn a ship heels outwards by 1 to 20 deg")
 # Propeller
+ADVANCE = within(0.3, 1.3, 0.15, 2.0, "speed over n D: 0.4 of tankers to 1.1 of fast ships")
+PULL_OVER_THRUST = within(1.02, 5.0, 1.0, 12.0, "standing, a propeller thrusts 1.2 to 3 times as at its speed")
+PULL_NUMBER = within(0.12, 0.7, 0.06, 1.2, "bollard K_T of propellers is 0.2 to 0.6, thrust deduction taken off")
+SWING_SHARE = within(0.0, 0.35, 0.0, 0.7, "side force of a reversed propeller: 5 to 25 % of its pull")
+SWING_LEVER = within(-0.65, -0.25, -0.9, -0.1, "the side force of a reversed propeller acts at the stern")
 PUSH = least(1e-4, "more revolutions, more thrust")
 FADES = most(1e-6, "at held revolutions a faster inflow takes thrust; one that is ordered in newtons stays")
 SQUARE_THRUST = Bound(1.5, 6.0, "bollard pull goes with the square of revolutions, or with ordered thrust")
@@ -124,7 +197,20 @@ LOSS = most(0.95, "flow along the hull bends the jet: at half speed some of the 
 FALLS = least(1e-4, "the faster the ship, the less is left")
 KEPT = Bound(0.0, 1.0, "under way a thruster pushes to the same side as at rest, not more than there")
 THRUST_SQUARE = Bound(2.5, 6.0, "thrust goes with the square of revolutions")
+THRUSTER_LEVER = most(0.62, "a thruster stands within the hull")
+NAMED_PLACE = least(0.0, "what is called bow stands ahead of midship, stern abaft it")
+THRUSTER_FORCE = within(
+    5e-5, 0.2, 1e-6, 0.6, "thrust over weight: 0.02 to 0.1 % of tunnels, some % of azimuths and small craft"
+)
+DIRECTED = most(0.02, "a thrust points where its angle says")
 # Wind and waves
+WIND_ACROSS = within(0.45, 1.35, 0.25, 2.0, "beam force over q A_L: 0.7 to 1.05 (Blendermann 1994; Isherwood 1972)")
+WIND_ALONG = within(0.25, 1.3, 0.1, 2.0, "head force over q A_T: 0.45 to 1.0 (Blendermann 1994; Isherwood 1972)")
+AREA_ACROSS = within(0.018, 0.16, 0.008, 0.2, "lateral area over L^2: 0.03 of loaded tankers to 0.13 of car carriers")
+AREA_ALONG = within(0.12, 0.7, 0.05, 1.0, "frontal over lateral area: 0.15 to 0.5")
+AREA_HEAD = within(0.2, 2.2, 0.1, 4.0, "frontal area over B^2: 0.4 to 1.5")
+PRESSURE_PLACE = within(-0.12, 0.12, -0.25, 0.25, "centre of the lateral area: within a tenth of the length of midship")
+WAVE_DRIFT = within(0.2, 1.6, 0.02, 3.0, "beam drift over rho g L H_S^2/16, what a wall reflects, in short waves")
 LEEWARD = least(0.05, "wind pushes to leeward from every direction")
 LEEWARD_SURGE = least(0.0, "head wind slows a ship at any speed, tail wind does not")
 WAVE_LEEWARD = least(-0.02, "mean drift force of waves is to leeward, next to nothing from astern")

@@ -21,7 +21,7 @@ from ...environment import CALM
 from ...models import Sampled
 from ...ships.estimate import FORMULAS, SCATTER
 from ...ships.formulas import Particulars
-from . import Finding, worst
+from . import Finding, ranged, worst
 from . import thresholds as limit
 from .probe import Probe
 
@@ -81,23 +81,44 @@ def zigzag(p: Probe) -> Iterator[Finding]:
 
 
 def waiting(p: Probe) -> Iterator[Finding]:
-    """Dead time of the steering, over the time of a ship length."""
-    points = [(name, float(p.ship.actuators.of(name).dead_time) / p.unit_time) for name in p.steering]
-    if points:
-        wrong = "the steering gear answers later than that of any ship: dead time of {at}"
-        yield worst("dead time of the steering over L/U", points, limit.DEAD_TIME, wrong)
+    """Dead time and lag of the steering, over the time of a ship length."""
+    gears = [(name, p.ship.actuators.of(name)) for name in p.steering]
+    for what, of, bound in (("dead_time", "dead time", limit.DEAD_TIME), ("lag", "lag", limit.LAG)):
+        points = [(name, float(getattr(gear, what, 0.0)) / p.unit_time) for name, gear in gears]
+        if points:
+            wrong = f"the steering gear answers later than that of any ship: {of} of {{at}}"
+            yield worst(f"{of} of the steering over L/U", points, bound, wrong)
 
 
 def areas(p: Probe) -> Iterator[Finding]:
-    """Areas above water over breadth and length."""
-    wind: Any = p.ship.model.part("wind")
+    """Areas above water over length and breadth."""
+    model, L = p.ship.model, p.ship.L_pp
+    wind: Any = model.part("wind")
     A_T, A_L = (float(getattr(wind, name, 0.0)) for name in ("A_T", "A_L"))
-    if not (A_T and A_L):
-        return
-    yield Finding("frontal over lateral area above water", A_T / A_L, "-", limit.FRONTAL,
-                  "A_T is larger than A_L: frontal and lateral area look exchanged")  # fmt: skip
-    yield Finding("lateral area above water over the length squared", A_L / p.ship.L_pp**2, "-", limit.LATERAL,
-                  "A_L is more than ships of this length have: square feet, or another unit")  # fmt: skip
+    if A_T and A_L:
+        swap = "A_T is larger than A_L: frontal and lateral area of the wind look exchanged"
+        of = swap if A_T > A_L else "frontal or lateral area of the wind is wrong"
+        yield from ranged("frontal over lateral area above water", A_T / A_L, "-", limit.AREA_ALONG, of)
+        unit = "A_L of the wind is that of no ship of this length: square feet, or another unit"
+        yield from ranged("lateral area above water over the length squared", A_L / L**2, "-", limit.AREA_ACROSS, unit)
+        if B := float(model.breadth):
+            unit = "A_T of the wind is that of no ship of this breadth: square feet, or another unit"
+            yield from ranged(
+                "frontal area above water over the breadth squared", A_T / B**2, "-", limit.AREA_HEAD, unit
+            )
+
+
+def stern(p: Probe) -> Iterator[Finding]:
+    """Area of the rudder over length and draught, diameter of the propeller over draught."""
+    model: Any = p.ship.model
+    D_P = float(getattr(model.part("propeller") or model.part("screw"), "D_P", 0.0))
+    A_R, d = float(getattr(model.part("rudder"), "A_R", 0.0)), float(model.draught)
+    if D_P and d:
+        wrong = "the diameter of the propeller (D_P) is that of no ship of this draught"
+        yield from ranged("propeller diameter over draught", D_P / d, "-", limit.PROPELLER, wrong)
+    if A_R and d:
+        wrong = "the area of the rudder (A_R) is that of no ship of this length and draught"
+        yield from ranged("rudder area over L d", A_R / (p.ship.L_pp * d), "-", limit.RUDDER_AREA, wrong)
 
 
 @dataclass(frozen=True)

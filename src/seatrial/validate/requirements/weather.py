@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from ...data import Array
 from ...environment import Environment, Uniform
-from . import Finding, Judgement, Plot, judged, typical, worst
+from . import Finding, Judgement, Plot, judged, ranged, typical, worst
 from . import thresholds as limit
-from .body import masses
+from .body import shares
 from .probe import Probe
 
 _ANGLES = np.radians(np.arange(-175.0, 181.0, 5.0))
 _WIND, _HEIGHT = 3.0, 0.02
 """Wind over the approach speed, significant height of waves over the length."""
-_NO_MASSES = np.diag([1.07, 1.8, 0.1])
-"""Masses of a usual ship, in mass and length, where those of the model cannot be measured."""
 
 
 def wind(p: Probe) -> Judgement:
@@ -41,7 +40,7 @@ def _judged(p: Probe, kinds: Sequence[str]) -> Judgement:
             found.append(Finding(f"greatest force of {kind} from the beam", 0.0, "U^2/L", limit.SOME, wrong))
             continue
         found += _from_all_sides(kind, force, _forces(p, kind, 2.0))
-        found += _headings(p, kind)
+        found += [*_headings(p, kind), *(_sized(p, kind, force) if p.rests else ())]
         if kind == "wind":
             found += [*_turned(force), *_under_way(p), *_adrift(p), *_gusts(p), *typical.areas(p)]
         lines = tuple((name, np.degrees(_ANGLES), force[:, k]) for k, name in enumerate(("surge", "sway", "yaw / L")))
@@ -72,10 +71,36 @@ def _forces(p: Probe, kind: str, strength: float) -> Array:
     """Surge, sway and yaw (over L) by wind or waves from all angles, over m U^2/L, shape (angles, 3)."""
     u, control = _speed(p)
     change = p.at([(u, 0.0, 0.0)], control, _around(p, kind, _ANGLES, strength)) - p.at([(u, 0.0, 0.0)], control)
-    M, L = masses(p), p.ship.L_pp
-    scale = np.diag([1.0, 1.0, 1.0 / L])
-    even = _NO_MASSES if M is None else scale @ M @ scale / (float(p.ship.model.displaced) or float(M[0, 0]))
-    return (change * [1.0, 1.0, L]) @ even.T * L / p.U**2
+    L = p.ship.L_pp
+    return (change * [1.0, 1.0, L]) @ shares(p).T * L / p.U**2
+
+
+def _sized(p: Probe, kind: str, force: Array) -> Iterator[Finding]:
+    """Forces over dynamic pressure and area, of waves over what a wall of the ship's length reflects."""
+    m, L = float(p.ship.model.displaced), p.ship.L_pp
+    X, Y, N = force.T * m * p.U**2 / L
+    if not m > 0.0:
+        return
+    if kind == "waves":
+        highest = float(np.abs(Y).max()) / (1025.0 * 9.81 * L * (_HEIGHT * L) ** 2 / 16.0)
+        wrong = "the force of waves is that of no ship of this length: height, amplitude or density in another unit"
+        yield from ranged("waves: beam force over rho g L H_S^2/16", highest, "-", limit.WAVE_DRIFT, wrong)
+        return
+    part: Any = p.ship.model.part("wind")
+    A_T, A_L = (float(getattr(part, name, 0.0)) for name in ("A_T", "A_L"))
+    pressure = 0.5 * 1.225 * (_WIND * p.U) ** 2
+    ahead, beam = (int(np.argmin(np.abs(_ANGLES - math.radians(a)))) for a in (0.0, 90.0))
+    for name, size, area, known in (("across", abs(Y[beam]), A_L, limit.WIND_ACROSS),
+                                    ("along", abs(X[ahead]), A_T, limit.WIND_ALONG)):  # fmt: skip
+        if area:
+            wrong = f"the wind force {name} is that of no ship of this area: speed or coefficient in another unit"
+            yield from ranged(
+                f"wind: force {name} over pressure and area", float(size / (pressure * area)), "-", known, wrong
+            )
+    if Y[beam]:
+        lever = float(N[beam] / Y[beam])
+        wrong = "the wind force acts far from midship: the centre of the lateral area (s_L) or the yaw moment is wrong"
+        yield from ranged("wind: lever of a beam wind", lever, "L", limit.PRESSURE_PLACE, wrong)
 
 
 def _named(angles: Array) -> list[str]:

@@ -1,0 +1,332 @@
+"""Forces of the whole ship, measured by its motion, against what ships of its size and form have.
+
+Rates times measured masses are forces, whatever the family: a term of an Abkowitz table, of a Fossen matrix and of a
+hull behind its own rudder are held against one regression.  Forces are over m U^2/L, moments over m U^2, with m the
+displaced mass: then the linear derivatives of Clarke et al. (1983) depend on little more than draught and breadth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...data import Array
+from . import Finding, ranged
+from . import thresholds as limit
+from .body import shares
+from .probe import Probe
+from .thresholds import Range
+
+_SLENDER, _DRAUGHT, _BREADTH = 0.52, 0.05, 2.6
+"""d^2 L over the volume, d/L and B/d of a usual ship, for files that do not have them."""
+_LITTLE, _DRIFT, _TURN, _HELM = 0.02, 0.3, 0.5, 0.1
+"""v_m/U and r L/U of slopes; of a hard turn; rudder of slopes [rad]."""
+_NU = 1.19e-6
+_SPEED = 0.1
+"""Share of U about a speed that slopes of surge are taken over."""
+
+Named = tuple[str, float, str, Range, str]
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A ship as forces by motion."""
+
+    p: Probe
+
+    @cached_property
+    def mass(self) -> Array:
+        """Mass matrix over m, with yaw in lengths, shape (3, 3)."""
+        return shares(self.p)
+
+    @cached_property
+    def volume(self) -> float:
+        """Displaced volume [m^3]; NaN where the mass is unknown."""
+        m = float(self.p.ship.model.displaced)
+        return m / 1025.0 if m > 0.0 and self.p.ship.model.takes("wind") else math.nan
+
+    @cached_property
+    def form(self) -> tuple[float, float, float]:
+        """d^2 L over the volume, d/L and B/d; usual ones where unknown."""
+        model, L = self.p.ship.model, self.p.ship.L_pp
+        d, B = float(model.draught), float(model.breadth)
+        slender = d * d * L / self.volume if d and math.isfinite(self.volume) else _SLENDER
+        return slender, d / L if d else _DRAUGHT, B / d if d and B else _BREADTH
+
+    def forces(self, rows: list[tuple[float, ...]]) -> Array:
+        """X, Y over m U^2/L and N over m U^2 at rows of u/U, v_m/U, r L/U, n/n_P, rudder [rad], shape (rows, 3)."""
+        p, L = self.p, self.p.ship.L_pp
+        motion = np.array(rows)[:, :3] * [p.U, p.U, p.U / L]
+        rates = p.at(motion, [p.controls(n * p.n_P, d) for *_, n, d in rows])
+        return (rates * [1.0, 1.0, L]) @ self.mass.T * L / p.U**2
+
+    def slope(self, row: tuple[float, ...], step: tuple[float, ...]) -> Array:
+        """Slope of X, Y, N along a step from a row, by central differences; the step's own size divides."""
+        size = float(np.abs(step).max())
+        up, down = (tuple(a + s * b for a, b in zip(row, step, strict=True)) for s in (1.0, -1.0))
+        plus, minus = self.forces([up, down])
+        return (plus - minus) / (2.0 * size)
+
+    def parts(self, v: float, r: float) -> Array:
+        """X, Y, N in drift and turn, split by symmetry: odd in v, odd in r, odd in both, even; shape (4, 3)."""
+        a, b, c, d = self.forces([(1.0, s * v, t * r, 1.0, 0.0) for s in (1, -1) for t in (1, -1)])
+        return np.array([a + b - c - d, a - b + c - d, a - b - c + d, a + b + c + d]) / 4.0
+
+
+def findings(p: Probe) -> Iterator[Finding]:
+    """Masses, linear and large forces of hull and rudder, resistance: of the whole ship, against those of others."""
+    if not p.sways:
+        return
+    ship = Whole(p)
+    named = [*_masses(ship), *_resistance(ship), *_shared(ship)]
+    if p.conventional:
+        named += [*_linear(ship), *_large(ship)]
+    for one in named:
+        if not math.isnan(one[1]):
+            yield from ranged(*one)
+
+
+def _masses(ship: Whole) -> Iterator[Named]:
+    M, p, L = ship.mass, ship.p, ship.p.ship.L_pp
+    known = limit.MASSES if p.conventional else limit.MASSES_OF_CRAFT
+    surge = float(M[0, 0]) if M[0, 0] != 1.0 else math.nan  # over itself, where the displaced mass is unknown
+    yield "mass in surge over displaced", surge, "-", known[0], "added mass in surge (m_x) is that of no ship"
+    yield (
+        "mass in sway over surge",
+        float(M[1, 1] / M[0, 0]),
+        "-",
+        known[1],
+        "added mass in sway (m_y) is that of no ship",
+    )
+    gyration = math.sqrt(max(float(M[2, 2] / M[0, 0]), 0.0))
+    yield (
+        "radius of gyration in yaw, of the mass in surge",
+        gyration,
+        "L",
+        known[2],
+        "inertia in yaw (I_z, J_z) is that of no ship",
+    )
+    lever = float(M[1, 2] / M[1, 1])
+    yield (
+        "lever of sway on yaw in the masses",
+        lever,
+        "L",
+        limit.MASS_LEVER,
+        "the centre of mass (x_G) lies far from midship",
+    )
+    if math.isfinite(ship.volume):
+        full = L / ship.volume ** (1.0 / 3.0)
+        yield (
+            "length over the cube root of the volume",
+            full,
+            "-",
+            limit.FULLNESS,
+            "mass or length is wrong: too heavy or light for its length",
+        )
+    d, B = float(p.ship.model.draught), float(p.ship.model.breadth)
+    if d and B:
+        yield "breadth over draught", B / d, "-", limit.BREADTH, "breadth B or draught d is wrong"
+        yield "length over breadth", L / B, "-", limit.LENGTH, "length or breadth B is wrong"
+        if math.isfinite(ship.volume):
+            known = limit.BLOCK if p.conventional else limit.BLOCK_OF_CRAFT
+            yield (
+                "block coefficient",
+                ship.volume / (L * B * d),
+                "-",
+                known,
+                "mass, length, breadth or draught is wrong",
+            )
+            if p.conventional:
+                F_n = p.U / math.sqrt(9.81 * L)
+                full = ship.volume / (L * B * d) / (0.7 + 0.125 * math.atan((23.0 - 100.0 * F_n) / 4.0))
+                yield (
+                    "block coefficient over that of ships as fast",
+                    full,
+                    "-",
+                    limit.USUAL_BLOCK,
+                    "mass, length, breadth or draught is wrong",
+                )
+
+
+def _resistance(ship: Whole) -> Iterator[Named]:
+    """Resistance over the friction (ITTC 1957) of the wetted surface 2.6 sqrt(volume L), with waves by speed."""
+    p, L = ship.p, ship.p.ship.L_pp
+    if p.conventional:
+        slope = float(ship.slope((1.0, 0.0, 0.0, 1.0, 0.0), (_SPEED, 0.0, 0.0, 0.0, 0.0))[0])
+        yield (
+            "damping of surge at held revolutions",
+            -slope,
+            "m U/L",
+            limit.SURGE_SLOPE,
+            "resistance (R_0, X_u) or thrust is out of proportion",
+        )
+    if not (p.stops and math.isfinite(ship.volume)):
+        return
+    own = -float(ship.forces([(1.0, 0.0, 0.0, 0.0, 0.0)])[0, 0])
+    friction = 0.075 / (math.log10(p.U * L / _NU) - 2.0) ** 2
+    wetted = 2.6 * math.sqrt(ship.volume * L)
+    share = own * ship.volume / L / (0.5 * wetted * friction)
+    waves = 1.0 + (p.U / math.sqrt(9.81 * L) / 0.3) ** 4
+    known = limit.RESISTANCE_OF_SHIPS if p.conventional else limit.RESISTANCE_OF_CRAFT
+    yield (
+        "resistance over friction and waves",
+        share / waves,
+        "-",
+        known,
+        "resistance (R_0, X_u) is that of no such ship",
+    )
+
+
+def _shared(ship: Whole) -> Iterator[Named]:
+    """Yaw damping over sway damping where the ends of the ship move as fast: a strip of drag has 1/8, of lift 1/6."""
+    under_way = ship.p.conventional
+    u, n = (1.0, 1.0) if under_way or not ship.p.rests else (0.5, 0.5)
+    sway = float(ship.slope((u, 0.0, 0.0, n, 0.0), (0.0, 0.4 * u, 0.0, 0.0, 0.0))[1])
+    yaw = float(ship.slope((u, 0.0, 0.0, n, 0.0), (0.0, 0.0, 0.8 * u, 0.0, 0.0))[2])
+    known = limit.SHARED if under_way else limit.SHARED_OF_CRAFT
+    yield ("yaw damping over sway damping, ends as fast", 2.0 * yaw / sway if sway else math.nan, "-", known,
+           "damping of yaw (N_r) and of sway (Y_v) do not belong to one hull")  # fmt: skip
+    if ship.p.stops:
+        aside = 0.5 * float(np.subtract(*ship.forces([(0.0, s, 0.0, 0.0, 0.0) for s in (-0.4, 0.4)])[:, 1]))
+        along = -float(ship.forces([(0.4, 0.0, 0.0, 0.0, 0.0)])[0, 0])
+        if ship.p.rests and along > 0.0:
+            yield (
+                "drag sideways over ahead at one speed",
+                aside / along,
+                "-",
+                limit.SIDEWAYS,
+                "sway and surge damping look exchanged, or one is wrong",
+            )
+
+
+def _linear(ship: Whole) -> Iterator[Named]:
+    """Linear derivatives of the ship with its rudder over those of a hull by Clarke, Gedling and Hine (1983)."""
+    slender, d, B = ship.form
+    straight = (1.0, 0.0, 0.0, 1.0, 0.0)
+    drift = ship.slope(straight, (0.0, _LITTLE, 0.0, 0.0, 0.0))
+    turn = ship.slope(straight, (0.0, 0.0, _LITTLE, 0.0, 0.0))
+    helm = ship.slope(straight, (0.0, 0.0, 0.0, 0.0, _HELM))
+    k = 0.5 * math.pi * slender
+    words = "{} is that of no such ship: {}"
+    yield ("sway by drift over Clarke's", float(drift[1]) / -(k + 0.2 * math.pi), "-", limit.CLARKE["Y_v"],
+           words.format("Y_v", "sway force by drift"))  # fmt: skip
+    yield ("yaw by drift over Clarke's", float(drift[2]) / -(k * (0.5 + 2.4 * d)), "-", limit.CLARKE["N_v"],
+           words.format("N_v", "yaw moment by drift, that of Munk with it"))  # fmt: skip
+    yield ("yaw by turning over Clarke's", float(turn[2]) / -(k * (0.25 + 0.039 * B - 0.56 * B * d)), "-",
+           limit.CLARKE["N_r"], words.format("N_r", "yaw damping"))  # fmt: skip
+    yield ("sway by turning, the mass taken off", float(turn[1]) + float(ship.mass[0, 0]), "m U", limit.CLARKE["Y_r"],
+           words.format("Y_r", "sway force by yaw rate"))  # fmt: skip
+    yield (
+        "sway by the rudder",
+        float(helm[1]),
+        "m U^2/L",
+        limit.HELM_SWAY,
+        words.format("Y_delta", "side force of the rudder"),
+    )
+    yield "yaw by the rudder", float(helm[2]), "m U^2", limit.HELM_YAW, words.format("N_delta", "moment of the rudder")
+    lever = float(helm[2] / helm[1]) if helm[1] else math.nan
+    yield (
+        "lever of the rudder force",
+        lever,
+        "L",
+        limit.HELM_LEVER,
+        "the rudder force does not act at the stern (x_R, x_H, a_H)",
+    )
+
+
+def _large(ship: Whole) -> Iterator[Named]:
+    """What drift and yaw do to each other in a hard turn; separated by symmetry, so by terms such as Y_vrr, N_vvr.
+
+    A strip of the hull meets v_m + x r and resists by its square: damping of sway grows with the turn, of yaw with
+    drift, and nothing in it feeds one from the other.
+    """
+    both = ship.parts(_DRIFT, _TURN)
+    (sway, _, _, aside), (_, yaw, _, about) = ship.parts(_DRIFT, 0.0), ship.parts(0.0, _TURN)
+    straight = ship.forces([(1.0, 0.0, 0.0, 1.0, 0.0)])[0]
+    low = ship.parts(_LITTLE, 0.0)[0] / _LITTLE, ship.parts(0.0, _LITTLE)[1] / _LITTLE
+    v, r = low[0], low[1]
+
+    def over(value: float, base: float) -> float:
+        return value / base if base else math.nan
+
+    yield (
+        "sway force of 17 deg of drift, over its slope",
+        over(float(sway[1]) / _DRIFT, float(v[1])),
+        "-",
+        limit.LARGE["Y_vvv"],
+        "sway force at large drift (Y_vvv) does not grow as a hull's",
+    )
+    yield (
+        "gain of sway damping by turning",
+        over(float(both[0, 1] - sway[1]) / _DRIFT, float(v[1])),
+        "-",
+        limit.LARGE["Y_vrr"],
+        "sway damping falls by turning, or grows too much (Y_vrr)",
+    )
+    yield (
+        "yaw moment of r' = 0.5, over its slope",
+        over(float(yaw[2]) / _TURN, float(r[2])),
+        "-",
+        limit.LARGE["N_rrr"],
+        "yaw damping at large rates (N_rrr) does not grow as a hull's",
+    )
+    yield (
+        "gain of yaw damping by drift",
+        over(float(both[1, 2] - yaw[2]) / _TURN, float(r[2])),
+        "-",
+        limit.LARGE["N_vvr"],
+        "yaw damping falls by drift, or grows too much (N_vvr)",
+    )
+    yield (
+        "change of the drift moment at 17 deg",
+        float(sway[2]) / _DRIFT - float(v[2]),
+        "m U^2",
+        limit.LARGE["N_vvv"],
+        "yaw moment at large drift (N_vvv) is that of no ship",
+    )
+    yield (
+        "change of the drift moment by turning",
+        float(both[0, 2] - sway[2]) / _DRIFT,
+        "m U^2",
+        limit.LARGE["N_vrr"],
+        "yaw moment by drift in a turn (N_vrr) is that of no ship",
+    )
+    yield (
+        "change of sway by turning at r' = 0.5",
+        float(yaw[1]) / _TURN - float(r[1]),
+        "m U^2/L",
+        limit.LARGE["Y_rrr"],
+        "sway force at large rates (Y_rrr) is that of no ship",
+    )
+    yield (
+        "change of sway by turning in drift",
+        float(both[1, 1] - yaw[1]) / _TURN,
+        "m U^2/L",
+        limit.LARGE["Y_vvr"],
+        "sway force by turning in drift (Y_vvr) is that of no ship",
+    )
+    yield (
+        "surge by drift and yaw",
+        float(both[2, 0]) / (_DRIFT * _TURN),
+        "m U^2/L",
+        limit.LARGE["X_vr"],
+        "surge force of a drifting turn (X_vr) is that of no ship",
+    )
+    yield (
+        "surge by drift",
+        float(aside[0] - straight[0]) / _DRIFT**2,
+        "m U^2/L",
+        limit.LARGE["X_vv"],
+        "surge force by drift (X_vv, X_vvvv) is that of no ship",
+    )
+    yield (
+        "surge by turning",
+        float(about[0] - straight[0]) / _TURN**2,
+        "m U^2/L",
+        limit.LARGE["X_rr"],
+        "surge force by turning (X_rr, x_G) is that of no ship",
+    )

@@ -1,0 +1,42 @@
+"""The judge against the gallery: wrong ships are told with the culprit's physics, good ones are told nothing."""
+
+from __future__ import annotations
+
+import gallery
+import pytest
+
+WRONG, RIGHT = tuple(gallery.wrong()), tuple(gallery.right())
+BASES = tuple(dict.fromkeys(entry.base for entry in RIGHT))
+WORST = (
+    "kvlcc2: rudder.f_alpha radians", "kvlcc2: hull.N_v twice", "kvlcc2: @rudder.dead_time minute",
+    "kvlcc2: hull.N_r+hull.N_v exchanged", "kvlcc2: wind.A_T+wind.A_L square feet", "kvlcc2: hull.N_vvr sign",
+    "kvlcc2: propeller.k_0+propeller.k_1+propeller.k_2 quarter", "kvlcc2: hull.R_0 tenfold",
+    "kvlcc2: waves.X_*+waves.Y_* fourfold", "esso_osaka_3m_harbour: thrusters.bow.x+thrusters.stern.x exchanged",
+    "esso_osaka_3m_harbour: thrusters.stern.x at the bow", "esso_osaka_3m_harbour: propeller.A_*+propeller.B_* gravity",
+)  # fmt: skip
+"""Ships that the judge once passed."""
+
+
+def test_the_gallery_has_six_good_ships_and_a_hundred_and_fifty_of_either_kind() -> None:
+    assert len(BASES) == 6
+    assert {entry.base for entry in WRONG} == set(BASES)
+    assert min(len({entry.name for entry in WRONG}), len({entry.name for entry in RIGHT})) >= 150
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WORST)
+def test_a_ship_that_was_passed_once_is_told_with_its_culprit(name: str) -> None:
+    (entry,) = (one for one in WRONG if one.name == name)
+    assert gallery.named(entry)
+
+
+@pytest.mark.long
+def test_of_wrong_ships_nineteen_in_twenty_are_told_with_the_culprit() -> None:
+    missed = [entry.name for entry in WRONG if not gallery.named(entry)]
+    assert len(missed) <= 0.05 * len(WRONG), missed
+
+
+@pytest.mark.long
+def test_of_good_ships_ninety_seven_in_a_hundred_are_told_nothing() -> None:
+    hurt = {entry.name: said for entry in RIGHT if (said := list(gallery.new(entry)))}
+    assert len(hurt) <= 0.03 * len(RIGHT), hurt

@@ -1,0 +1,105 @@
+"""Forces measured by motion: exact for rates that are written down, and Clarke's numbers for a hull of his formulas."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plain_ships import L, plain
+
+from seatrial.core.parameters import update, values
+from seatrial.ships.files import load
+from seatrial.validate.requirements import Finding, body, ranged, whole
+from seatrial.validate.requirements import thresholds as limit
+from seatrial.validate.requirements.probe import Probe
+from seatrial.validate.requirements.thresholds import within
+
+MASSES = np.diag([1.0, 1.7, 0.09 * L * L])
+
+
+def test_forces_split_by_symmetry_are_the_terms_of_a_polynomial() -> None:
+    p = plain(lambda m: (m.n - m.u + 0.7 * m.v * m.r - 0.2 * m.v**2, -m.v - 2.0 * m.v**3 - 0.5 * m.v * m.r**2,
+                         -m.r - 0.3 * m.v - 0.4 * m.v**2 * m.r), masses=MASSES)  # fmt: skip
+    odd_v, odd_r, both, even = whole.Whole(p).parts(0.3, 0.5)
+    assert odd_v == pytest.approx([0.0, 1.7 * (-0.3 - 2.0 * 0.027 - 0.5 * 0.3 * 0.25), -0.09 * 0.09])
+    assert odd_r == pytest.approx([0.0, 0.0, 0.09 * (-0.5 - 0.4 * 0.09 * 0.5)])
+    assert both == pytest.approx([0.7 * 0.15, 0.0, 0.0])
+    assert even == pytest.approx([-0.2 * 0.09, 0.0, 0.0])
+
+
+def test_slopes_are_those_of_the_written_rates_times_the_masses() -> None:
+    p = plain(lambda m: (m.n - m.u, -1.2 * m.v - 0.4 * m.r - 0.3 * m.d, -0.6 * m.v - 3.0 * m.r + 2.0 * m.d),
+              masses=MASSES)  # fmt: skip
+    ship, straight = whole.Whole(p), (1.0, 0.0, 0.0, 1.0, 0.0)
+    assert ship.slope(straight, (0.0, 0.02, 0.0, 0.0, 0.0)) == pytest.approx([0.0, -1.2 * 1.7, -0.6 * 0.09])
+    assert ship.slope(straight, (0.0, 0.0, 0.02, 0.0, 0.0)) == pytest.approx([0.0, -0.4 * 1.7, -3.0 * 0.09])
+    assert ship.slope(straight, (0.0, 0.0, 0.0, 0.0, 0.1)) == pytest.approx([0.0, -0.3 * 1.7, 2.0 * 0.09])
+
+
+def test_a_hull_of_clarke_has_clarkes_numbers() -> None:
+    """KVLCC2 with its rudder taken off and Clarke's derivatives, from primes over 0.5 rho L^2 as he prints them."""
+    ship = load("kvlcc2")
+    v = values(ship.model)
+    T, B, Lpp, m = (float(v[f"body.{name}"]) for name in ("d", "B", "L_pp", "m"))
+    C_b = m / 1025.0 / (Lpp * B * T)
+    k, per = math.pi * (T / Lpp) ** 2, Lpp / T  # his forces are over 0.5 rho L^2, those of the file over 0.5 rho L d
+    munk = float(v["body.m_y"] - v["body.m_x"]) / (0.5 * 1025.0 * Lpp**2 * T)
+    clarke = {"hull.Y_v": -k * (1.0 + 0.4 * C_b * B / T) * per, "hull.N_v": -k * (0.5 + 2.4 * T / Lpp) * per,
+              "hull.N_r": -k * (0.25 + 0.039 * B / T - 0.56 * B / Lpp) * per}  # fmt: skip
+    assert munk > 0.0
+    bare = {"rudder.A_R": 1e-9, "body.x_G": 0.0, **clarke}
+    p = Probe.of(replace(ship, model=update(ship.model, bare)))
+    found = {one.what: one.value for one in whole.findings(p)}
+    assert found["sway by drift over Clarke's"] == pytest.approx(1.0, abs=0.02)
+    assert found["yaw by drift over Clarke's"] == pytest.approx(1.0, abs=0.02)
+    assert found["yaw by turning over Clarke's"] == pytest.approx(1.0, abs=0.02)
+    assert found["block coefficient"] == pytest.approx(C_b)
+
+
+def test_resistance_is_held_against_friction_of_the_wetted_surface() -> None:
+    """A flat plate's friction, ITTC 1957, of the surface 2.6 sqrt(volume L) alone is 1, less waves."""
+    ship = load("kvlcc2")
+    v = values(ship.model)
+    volume, Lpp, d, U = float(v["body.m"]) / 1025.0, 320.0, 20.8, ship.speed
+    C_F = 0.075 / (math.log10(U * Lpp / 1.19e-6) - 2.0) ** 2
+    R_0 = C_F * 2.6 * math.sqrt(volume * Lpp) / (Lpp * d)
+    p = Probe.of(replace(ship, model=update(ship.model, {"hull.R_0": R_0, "rudder.A_R": 1e-9, "propeller.k_2": 0.0})))
+    found = {one.what: one for one in whole.findings(p)}
+    waves = 1.0 + (U / math.sqrt(9.81 * Lpp) / 0.3) ** 4
+    assert found["resistance over friction and waves"].value == pytest.approx(1.0 / waves, rel=0.01)
+
+
+@pytest.mark.parametrize(("value", "holds", "doubt"), [(1.0, True, True), (2.5, False, True), (9.0, False, False),
+                                                      (float("inf"), False, False)])  # fmt: skip
+def test_beyond_the_usual_a_value_is_doubted_and_far_beyond_it_fails(value: float, holds: bool, doubt: bool) -> None:
+    (one,) = ranged("x", value, "-", within(0.5, 2.0, 0.1, 5.0, "why"), "wrong")
+    assert (one.holds, one.doubt) == (holds, doubt)
+
+
+@pytest.mark.parametrize("name", ["kvlcc2", "kvlcc2_l7", "kcs", "seiun_maru", "suzaku", "mariner", "esso_osaka",
+                                  "esso_osaka_3m", "gms_110", "twin_virtual", "container_son_nomoto",
+                                  "esso_190k_tanker", "milliampere", "supply_76m", "cybership2", "gunnerus",
+                                  "wamv_16", "blueboat", "northern_clipper"])  # fmt: skip
+def test_ships_of_the_library_lie_within_what_ships_have(name: str) -> None:
+    assert not [one.wrong for one in whole.findings(Probe.of(load(name))) if not one.holds]
+
+
+def turned(**numbers: float) -> list[Finding]:
+    ship = load("container_son_nomoto")
+    model = update(ship.model, {key.replace("__", "."): value for key, value in numbers.items()})
+    return [*body.heel(Probe.of(replace(ship, model=model)))]
+
+
+@pytest.mark.slow
+def test_a_ship_that_rolls_rights_itself_and_heels_outwards() -> None:
+    """Stiffness by hand: m g GM over the inertia in roll, the small parts of speed and sway left out."""
+    stiff, damped, starboard, port = turned()
+    volume, rho = 21222.0, 1025.0
+    inertia = (1.76e-5 + 3.4e-6) * 0.5 * rho * 175.0**5
+    assert stiff.value == pytest.approx(rho * volume * 9.81 * 0.3 / inertia * 175.0 / 9.81, rel=0.35)
+    assert all(one.holds for one in (stiff, damped, starboard, port))
+    assert not turned(body__GM=-0.3)[0].holds
+    assert not turned(derivatives__K_p=7.5e-6)[1].holds
+    assert limit.HEEL.usual.low > 0.0
