@@ -1,7 +1,7 @@
 """Fits that leave trials out: the errors on those are the errors to expect, which residuals of a fit are not.
 
-Recordings are dealt into parts, each kind of manoeuvre in turn; every part is predicted by a fit to the others.  A fit
-begins where the whole one ended, so that a part takes a few iterations.
+Recordings are dealt into parts (`study.folds`); every part is predicted by a fit to the others.  A fit begins where
+the whole one ended, so that a part takes a few iterations.
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ from ..core.executors import Pool
 from ..core.files import packed, write_whole
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
-from ..identify.recordings import dealt, recordings
 from ..identify.resume import digest, kept_arrays
-from ..study.grounds import kind_of
 from .posterior import Posterior
 
 
@@ -36,17 +34,6 @@ class LeftOut:
     trials: tuple[Trial, ...]
 
 
-def parted(trials: Sequence[Trial], parts: int) -> list[list[Trial]]:
-    """The trials in parts, whole recordings dealt by turns, each kind of manoeuvre after the other.
-
-    Raises:
-        StudyError: fewer recordings than parts.
-    """
-    if (count := len(recordings(trials))) < parts:
-        raise StudyError(f"--parts is {parts}; there are {count} recordings to leave out")
-    return dealt(trials, parts, kind_of)
-
-
 def begun(estimator: Any, problem: Problem, fit: Fit) -> tuple[Any, Problem]:
     """Estimator and problem of a fit to fewer trials: what was chosen stays chosen, and it begins at the whole fit."""
     if hasattr(estimator, "settled"):
@@ -58,25 +45,25 @@ def begun(estimator: Any, problem: Problem, fit: Fit) -> tuple[Any, Problem]:
 
 
 def left_out(
-    estimator: Any, problem: Problem, fit: Fit, held: Posterior, *, parts: int, folder: Path | None = None,
-    pool: Pool | None = None,
+    estimator: Any, problem: Problem, fit: Fit, held: Posterior, *, out: Sequence[Sequence[Trial]],
+    folder: Path | None = None, pool: Pool | None = None,
     each: Callable[[int], object] = lambda done: None,
 ) -> Iterator[LeftOut]:  # fmt: skip
     """Fits to all trials but one part, for every part in turn.
 
     Args:
         fit: the whole one, of `problem` by `estimator`.
+        out: the trials of each part (`study.folds`).
         held: its posterior; where that was sampled, those of the parts are as wide, about their own estimates.
         folder: where parts that are done are kept, so that a killed run goes on; None keeps nothing.
         pool: computes the parts; None does so here.
         each: called with the number of parts that are done.
 
     Raises:
-        StudyError: fewer recordings than parts.
         FitError: a fit fails.
     """
     who, all_of_it = begun(estimator, problem, fit)
-    out = parted(problem.trials, parts)
+    parts = len(out)
     inner = [all_of_it.without(some) for some in out]
     files = [None if folder is None else folder / f"part-{k + 1}-of-{parts}.npz" for k in range(parts)]
     kept = [_kept(file, who, one) for file, one in zip(files, inner, strict=True)]

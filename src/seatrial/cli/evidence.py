@@ -29,7 +29,7 @@ def card(
 
 
 def calibrate(
-    model: o.FittedModel, parts: o.LeftOutParts = None, horizon: o.BandHorizon = None,
+    model: o.FittedModel, parts: o.LeftOutParts = None, folds: o.Folds = None, horizon: o.BandHorizon = None,
     history: o.CalibratedHistory = None, fit_first: o.CalibratedFirst = None, dask: o.Dask = None,
     json: bool = False,
 ) -> None:  # fmt: skip
@@ -38,7 +38,7 @@ def calibrate(
     from ..workflow.request import Stopped
 
     try:
-        outcome = run(model, parts=parts, horizon=horizon, history=history, first=fit_first, dask=dask,
+        outcome = run(model, parts=parts, by=folds, horizon=horizon, history=history, first=fit_first, dask=dask,
                       sink=Terminal())  # fmt: skip
     except KeyboardInterrupt:
         raise Stopped("interrupted; run the same command again to go on") from None

@@ -152,6 +152,9 @@ Methods = Annotated[
 ]  # fmt: skip
 YardstickFile = Annotated[Path | None, Option("-o", "--out", help="Write the result to this file (.json).")]
 LeftOutParts = Annotated[int | None, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
+Folds = Annotated[
+    str | None, Option("--folds", help="Split by recording, day, kind-day, speed or wind, or take the hardest.")
+]  # fmt: skip
 BandHorizon = Annotated[
     float | None, Option("--horizon", help="Set the longest time ahead that bands reach [s].")
 ]  # fmt: skip

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import re
+import math
 import shutil
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,21 +18,27 @@ from ...belief.bands.calibrating import Withheld
 from ...belief.bands.calibration import LEVEL, MEASURED, Calibration, beside, save
 from ...belief.bands.conformal import needed, unsure
 from ...belief.fit_first import between_trials
-from ...belief.parts import left_out
+from ...belief.parts import LeftOut, left_out
 from ...belief.power import LEAST
 from ...belief.reading import HOW, posterior
 from ...belief.weighing import power
 from ...core import executors
 from ...core.files import held_alone
-from ...data import Array
+from ...data import Array, Trial
+from ...engine import SimulationError
 from ...identify import StudyError
 from ...identify.recordings import recordings
 from ...models import STATES
 from ...report.blocks import Body, fields, joined, line, table
+from ...simulate.replay import replay
+from ...study.folds import FOLDS, day_named, folds, supported
 from ...study.grounds import trial_digest
 from ...study.store import Summary, read_summary
 from ...study.stored import load_fit
 from ...study.study import Study, read_study
+from ...validate import Comparison
+from ...validate.comparison import compare, pooled
+from ...validate.metrics import scales
 from .. import SILENT, Outcome, RequestError, Sink, figure
 from ..request import positive
 from .fans import DEGREES
@@ -38,13 +46,12 @@ from .fans import DEGREES
 # Recordings that show 95 % are left out in so many parts; of fewer each is left out alone.
 _PARTS = 5
 _FOLDER = "left-out"
-# A day in the name of a recording: 06-Aug-2020, 2020-08-06, 20200806.
-_DAY = re.compile(r"(?<!\d)(?:\d{2}[-_.][A-Za-z]{3}[-_.]\d{4}|\d{4}[-_.]?\d{2}[-_.]?\d{2})(?!\d)")
+HARDEST, _USUAL = "hardest", "recording"
 
 
 def calibrate(
-    model: str, *, parts: int | None = None, horizon: float | None = None, history: float | None = None,
-    first: float | None = None, dask: str | None = None, sink: Sink = SILENT,
+    model: str, *, parts: int | None = None, by: str | None = None, horizon: float | None = None,
+    history: float | None = None, first: float | None = None, dask: str | None = None, sink: Sink = SILENT,
 ) -> Outcome[Calibration]:  # fmt: skip
     """Fit again without some of the trials, for every part of them, and keep how well these are predicted.
 
@@ -53,6 +60,7 @@ def calibrate(
     Args:
         model: model.toml of a run of a study.
         parts: into how many parts the recordings are dealt; None leaves each of few recordings out alone.
+        by: how they are dealt, of `FOLDS`; "hardest" takes each way that tells them apart, and keeps the worst.
         horizon: longest one [s]; None takes what as many recordings reach as 95 % needs.
         history, first: also calibrate predictions that begin so; a file of its own beside the first one.
         dask: as of `identify`; the parts are computed there.
@@ -64,18 +72,23 @@ def calibrate(
         BusyError: another process calibrates this model.
     """
     positive(horizon=horizon, history=history, fit_first=first)
-    if parts is not None and parts < 2:
-        raise RequestError(f"--parts is {parts}; two or more leave trials out")
+    _asked(parts, by)
     held = posterior(model, weighed=False)
     where = Path(model).parent
     study, fit = _study(read_summary(where), model), load_fit(where)
     folder, parts = where / _FOLDER, parts or _parts(study)
-
-    def told(done: int) -> None:
-        sink.note(f"{done} of {parts} parts of the recordings left out and fitted without")
+    ways = _ways(study.problem.trials, by or _USUAL, parts)
 
     with held_alone(folder), executors.dask(dask, sink.note) if dask else nullcontext(None) as pool:
-        out = [*left_out(study.estimator, study.problem, fit, held, parts=parts, folder=folder, pool=pool, each=told)]
+        def without(way: str, some: Sequence[Sequence[Trial]]) -> list[LeftOut]:
+            each = partial(_note, sink, way, len(some))
+            (folder / way).mkdir(exist_ok=True)
+            return [*left_out(study.estimator, study.problem, fit, held, out=some, folder=folder / way, pool=pool,
+                              each=each)]  # fmt: skip
+
+        dealt = {way: without(way, some) for way, some in ways.items()}
+        errors = {way: _errors(some, study) for way, some in dealt.items()}
+        out = dealt[worst := max(errors, key=lambda way: errors[way].mean)]
         try:
             held = replace(held, power=power(fit, study.problem, study.estimator, out))
         except StudyError as error:
@@ -89,9 +102,70 @@ def calibrate(
         for one in made:
             sink.note(f"wrote {save(one, beside(model, one.begin))}")
     shutil.rmtree(folder, ignore_errors=True)
-    document = {**_document(made[0], beside(model)), **{one.begin: _document(one, beside(model, one.begin))
-                                                        for one in made[1:]}}  # fmt: skip
-    return Outcome(made[0], fields(document, joined(map(_shown, made))))
+    document = {**_document(made[0], beside(model)),
+                "folds": worst, "errors": {way: one.numbers() for way, one in errors.items()},
+                **{one.begin: _document(one, beside(model, one.begin)) for one in made[1:]}}  # fmt: skip
+    return Outcome(made[0], fields(document, joined(map(_shown, made)) + _folds_shown(errors)))
+
+
+def _asked(parts: int | None, by: str | None) -> None:
+    if parts is not None and parts < 2:
+        raise RequestError(f"--parts is {parts}; two or more leave trials out")
+    if by is not None and by not in (*FOLDS, HARDEST):
+        raise RequestError(f"--folds {by}: is none of {', '.join((*FOLDS, HARDEST))}")
+
+
+def _ways(trials: Sequence[Trial], by: str, parts: int) -> dict[str, list[list[Trial]]]:
+    """The parts of the way of dealing that was asked for, or of all that tell the recordings apart."""
+    return supported(trials, parts) if by == HARDEST else {by: folds(trials, by, parts)}
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Standardised errors (Wakita 2022 Eq. 25) of left-out trials: of all together, and of each part."""
+
+    mean: float
+    parts: tuple[float, ...]
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation over the parts (n - 1)."""
+        return float(np.std(self.parts, ddof=1)) if np.isfinite(self.parts).all() else math.nan
+
+    def numbers(self) -> dict[str, Any]:
+        """The same for a JSON document."""
+        return {"mean": self.mean, "spread": self.spread, "parts": list(self.parts)}
+
+
+def _errors(out: Sequence[LeftOut], study: Study) -> Errors:
+    """Predictions of left-out trials as the report of the study makes them; infinite where one blows up."""
+    every = [trial for one in out for trial in one.trials]
+    sigma, restart = scales(every, study.sigma), study.restart
+    found: list[list[Comparison]] = []
+    blown: set[int] = set()
+    for k, one in enumerate(out):
+        found.append([])
+        for trial in one.trials:
+            try:
+                guess = replay(one.held.ship, trial, restart=restart)
+            except SimulationError:
+                blown.add(k)
+                continue
+            found[k].append(compare(trial, guess, label="", restart=restart, sigma=sigma))
+    parts = tuple(math.inf if k in blown else pooled(some) for k, some in enumerate(found))
+    return Errors(math.inf if blown else pooled(one for some in found for one in some), parts)
+
+
+def _note(sink: Sink, way: str, count: int, done: int) -> None:
+    sink.note(f"{done} of {count} parts of the recordings by {way} left out and fitted without")
+
+
+def _folds_shown(errors: Mapping[str, Errors]) -> Body:
+    rows = [(way, str(len(one.parts)), figure(one.mean, 3), figure(one.spread, 2), figure(max(one.parts), 3))
+            for way, one in errors.items()]  # fmt: skip
+    return table(("left out by", "parts", "Eq. 25", "spread", "worst part"), rows) + line(
+        "error of trials that a fit has not seen, standardised, lower is better; spread: standard deviation over parts"
+    )
 
 
 def _parts(study: Study) -> int:
@@ -153,8 +227,7 @@ def of_one_day(found: Calibration) -> tuple[str, ...]:
     """Kinds whose recordings are all of one day, as far as their names tell it: one line each."""
     days: dict[str, set[str]] = {}
     for kind, group in zip(found.left.kinds, found.left.groups, strict=True):
-        day = _DAY.search(group)
-        days.setdefault(kind, set()).add(day[0] if day else "")
+        days.setdefault(kind, set()).add(day_named(group))
     return tuple(
         f"{kind}: every recording is of {day}; what differs from day to day is not in its bands"
         for kind, some in sorted(days.items())
