@@ -146,7 +146,7 @@ def _read(here: Path, suspects: bool, trials: tuple[Trial, ...]) -> Study:
         if path not in known:
             raise StudyError(f"{here}: report.unidentified: {unknown(path, known)}")
     problem = Problem(
-        ship, train, free, _loss(here, said.loss, train),
+        ship, train, free, _loss(here, said.loss, train, given=bool(trials)),
         Nuisance(**vars(said.nuisance)), validation, said.data.extrapolate,
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
@@ -178,13 +178,13 @@ def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:
     return () if said.virtual is not None else read_raw(study.path, said.data, study.problem.ship)
 
 
-def _loss(here: Path, said: Any, train: Sequence[Trial]) -> Loss:
-    """The table [loss]; a weight whose pattern matches no training trial is refused."""
-    for pattern in said.weights:
-        if not any(fnmatchcase(trial.name, pattern) for trial in train):
-            named = ", ".join(trial.name for trial in train[:3])
-            raise StudyError(f"{here}: loss.weights: '{pattern}' fits no training trial; they are named {named}, ...")
-    return Loss(said.sigma, said.correlation, said.weights, said.scale)
+def _loss(here: Path, said: Any, train: Sequence[Trial], given: bool = False) -> Loss:
+    """The table [loss]; a weight whose pattern matches no training trial is refused, unless these are not its own."""
+    weights = {one: weight for one, weight in said.weights.items() if any(fnmatchcase(t.name, one) for t in train)}
+    if not given and (idle := next((one for one in said.weights if one not in weights), None)):
+        named = ", ".join(trial.name for trial in train[:3])
+        raise StudyError(f"{here}: loss.weights: '{idle}' fits no training trial; they are named {named}, ...")
+    return Loss(said.sigma, said.correlation, weights, said.scale)
 
 
 def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], said: Any) -> str:

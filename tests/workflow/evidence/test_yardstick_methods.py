@@ -123,6 +123,22 @@ def test_a_study_is_fitted_to_the_training_trials_of_the_set(task: Path, tmp_pat
     assert row.standings[1].eq25 < 1e-3
 
 
+@pytest.mark.slow
+def test_a_study_that_cannot_take_the_trials_is_told_and_the_others_are_measured(task: Path, tmp_path: Path) -> None:
+    """It lacks a state that its loss names; weights of trials that a set does not have are of no concern."""
+    text = ('schema = "seatrial-study/1"\nship = "kvlcc2_l7"\n[data]\nroot = "nowhere"\ntrain = ["*"]\n'
+            '[free]\n"hull.N_r" = { prior = 0.3 }\n[loss]\nsigma = { SIGMA = 0.01 }\nweights = { "other*" = 2.0 }\n'
+            '[estimator]\ntype = "shooting:Trajectory"\nwindow = 20.0\n')  # fmt: skip
+    wrong, right = tmp_path / "wrong.toml", tmp_path / "right.toml"
+    wrong.write_text(text.replace("SIGMA", "phi"))
+    right.write_text(text.replace("SIGMA", "psi"))
+    outcome = yardstick([task], [str(wrong), str(right)])
+    (row,) = outcome.result.sets
+    assert [one.method for one in row.standings] == [BASELINE, str(right)]
+    assert [*row.refused] == [str(wrong)]
+    assert len(outcome.errors) == 1
+
+
 def test_what_is_no_method_and_no_set_is_refused_in_a_line(
     task: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

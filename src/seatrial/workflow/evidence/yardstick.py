@@ -134,7 +134,7 @@ def _measured(task: Task, methods: dict[str, Method], sink: Sink) -> Row:
         begin = time.perf_counter()
         try:
             answers = method(task, [one.asked for one in (*task.questions, *task.known)])
-        except (DataError, FitError, SimulationError, ShipError) as error:
+        except (RequestError, FitError, SimulationError) as error:
             refused[name] = str(error)
             continue
         split = len(task.questions)
