@@ -11,7 +11,8 @@ import pytest
 from seatrial.data import Array, Trial
 from seatrial.data.check import Finding, check_folder
 from seatrial.data.check.controls.effect import effect
-from seatrial.data.prepare import mended, to_earth
+from seatrial.data.check.controls.rudder import helm_faults
+from seatrial.data.prepare import Remedy, mended, to_earth
 
 L, U, DT = 98.1, 5.0, 1.0  # a ship time is 3.162 s
 K, LAG = 0.06, 9.0
@@ -187,3 +188,34 @@ def test_the_effect_of_a_rudder_of_the_other_sign_is_opposed_and_not_late() -> N
     assert right is not None
     assert (right.opposed, right.late) == (False, 0.0)
     assert effect([ran("straight", lambda t, _: 0.0, 1.0, False, 15.0)]) is None
+
+
+def slow(angle: float, heading: float, side: int) -> Trial:
+    """A zigzag of a model of 3 m (a ship time is .553 s) at .8 m/s: first order, 4 s late, the rate with some noise."""
+    step, rows = 0.02, list[tuple[float, ...]]()
+    delta, r, psi, to, x, y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(7500):
+        if k * step > 10.0 and (to == 0.0 or to * psi > math.radians(heading)):
+            to = -to or float(side)
+        gap = to * math.radians(angle) - delta
+        delta += min(max(gap, -0.26 * step), 0.26 * step)
+        r += step * (0.12 * delta - r) / 4.0
+        psi, x, y = psi + step * r, x + step * 0.8 * math.cos(psi), y + step * 0.8 * math.sin(psi)
+        rows.append((k * step, x, y, psi, r, delta))
+    t, x_, y_, psi_, r_, delta_ = np.array(rows[::5]).T
+    noise = 9e-4 * np.random.default_rng(round(angle + heading)).standard_normal((2, t.size))
+    table = {"x": x_, "y": y_, "psi": psi_, "u": np.full(t.size, 0.8), "v_m": 0.0 * t, "r": r_ + noise[0]}
+    return Trial(f"{angle:g}_{heading:g}", t, {**table, "delta": delta_ + noise[1]}, {}, {"L_pp": 3.0})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.0, 4.81, -3.0])
+def test_a_lag_of_a_slow_hull_is_that_of_its_effect_and_not_of_what_a_quartic_fits_far_off(seconds: float) -> None:
+    """The effect tells it to half its step and what hulls respond later by: 1.25 ship times."""
+    run = [slow(10.0, 10.0, 1), slow(20.0, 20.0, -1), slow(10.0, 20.0, 1)]
+    found = [fault for fault in helm_faults([late(seconds)(one) for one in run]) if fault.key == "lag"]
+    assert len(found) == (seconds != 0.0)
+    for fault in found:
+        assert isinstance(fault.remedy, Remedy)
+        [told_by] = fault.remedy.steps
+        assert -told_by.amount[0] == pytest.approx(seconds, abs=1.25 * math.sqrt(3.0 / 9.81))

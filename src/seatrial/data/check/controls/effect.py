@@ -24,8 +24,8 @@ Rows = NDArray[np.intp]
 _FARTHEST, _STEP, _PART = 12.0, 0.5, 0.25
 # A delay is gross from so many ship times on.
 _GROSS = 1.6
-# What ships respond later than by the equation of first order, in ship times.
-_OWN = 1.0
+OWN = 1.0
+"""What ships respond later than by the equation of first order, in ship times."""
 # What is better explains so much more than the other sign, and than no delay; with a likelihood so much larger (ln).
 _OTHER, _AT_ONCE, _SURE = 1.3, 1.15, 4.0
 _MOST = 2000
@@ -54,7 +54,7 @@ class Effect:
         other, own = self._of(self._least(-1.0), -1.0), self._of(k, 1.0)
         clear = self._better(own, other, _OTHER) and self._better(own, float(self.left[now]), _AT_ONCE)
         found = clear and self._ship_times(k) > _GROSS and 0 < k < self.lags.size - 1
-        return -float(self.lags[k]) - _OWN / _STEP * float(self.lags[1] - self.lags[0]) if found else 0.0
+        return -float(self.lags[k]) - OWN / _STEP * float(self.lags[1] - self.lags[0]) if found else 0.0
 
     @property
     def opposed(self) -> bool:

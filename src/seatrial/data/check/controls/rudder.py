@@ -13,7 +13,7 @@ from ...prepare import Remedy, Step, integral, shifted
 from ..relations import G, has, length_of, noise_of
 from ..repairs import step, times
 from ..sensors import Fault
-from .effect import effect
+from .effect import OWN, effect
 
 _DEG = math.pi / 180.0
 # Fastest steering gear of a ship [rad/s], and the length from which on it is one [m].
@@ -27,8 +27,9 @@ _OFFSET, _EVEN, _SIDES = 0.45 * _DEG, 0.25 * _DEG, 0.04
 _NEUTRAL = 1.0 * _DEG
 # What the damping of a hull adds to the time of the rudder by its yaw, in ship times.
 _DAMPED = 0.18
-# Lags that are tried, in ship times; a clock may be as late for a small ship as for a large one [s].
-_REACH, _LATE = 1.6, 5.0
+# Lags that are tried about those that the effect of the rudder tells grossly, in ship times: so far to either side the
+# move stays in the window that is looked at.  Farther off a quartic and another move fit any slow hull.
+_REACH = 1.6
 # A lag is told from this many standard errors on.
 _CERTAIN = 5.0
 # ... and by so many moves of the rudder.
@@ -224,7 +225,7 @@ def rudder_lag(trials: Sequence[Trial]) -> Lag | None:
     """When the rudder must have moved for the yaw that followed: r bends where the rudder moves; None of few moves."""
     dt = float(np.median([trial.dt for trial in trials]))
     ship_time = float(np.median([_ship_time(trial) for trial in trials]))
-    reach = max(_REACH * ship_time, _LATE)
+    reach = _REACH * ship_time
     lags = np.linspace(-reach, reach, 2 * math.ceil(reach / (0.2 * ship_time)) + 1)
     found = [_misfit(trial, moves, np.append(lags, 0.0)) for trial in trials if (moves := _moves(trial))]
     if not found or sum(map(len, found)) < _FEWEST:
@@ -251,6 +252,8 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
     long = [trial for trial in trials if trial.duration > 2.0 * abs(gross)]
     moved = [shifted(trial, gross, "delta") if gross else trial for trial in long]
     fine = rudder_lag(moved) if moved else None
+    if gross and fine and abs(fine.size) > OWN * _ship_time(long[0]):
+        fine = None  # the effect leaves no more open than what hulls respond later by: it is noise that a quartic fits
     if not gross and not (fine and fine.told):
         return
     lag, error = gross + (fine.size if fine else 0.0), fine.error if fine else 0.0
