@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import Array
-from ..nmea.digits import HEX, Bytes, Places, alike, decimals, mapped, rows_of, wholes
+from ..nmea.digits import HEX, Bytes, Places, Same, alike, mapped, rows_of, wholes
 from .layouts import CANBOAT, CANDUMP, RAW, Clock, Frame, moment
 
 _FEW = 16
@@ -51,37 +51,21 @@ class Frames:
         return Frames(self.clock, self.line[some], self.t[some], self.pgn[some], self.source[some], self.data[some])
 
 
-@dataclass(frozen=True)
-class _Same:
-    """Lines that match as their first one does: bytes, where each begins, and the match."""
-
-    data: Bytes
-    start: Places
-    found: re.Match[str]
-
-    def whole(self, k: int) -> Places:
-        first, end = self.found.span(k)
-        return wholes(self.data, self.start + first, end - first)
-
-    def decimal(self, k: int, skip: int = 0) -> Array:
-        """A number, the first bytes of it skipped; NaN where it is none for sure."""
-        first, end = self.found.span(k)
-        found = decimals(self.data, self.start + first + skip, np.full(len(self.start), end - first - skip))
-        return np.where(found.odd | found.wrong, np.nan, found.value)
-
-    def number(self, k: int) -> Places:
-        """A hexadecimal number."""
-        first, end = self.found.span(k)
-        return HEX[rows_of(self.data, self.start + first, end - first)] @ (16 ** np.arange(end - first)[::-1])
-
-    def bytes(self, k: int) -> Bytes:
-        first, end = self.found.span(k)
-        pairs = [first + one.start() for one in _PAIR.finditer(self.found[k])]
-        table = HEX[rows_of(self.data, self.start, end or 1)]
-        return (16 * table[:, pairs] + table[:, [one + 1 for one in pairs]]).astype(np.uint8)
+def _number(same: Same, k: int) -> Places:
+    """A hexadecimal number."""
+    first, end = same.found.span(k)
+    return HEX[rows_of(same.data, same.start + first, end - first)] @ (16 ** np.arange(end - first)[::-1])
 
 
-_Read = Callable[[_Same], tuple[Array, Places, Places]]
+def _bytes(same: Same, k: int) -> Bytes:
+    """Pairs of hexadecimal digits."""
+    first, end = same.found.span(k)
+    pairs = [first + one.start() for one in _PAIR.finditer(same.found[k])]
+    table = HEX[rows_of(same.data, same.start, end or 1)]
+    return (16 * table[:, pairs] + table[:, [one + 1 for one in pairs]]).astype(np.uint8)
+
+
+_Read = Callable[[Same], tuple[Array, Places, Places]]
 
 
 def _identified(pgn: Places) -> tuple[Places, Places]:
@@ -90,17 +74,17 @@ def _identified(pgn: Places) -> tuple[Places, Places]:
     return np.where((group >> 8 & 0xFF) >= 240, group, group & 0x3FF00), pgn & 0xFF
 
 
-def _candump(same: _Same) -> tuple[Array, Places, Places]:
-    return same.decimal(1), *_identified(same.number(2))
+def _candump(same: Same) -> tuple[Array, Places, Places]:
+    return same.decimal(1), *_identified(_number(same, 2))
 
 
-def _raw(same: _Same) -> tuple[Array, Places, Places]:
+def _raw(same: Same) -> tuple[Array, Places, Places]:
     first = same.found.start(1)
     hours, minutes = (wholes(same.data, same.start + first + k, 2) for k in (0, 3))
-    return 3600.0 * hours + 60.0 * minutes + same.decimal(1, 6), *_identified(same.number(2))
+    return 3600.0 * hours + 60.0 * minutes + same.decimal(1, 6), *_identified(_number(same, 2))
 
 
-def _canboat(same: _Same) -> tuple[Array, Places, Places]:
+def _canboat(same: Same) -> tuple[Array, Places, Places]:
     found, first = same.found, same.found.start(2)
     hours, minutes, seconds = (wholes(same.data, same.start + first + k, 2) for k in (0, 3, 6))
     good = (hours < 24) & (minutes < 60) & (seconds < 60)
@@ -151,13 +135,13 @@ def frames(data: Bytes, begin: Places, end: Places) -> Iterator[Frames]:
                 fixed[slice(*found.span(k))] = False
             table = rows_of(data, begin[left], len(text))[:, fixed]
             same = (table == table[0]).all(axis=1)
-            yield from _frames(_Same(data, begin[left[same]], found), left[same], layout)
+            yield from _frames(Same(data, begin[left[same]], found), left[same], layout)
             left = left[~same]
 
 
-def _frames(same: _Same, line: Places, layout: _Layout) -> Iterator[Frames]:
+def _frames(same: Same, line: Places, layout: _Layout) -> Iterator[Frames]:
     found = same.found
-    table, hexed = same.bytes(layout.bytes_of), sum(HEX[k] < 16 for k in found[layout.bytes_of].encode())
+    table, hexed = _bytes(same, layout.bytes_of), sum(HEX[k] < 16 for k in found[layout.bytes_of].encode())
     if hexed != 2 * table.shape[1] or hexed > 16 or (layout.count and 2 * int(found[layout.count]) != hexed):
         return
     try:

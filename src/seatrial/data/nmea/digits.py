@@ -6,6 +6,7 @@ decimal.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -94,6 +95,39 @@ def mapped(data: Bytes, table: bytes) -> Bytes:
 def wholes(data: Bytes, start: Places, width: int) -> Places:
     """Whole numbers of `width` digits each, at most 18."""
     return (rows_of(data, start, width) - np.uint8(_ZERO)) @ WHOLE_TENS[:width][::-1]
+
+
+@dataclass(frozen=True)
+class Same:
+    """Texts that match as the first of them does, as they are the same but for their digits.
+
+    Attributes:
+        data, start: bytes, and where each text begins.
+        found: the match in the first of them; it is that of all.
+    """
+
+    data: Bytes
+    start: Places
+    found: re.Match[str]
+
+    def whole(self, k: int) -> Places:
+        """The whole numbers of a group."""
+        first, end = self.found.span(k)
+        return wholes(self.data, self.start + first, end - first)
+
+    def decimal(self, k: int, skip: int = 0) -> Array:
+        """The numbers of a group, the first bytes of it skipped; NaN where one is none."""
+        first, end = self.found.span(k)
+        first += skip
+        told = decimals(self.data, self.start + first, np.full(len(self.start), end - first))
+        value = np.where(told.wrong, np.nan, told.value)
+        for at in np.flatnonzero(told.odd).tolist():
+            text = self.data[self.start[at] + first : self.start[at] + end].tobytes()
+            try:
+                value[at] = float(text)
+            except ValueError:
+                value[at] = np.nan
+        return value
 
 
 @cache

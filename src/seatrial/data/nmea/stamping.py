@@ -14,7 +14,7 @@ from datetime import datetime, timedelta, timezone
 import numpy as np
 
 from .. import Array
-from .digits import NOUGHTS, TENS, WIDEST, Bytes, Places, alike, decimals, mapped, wholes
+from .digits import NOUGHTS, TENS, WIDEST, Bytes, Places, Same, alike, mapped, wholes
 from .framing import MILLISECONDS
 
 _MOST = 0.9
@@ -26,51 +26,26 @@ _ZONE = r"\s*(Z|UTC|[+-]\d\d:?\d\d)?"
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 
 
-@dataclass(frozen=True)
-class _Groups:
-    """The groups of a pattern in texts that are the same but for their digits.
-
-    Attributes:
-        data, start: bytes, and where each text begins.
-        found: the match in the first of them; it is that of all.
-    """
-
-    data: Bytes
-    start: Places
-    found: re.Match[str]
-
-    def whole(self, k: int) -> Places:
-        first, end = self.found.span(k)
-        return wholes(self.data, self.start + first, end - first)
-
-    def decimal(self, k: int) -> Array:
-        first, end = self.found.span(k)
-        width = np.full(len(self.start), end - first)
-        told = decimals(self.data, self.start + first, width)
-        value = told.value
-        for at in np.flatnonzero(told.odd).tolist():
-            value[at] = float(self.data[self.start[at] + first : self.start[at] + end].tobytes())
-        return value
-
-    def of_day(self, k: int) -> Array:
-        """Seconds of the day from the groups of `_TIME` that begin at `k`."""
-        seconds = (3600 * self.whole(k) + 60 * self.whole(k + 1) + self.whole(k + 2)).astype(np.float64)
-        fraction = next((one for one in (k + 3, k + 4) if self.found[one]), None)
-        return seconds if fraction is None else seconds + self.whole(fraction) / TENS[len(self.found[fraction])]
-
-    def midnights(self, order: Sequence[int], zone: int | None) -> Array:
-        """Seconds since 1970 at 0 o'clock of the days in the groups of year, month and day; NaN for no day."""
-        code = self.whole(order[0]) * 10_000 + self.whole(order[1]) * 100 + self.whole(order[2])
-        ahead = np.zeros(len(self.start), np.int64)
-        if zone and self.found[zone] and self.found[zone][0] in "+-":
-            first, end = self.found.span(zone)
-            ahead = 60 * wholes(self.data, self.start + first + 1, 2) + wholes(self.data, self.start + end - 2, 2)
-            ahead = -ahead if self.found[zone][0] == "-" else ahead
-        days, which = np.unique(code * _MINUTES + ahead + _MINUTES // 2, return_inverse=True)
-        return np.array([_midnight(*divmod(one, _MINUTES)) for one in days.tolist()])[which]
+def _of_day(same: Same, k: int) -> Array:
+    """Seconds of the day from the groups of `_TIME` that begin at `k`."""
+    seconds = (3600 * same.whole(k) + 60 * same.whole(k + 1) + same.whole(k + 2)).astype(np.float64)
+    fraction = next((one for one in (k + 3, k + 4) if same.found[one]), None)
+    return seconds if fraction is None else seconds + same.whole(fraction) / TENS[len(same.found[fraction])]
 
 
-Reader = Callable[[_Groups], Array]
+def _midnights(same: Same, order: Sequence[int], zone: int | None) -> Array:
+    """Seconds since 1970 at 0 o'clock of the days in the groups of year, month and day; NaN for no day."""
+    code = same.whole(order[0]) * 10_000 + same.whole(order[1]) * 100 + same.whole(order[2])
+    ahead = np.zeros(len(same.start), np.int64)
+    if zone and same.found[zone] and same.found[zone][0] in "+-":
+        first, end = same.found.span(zone)
+        ahead = 60 * wholes(same.data, same.start + first + 1, 2) + wholes(same.data, same.start + end - 2, 2)
+        ahead = -ahead if same.found[zone][0] == "-" else ahead
+    days, which = np.unique(code * _MINUTES + ahead + _MINUTES // 2, return_inverse=True)
+    return np.array([_midnight(*divmod(one, _MINUTES)) for one in days.tolist()])[which]
+
+
+Reader = Callable[[Same], Array]
 
 
 _MINUTES = 20_000
@@ -89,26 +64,26 @@ def _midnight(date: int, ahead: int = _MINUTES // 2) -> float:
 def _ordered(order: str) -> Reader:
     """A date of three groups in this order, the time after it, and a zone."""
     groups = [1 + order.index(which) for which in "ymd"]
-    return lambda found: found.midnights(groups, 9) + found.of_day(4)
+    return lambda found: _midnights(found, groups, 9) + _of_day(found, 4)
 
 
-def _day_of_year(found: _Groups) -> Array:
+def _day_of_year(found: Same) -> Array:
     years, which = np.unique(found.whole(1), return_inverse=True)
     begun = np.array([_midnight(10_000 * year + 101) for year in years.tolist()])[which]
-    return begun + 86400.0 * (found.whole(2) - 1) + found.of_day(3)
+    return begun + 86400.0 * (found.whole(2) - 1) + _of_day(found, 3)
 
 
-def _named_month(found: _Groups) -> Array:
+def _named_month(found: Same) -> Array:
     """A stamp of syslog, which has no year: seconds since the year began, a leap year."""
     month = found.found[1].lower()
     if month not in _MONTHS:
         return np.full(len(found.start), np.nan)
     days = found.whole(2)
     begun = np.array([_midnight(19_720_100 + 100 * _MONTHS.index(month) + day) for day in range(100)])
-    return begun[days] + found.of_day(3)
+    return begun[days] + _of_day(found, 3)
 
 
-def _epoch(found: _Groups) -> Array:
+def _epoch(found: Same) -> Array:
     value = found.decimal(1)
     value = np.where(value > MILLISECONDS, value / 1000.0, value)
     return np.where((value > _FIRST) & (value < _LAST), value, np.nan)
@@ -123,7 +98,7 @@ _FORMS: tuple[tuple[str, re.Pattern[str], Reader], ...] = (
     ("the day of the year", re.compile(rf"(\d{{4}}):(\d{{3}}):{_TIME}"), _day_of_year),
     ("seconds since 1970", re.compile(r"(?<![\d.])(\d{10}(?:\.\d+)?|\d{13}(?:\.\d+)?)(?![\d.])"), _epoch),
     ("a month and day without the year", re.compile(rf"([A-Z][a-z]{{2}})\s+(\d{{1,2}})\s+{_TIME}"), _named_month),
-    ("the time of the day", re.compile(rf"(?<!\d){_TIME}{_ZONE}"), lambda found: found.of_day(1)),
+    ("the time of the day", re.compile(rf"(?<!\d){_TIME}{_ZONE}"), lambda found: _of_day(found, 1)),
     ("seconds", re.compile(r"^\s*[\[(]?(\d{1,9}(?:\.\d*)?)[\])]?[\s,;:]*$"), lambda found: found.decimal(1)),
     ("seconds", re.compile(r"^MSG\s+\d+\s+(\d{1,5}\.\d+)\s*$"), lambda found: found.decimal(1)),
 )  # fmt: skip
@@ -157,7 +132,7 @@ class Form:
     def told(self, data: Bytes, start: Places, text: str) -> Array | float:
         """The stamps of texts that begin at `start` and are the first one's but for their digits."""
         found = self.pattern.search(text)
-        return np.nan if found is None else self.read(_Groups(data, start, found))
+        return np.nan if found is None else self.read(Same(data, start, found))
 
 
 @dataclass(frozen=True)
