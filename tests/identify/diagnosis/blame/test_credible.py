@@ -217,6 +217,44 @@ def test_yaw_that_follows_the_rudder_says_how_late_the_rudder_was_logged() -> No
         assert found.denies(-3.0) == (late == 0)
 
 
+def helm(angles: tuple[float, ...], straight: float) -> Trial:
+    """A ship of 60 m that goes straight, then holds each rudder angle of its indicator [deg] and turns by what acts."""
+    t = np.arange(0.0, 60.0 * (len(angles) + 1))
+    told = np.repeat([straight, *angles], 60)
+    rng = np.random.default_rng(len(angles))
+    r = np.convolve(0.002 * (told - straight) * DEG * 20.0, np.exp(-np.arange(60.0) / 10.0) / 10.0)[: t.size]
+    noise = rng.standard_normal((2, t.size))
+    read = {"delta": told * DEG + 0.05 * DEG * noise[0], "r": r + 1e-5 * noise[1], "u": np.full(t.size, 6.0)}
+    return Trial("a", t, read, {}, {"L_pp": 60.0})
+
+
+@pytest.mark.parametrize(("angles", "straight", "offset"), [
+    ((12.5, -7.5, 22.5, -17.5), 2.5, 2.5), ((12.5, -7.5, 22.5, -17.5, 27.5), 2.5, 2.5),
+    ((8.8, -11.2, 18.8, -21.2, -36.2), -1.2, -1.2),
+    ((10.0, -10.0, 20.0, -20.0), 0.0, None), ((10.0, -10.0, 20.0, -20.0, 25.0), 0.0, None),
+    ((10.0, -10.0, 20.0, -20.0), 2.5, None),  # a ship that needs a rudder to go straight
+    ((10.0, 15.0, 20.0, 25.0, -10.0, -20.0), 2.5, None),  # the same, or an offset: both explain these angles
+    ((12.5, -7.5, 20.0, -20.0, 30.0), 2.5, None), ((12.5, 22.5, -7.5), 2.5, None),
+])  # fmt: skip
+def test_angles_held_to_both_sides_and_straight_ahead_show_an_offset_of_the_rudder(
+    angles: tuple[float, ...], straight: float, offset: float | None
+) -> None:
+    """An indicator that is off shifts every angle alike; what goes straight shifts with them."""
+    found = witnesses([helm(angles, straight)]).get("offset.delta")
+    assert (found is None) == (offset is None)
+    if found is not None and offset is not None:
+        assert found.size == pytest.approx(offset * DEG, abs=0.05 * DEG)
+        assert found.shown
+        assert found.leads
+        assert not found.denies(offset * DEG)
+
+
+def test_of_errors_that_explain_the_same_one_leads() -> None:
+    found = witnesses([log(seed, {"ahead": 4.0}) for seed in range(3)])
+    assert {name for name, one in found.items() if one.shown} == {"antenna.ahead", "delay.receiver"}
+    assert sum(one.leads for one in found.values()) == 1
+
+
 # -- who is blamed
 
 

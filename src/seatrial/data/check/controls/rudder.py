@@ -351,21 +351,68 @@ def _clusters(levels: Sequence[float]) -> list[float]:
     return [float(np.mean(group)) for group in groups]
 
 
+@dataclass(frozen=True)
+class Helm:
+    """Angles at which the rudder was held in the logs of one ship [rad].
+
+    Attributes:
+        starboard, port: held to each side, alike ones once, both as magnitudes.
+        straight: means of straight stretches at the beginning of logs.
+    """
+
+    starboard: tuple[float, ...]
+    port: tuple[float, ...]
+    straight: tuple[float, ...]
+
+    @classmethod
+    def of(cls, trials: Sequence[Trial]) -> Helm:
+        """Of trials that have a rudder, its yaw and the speed."""
+        levels = [level for trial in trials for level in held_angles(trial) if abs(level) > 4.0 * _DEG]
+        sides = (_clusters([x for x in levels if x > 0]), _clusters([-x for x in levels if x < 0]))
+        return cls(tuple(sides[0]), tuple(sides[1]), tuple(_straight(trials)))
+
+    @property
+    def pairs(self) -> Array:
+        """Angles of both sides that may be of one order, shape (pairs, 2); none where one side has more."""
+        even = len(self.starboard) == len(self.port)
+        return np.array(list(zip(self.starboard, self.port, strict=True))) if even else np.zeros((0, 2))
+
+    @property
+    def ahead(self) -> float:
+        """The angle that goes straight; NaN where no log begins so."""
+        return float(np.median(self.straight)) if self.straight else math.nan
+
+    @property
+    def offset(self) -> float | None:
+        """By which the angles of both sides differ alike and the ship goes straight; None where that does not agree."""
+        pairs = self.pairs
+        if not pairs.size:
+            return self._offset_of_some
+        more = pairs[:, 0] - pairs[:, 1]
+        offset = 0.5 * float(np.median(more))
+        agree = abs(self.ahead - offset) < 0.5 * _OFFSET if self.straight else len(pairs) > 1
+        return offset if agree and float(np.ptp(more)) < 2.0 * _EVEN and abs(offset) > _OFFSET else None
+
+    @property
+    def _offset_of_some(self) -> float | None:
+        """The same where one side was ordered angles that the other was not: two at least of those that both were."""
+        fewer = min(len(self.starboard), len(self.port))
+        if fewer < 2 or not abs(self.ahead) > _OFFSET:
+            return None
+        apart = np.subtract.outer(np.array(self.starboard), np.array(self.port))
+        shared, alike = ((np.abs(apart - 2.0 * one) < 2.0 * _EVEN) for one in (self.ahead, 0.0))
+        return 0.5 * float(np.median(apart[shared])) if shared.sum() == fewer > alike.sum() else None
+
+
 def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
-    levels = [level for trial in trials for level in held_angles(trial) if abs(level) > 4.0 * _DEG]
-    starboard, port = _clusters([x for x in levels if x > 0]), _clusters([-x for x in levels if x < 0])
-    straight = _straight(trials)
-    ahead = float(np.median(straight)) if straight else math.nan
-    pairs = np.array(list(zip(starboard, port, strict=True))) if len(starboard) == len(port) else np.zeros((0, 2))
+    helm = Helm.of(trials)
+    starboard, port, straight = [*helm.starboard], [*helm.port], helm.straight
+    pairs, ahead, offset = helm.pairs, helm.ahead, helm.offset
     words = "; ".join(f"held {a / _DEG:.2f} deg to starboard, {b / _DEG:.2f} to port" for a, b in pairs[:4])
-    more = pairs[:, 0] - pairs[:, 1] if len(pairs) else np.zeros(0)
     parts = pairs[:, 0] / pairs[:, 1] - 1.0 if len(pairs) else np.zeros(0)
-    offset = 0.5 * float(np.median(more)) if more.size else 0.0
-    level_offset = more.size > 0 and float(np.ptp(more)) < 2.0 * _EVEN and abs(offset) > _OFFSET
-    agree = abs(ahead - offset) < 0.5 * _OFFSET if straight else len(pairs) > 1
-    if level_offset and agree:
+    if offset is not None:
         yield _offset(offset, f"{words}; straight ahead at {ahead / _DEG:+.2f} deg")
-    elif more.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN:
+    elif parts.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN:
         yield _sided(float(np.median(parts)), words, _roundness(starboard) <= _roundness(port))
     elif len(straight) >= 3 and abs(ahead) > _NEUTRAL and float(np.ptp(straight)) < _NEUTRAL:
         yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or a neutral angle")

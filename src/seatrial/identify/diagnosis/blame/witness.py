@@ -2,8 +2,9 @@
 
 That the displacement of a position is the integral of the speeds, and a change of heading that of the rate of turn, is
 true of any ship.  A fit whose model is wrong ascribes a part of its misfit to whichever instrument acts alike.  This
-redundancy, the moment at which yaw follows the rudder and the likeness of both sides of a hull know nothing of the
-model, and so judge that (analytical redundancy; Chow and Willsky 1984).  What nothing else shows has no witness.
+redundancy, the moment at which yaw follows the rudder, the angles at which that is held to both sides and straight
+ahead, and the likeness of both sides of a hull know nothing of the model, and so judge that (analytical redundancy;
+Chow and Willsky 1984).  What nothing else shows has no witness.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from ....data import Trial
-from ....data.check.controls.rudder import rudder_lag
+from ....data.check.controls.rudder import Helm, rudder_lag
 from ....data.check.relations import CAUSES, left_over
 from ....data.check.suspects import Normal
 from ....data.check.symmetry import sideways
@@ -38,6 +39,8 @@ _TIE = 0.02
 _DENIES, _HALF = 3.0, 0.5
 # ... and standard errors in what an unknown hull leaves open of a lag of the rudder.
 _OPEN = 3.0
+# Half the scatter of angles held to both sides that counts as none [rad].
+_HELD = math.radians(0.25)
 # Drift of a hull that is not quite alike on both sides [rad].
 _UNEVEN = math.radians(0.3)
 
@@ -49,11 +52,13 @@ class Witness:
     Attributes:
         size, sigma: as they show it, beside the causes that are shown.
         shown: whether they show it beyond chance, and nothing explains the same better.
+        leads: whether it is the one that explains most of those that explain the same.
     """
 
     size: float
     sigma: float
     shown: bool
+    leads: bool = False
 
     def denies(self, size: float) -> bool:
         """Whether an error of this size contradicts the logs."""
@@ -97,7 +102,7 @@ def _of_sensors(trials: Sequence[Trial]) -> dict[str, Witness]:
         others = [one for one in shown if one != cause and not (cause in ties and cause not in shown)]
         fitted = normal.fit([cause, *beside, *others])
         if fitted:
-            out[name] = Witness(fitted[0][0], fitted[1][0], cause in ties)
+            out[name] = Witness(fitted[0][0], fitted[1][0], cause in ties, cause in shown)
     return out
 
 
@@ -126,11 +131,14 @@ def _of_rudder(trials: Sequence[Trial]) -> Iterator[tuple[str, Witness]]:
     some = [one for one in trials if {"delta", "r", "u"} <= set(one.channels)]
     found = rudder_lag(some) if some else None
     if found:
-        yield "delay.delta", Witness(found.size, math.hypot(found.error, found.unsure / _OPEN), found.told)
+        yield "delay.delta", Witness(found.size, math.hypot(found.error, found.unsure / _OPEN), found.told, found.told)
+    offset = Helm.of(some).offset if some else None
+    if offset is not None:
+        yield "offset.delta", Witness(offset, _HELD, shown=True, leads=True)
 
 
 def _of_sides(trials: Sequence[Trial]) -> Iterator[tuple[str, Witness]]:
     """A hull that is alike on both sides drifts to neither; a propeller and trim leave some tenths of a degree open."""
     found = sideways(trials)
     if found:
-        yield "bias.psi_speed", Witness(found.angle, math.hypot(found.error, _UNEVEN), found.told)
+        yield "bias.psi_speed", Witness(found.angle, math.hypot(found.error, _UNEVEN), found.told, found.told)
