@@ -9,7 +9,7 @@ import pytest
 
 from seatrial.data import Trial
 from seatrial.data.check import check_folder
-from seatrial.data.check.symmetry import Sideways, sideways, symmetry_faults
+from seatrial.data.check.symmetry import Sideways, Swung, sideways, swung, symmetry_faults
 from seatrial.data.prepare import mended
 
 DEG = math.radians(1.0)
@@ -17,7 +17,8 @@ DEG = math.radians(1.0)
 
 def sailed(
     course: float, *, bias: float = 0.0, sides: tuple[float, ...] = (1.0, -1.0), lopsided: float = 0.0,
-    compass: float = 0.0, seed: int = 0, name: str = "a",
+    compass: float = 0.0, deviates: tuple[float, float] = (0.0, 0.0), speed: float = 5.0, seed: int = 0,
+    name: str = "a",
 ) -> Trial:  # fmt: skip
     """A zigzag of a hull of odd but not linear sway and yaw, in a current of .4 m/s.
 
@@ -26,9 +27,11 @@ def sailed(
         sides: the rudder, in turn, of 15 deg to starboard.
         lopsided: drift of the hull itself, straight ahead [rad].
         compass: bias of the logged heading alone [rad].
+        deviates: its deviation, on northerly and on easterly courses, that turned the velocity too [rad].
+        speed: straight ahead [m/s].
     """
     dt, every, rng = 0.1, 10, np.random.default_rng(seed)
-    u, v, r, psi, x, y, d = 5.0, 0.0, 0.0, course, 0.0, 0.0, 0.0
+    u, v, r, psi, x, y, d = speed, 0.0, 0.0, course, 0.0, 0.0, 0.0
     rows: list[tuple[float, ...]] = []
     for k in range(6000):
         ordered = 0.0 if k < 300 else 15.0 * DEG * sides[(k // 400) % len(sides)]
@@ -36,13 +39,13 @@ def sailed(
         r += dt * (0.035 * d - r - 900.0 * r**3) / 9.0
         slip = -30.0 * r - 400.0 * r * abs(r) - 0.15 * u * d - lopsided * u
         v += dt * (slip - v) / 5.0
-        u += dt * (5.0 - u - 900.0 * r * r) / 40.0
+        u += dt * (speed - u - 900.0 * r * r) / 40.0
         psi += dt * r
         c, s = math.cos(psi), math.sin(psi)
         north, east = u * c - v * s + 0.3, u * s + v * c - 0.26
         x, y = x + dt * north, y + dt * east
         if k % every == 0:
-            turned = psi + bias
+            turned = psi + bias + deviates[0] * c + deviates[1] * s
             to = math.cos(turned), math.sin(turned)
             rows.append((x, y, turned + compass, north * to[0] + east * to[1], east * to[0] - north * to[1], r, d))
     table = np.array(rows) + rng.standard_normal((len(rows), 7)) * [0.1, 0.1, 1e-3, 0.02, 0.02, 2e-4, 1e-3]
@@ -50,7 +53,13 @@ def sailed(
     return Trial(name, np.arange(len(rows)) * dt * every, dict(zip(names, table.T, strict=True)), {}, {"L_pp": 60.0})
 
 
-def folder(**given: float) -> list[Trial]:
+def swings(**given: float | tuple[float, float]) -> list[Trial]:
+    """The same on three courses, each at full and at half speed: at one of them a current is no deviation."""
+    return [sailed(0.3 + 2.1 * (k // 2), seed=k, name="abcdef"[k], speed=(5.0, 2.5)[k % 2], **given)  # type: ignore[arg-type]
+            for k in range(6)]  # fmt: skip
+
+
+def folder(**given: float | tuple[float, float]) -> list[Trial]:
     return [sailed(0.3 + 1.7 * k, seed=k, name="abc"[k], **given) for k in range(3)]  # type: ignore[arg-type]
 
 
@@ -109,6 +118,53 @@ def test_several_rudders_count_by_their_mean() -> None:
     (1.6, 0.19, True), (-1.6, 0.19, True), (1.6, 0.21, False), (1.4, 0.01, False)])  # fmt: skip
 def test_a_drift_is_told_beyond_chance_and_what_trim_and_propellers_do(angle: float, error: float, told: bool) -> None:
     assert Sideways(angle * DEG, error * DEG).told == told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("north", "east", "bias"), [(0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (4.0, 0.0, 0.0), (0.0, -5.0, 0.0), (-3.0, 3.0, 2.0)]
+)
+def test_a_deviation_shows_by_what_changes_with_the_course_whatever_the_hull(
+    north: float, east: float, bias: float
+) -> None:
+    found = swung(swings(deviates=(north * DEG, east * DEG), bias=bias * DEG))
+    assert found is not None
+    # the current over the speed is left to second order, beside the hull that no polynomial has
+    near = 0.5 * DEG + 0.1 * math.hypot(north, east) * DEG
+    assert found.north == pytest.approx(north * DEG, abs=near)
+    assert found.east == pytest.approx(east * DEG, abs=near)
+    assert found.told == (math.hypot(north, east) > 0.0)
+
+
+@pytest.mark.slow
+def test_a_deviation_needs_neither_a_rudder_nor_way_ahead() -> None:
+    """Going astern the bow leads the other way, and the compass is the same."""
+    ahead = [one.having(delta=np.full(len(one), np.nan)) for one in swings(deviates=(4.0 * DEG, 0.0))]
+    found = swung(ahead)
+    back = swung([*ahead, *(one.having(u=-one["u"], v_m=-one["v_m"]) for one in ahead)])
+    assert found is not None
+    assert back is not None
+    for some in (found, back):
+        assert some.north == pytest.approx(4.0 * DEG, abs=0.9 * DEG)
+        assert some.told
+
+
+@pytest.mark.slow
+def test_the_sway_of_turns_that_all_begin_on_one_course_is_no_deviation() -> None:
+    """Then the heading tells how long a turn has lasted; even a hull that is no polynomial says nothing false."""
+    for sides in ((1.0, -1.0), (1.0,), (-1.0, -1.0, 1.0)):
+        found = swung([sailed(0.4, sides=sides, seed=k, name="abc"[k]) for k in range(3)])
+        assert found is None or not found.told
+    assert swung([]) is None
+    assert swung([sailed(0.3).rows(slice(0, 90))]) is None
+
+
+@pytest.mark.parametrize(("size", "deviates", "told"), [(2.1, 8.1, True), (2.1, 7.9, False), (1.9, 20.0, False)])
+@pytest.mark.parametrize("at", [0.0, 1.0, 4.0])
+def test_a_deviation_is_told_by_its_size_and_its_error(size: float, deviates: float, told: bool, at: float) -> None:
+    found = Swung(size * DEG * math.cos(at), size * DEG * math.sin(at), deviates)
+    assert found.size == pytest.approx(size * DEG)
+    assert found.told == told
 
 
 @pytest.mark.slow

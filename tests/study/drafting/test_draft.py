@@ -163,10 +163,23 @@ def test_errors_weigh_by_noise_and_a_current_is_shared_by_all_trials(folder: Pat
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="the sway of a hard turn without noise reads as a deviation of the compass", strict=True)
 def test_a_compass_that_is_right_is_not_estimated(folder: Path, tmp_path: Path) -> None:
     problem = read_study(made_study(folder, tmp_path / "study.toml")).problem
     assert set(problem.nuisance.common) == {"current.north", "current.east"}
+
+
+@pytest.mark.slow
+def test_what_the_logs_show_of_an_instrument_is_free_in_the_study_and_told(
+    runs: dict[str, Trial], tmp_path: Path
+) -> None:
+    scaled = {name: runs[name].having(r=1.09 * runs[name]["r"]) for name in ("zigzag_a", "zigzag_b", "turn_a")}
+    logs = {name: replace(one, channels={n: c for n, c in one.channels.items() if not n.endswith("_cmd")})
+            for name, one in scaled.items()}  # fmt: skip
+    found = made(written(logs, tmp_path / "logs"), tmp_path)
+    (tmp_path / "study.toml").write_text(found.text)
+    assert read_study(tmp_path / "study.toml").problem.nuisance.common["scale.r"] == pytest.approx(0.18, rel=0.1)
+    assert "what the logs show of their instruments" in found.text
+    assert [note for note in found.notes if note.startswith("scale.r: the logs show a scale error of the yaw rate of")]
 
 
 def test_where_all_head_one_way_or_a_current_is_on_record_none_is_estimated(

@@ -10,9 +10,10 @@ import pytest
 
 from seatrial.core.parameters import values
 from seatrial.data import Trial
+from seatrial.identify.trajectory.suspects import suspects
 from seatrial.ships.files import load
 from seatrial.study.drafting.draft import _free
-from seatrial.study.drafting.instruments import deviation, smoothed
+from seatrial.study.drafting.instruments import shared, smoothed
 from seatrial.study.drafting.text import OWN
 
 DEG = math.pi / 180.0
@@ -40,26 +41,53 @@ def sailed(
         "v_m": v + noise[3], "r": 0.1 + 0.02 * noise[4]})  # fmt: skip
 
 
-@pytest.mark.parametrize("at", [0.0, 50.0 * DEG, 200.0 * DEG])
-@pytest.mark.parametrize("current", [(0.0, 0.0), (0.2, -0.1)])
-def test_the_amplitude_of_a_deviation_is_found_beside_a_current(at: float, current: tuple[float, float]) -> None:
-    """To first order: what is left is the product of the deviation and the current, over the speed."""
-    found = deviation([sailed(compass=8.0 * DEG, at=at, current=current)])
-    assert found == pytest.approx(8.0 * DEG, rel=0.02 + math.hypot(*current) / 2.0)
-
-
-def test_going_astern_the_compass_is_the_same() -> None:
-    ahead = sailed(compass=8.0 * DEG)
-    back = replace(ahead, channels={**ahead.channels, "u": -ahead["u"], "v_m": -ahead["v_m"]})
-    assert deviation([ahead, back]) == pytest.approx(8.0 * DEG, rel=0.05)
-
-
-@pytest.mark.parametrize("log", [
-    sailed(), sailed(current=(0.5, 0.3)), sailed(compass=1.0 * DEG), sailed(compass=8.0 * DEG, speeds=False),
-    sailed(compass=8.0 * DEG).rows(slice(0, 90)),  # less than one part of the circle
+@pytest.mark.parametrize(("log", "told"), [
+    (sailed(compass=8.0 * DEG), True), (sailed(compass=8.0 * DEG, at=200.0 * DEG, current=(0.2, -0.1)), True),
+    (sailed(), False), (sailed(current=(0.5, 0.3)), False), (sailed(compass=1.0 * DEG), False),
+    (sailed(compass=8.0 * DEG, speeds=False), False),  # at one speed a current is the same
+    (sailed(compass=8.0 * DEG).rows(slice(0, 90)), False),  # less than one part of the circle
 ])  # fmt: skip
-def test_what_a_current_explains_or_is_too_small_is_no_deviation(log: Trial) -> None:
-    assert deviation([log]) == 0.0
+def test_a_compass_is_estimated_where_its_deviation_shows(log: Trial, told: bool) -> None:
+    errors = {"bias.psi": 0.1, "deviation.north": 0.2, "deviation.east": 0.2}
+    found, _ = shared([log], 2.0, 1.0)
+    assert {name: found[name] for name in errors if name in found} == (errors if told else {})
+
+
+def weaving(scale: float, late: float) -> Trial:
+    """A craft whose course swings on an exact path, its gyro of another scale, its track late [s]."""
+    t = np.arange(0.0, 600.0)
+    fine = np.arange(-20.0, 601.0, 0.05)
+    r = 0.02 * np.sin(fine / 21.0) + 0.015 * np.sin(fine / 37.0)
+    psi, U = np.cumsum(r) * 0.05, 3.0 + 0.5 * np.sin(fine / 80.0)
+    read = {"x": np.cumsum(U * np.cos(psi)) * 0.05, "y": np.cumsum(U * np.sin(psi)) * 0.05, "psi": psi, "u": U,
+            "v_m": np.zeros(fine.size), "r": scale * r}  # fmt: skip
+    noise, rng = {"x": 0.1, "y": 0.1, "psi": 0.002, "u": 0.02, "v_m": 0.02, "r": 2e-4}, np.random.default_rng(1)
+    delays = {"x": late, "y": late}
+    return Trial("log", t, {name: np.interp(t - delays.get(name, 0.0), fine, values)
+                            + noise[name] * rng.standard_normal(t.size) for name, values in read.items()})  # fmt: skip
+
+
+def test_an_error_that_the_logs_show_is_estimated_and_told_with_its_size() -> None:
+    """Wide about zero, so that the fit and not the prior has the last word on its size."""
+    logs = {name: weaving(scale, late) for name, scale, late in (
+        ("", 1.0, 0.0), ("scale.r", 1.08, 0.0), ("delay.position", 1.0, 2.0))}  # fmt: skip
+    sizes = {"scale.r": 0.08, "delay.position": 2.0}
+    for name, one in logs.items():
+        found, notes = shared([one], 5.0, 2.0, suspects(load("kvlcc2_l7").model, [one]))
+        assert found.keys() == ({name} if name else set())
+        assert len(notes) == bool(name)
+        if name:
+            assert found[name] == pytest.approx(2.0 * sizes[name], rel=0.12)
+            assert notes[0].startswith(f"{name}: the logs show")
+            assert shared([one], 5.0, 2.0)[0] == {}, "what a model cannot have is not asked of it"
+
+
+def test_a_heading_that_deviates_is_not_freed_twice() -> None:
+    log = sailed(compass=8.0 * DEG)
+    found, notes = shared([log], 2.0, 1.0, suspects(load("kvlcc2_l7").model, [log]))
+    assert "deviation.north" in found
+    assert not {"bias.psi_speed"} & found.keys()
+    assert not any(one.startswith(("bias.psi:", "deviation")) for one in notes)
 
 
 def filtered(log: Trial, rows: int) -> Trial:

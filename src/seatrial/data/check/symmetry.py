@@ -25,8 +25,14 @@ _DEG = math.pi / 180.0
 _LEAST, _SURE = 1.5 * _DEG, 8.0
 # Rows, and the time that counts as one independent sample of what the regression leaves [s]; stretches at least.
 _ROWS, _ALIKE, _STRETCHES = 100, 60.0, 6
-# Share of the column of the drift that the others must leave, for it to be told apart from them.
-_APART = 0.02
+# Share of the column of the drift that the others must leave, for it to be told apart from them; and of the two of a
+# deviation: of ships with right compasses whose trials all begin on one course they left .009 at most and took 7 deg
+# of the sway of hard turns for one.
+_APART, _TELLS = 0.02, 0.01
+# A deviation is told from this amplitude on [rad].
+_SWUNG = 2.0 * _DEG
+# Share of the highest speed, and the quantile that is that, from which on a course is one.
+_UNDER_WAY, _FASTEST = 0.4, 0.98
 
 
 @dataclass(frozen=True)
@@ -47,38 +53,119 @@ class Sideways:
         return abs(self.angle) > max(_LEAST, _SURE * self.error)
 
 
+@dataclass(frozen=True)
+class Swung:
+    """Deviation of a compass of one cycle, by the sway that it lends a ship under way: north cos(psi) + east sin(psi).
+
+    Attributes:
+        north, east: what the heading is too large by on these courses [rad].
+        deviates: their size in standard errors, stretches of a minute being independent.
+    """
+
+    north: float
+    east: float
+    deviates: float
+
+    @property
+    def size(self) -> float:
+        """Amplitude [rad]."""
+        return math.hypot(self.north, self.east)
+
+    @property
+    def told(self) -> bool:
+        """Whether neither chance nor a correction that nobody would make explains it."""
+        return self.size > _SWUNG and self.deviates > _SURE
+
+
 def sideways(trials: Sequence[Trial]) -> Sideways | None:
     """The drift that no turn, no rudder and no current explains; None where the logs do not tell them apart."""
-    parts = [part for trial in trials if (part := _rows(trial)) is not None]
+    found = _told(trials, rudder=True)
+    if found is None or found.apart(1) < _APART:
+        return None
+    x, covariance = found.first(1)
+    return Sideways(float(x[0]), math.sqrt(float(covariance[0, 0])))
+
+
+def swung(trials: Sequence[Trial]) -> Swung | None:
+    """The deviation that no turn, rudder, drift or current explains; None where the logs do not tell them apart.
+
+    It is a function of the heading alone, at any yaw rate, and changes the sway by a part of the speed, which a current
+    does not: the courses have to differ among turns of one side, and speeds on one course.
+    """
+    found = _told(trials, deviates=True)
+    if found is None or found.apart(2) < _TELLS:
+        return None
+    x, covariance = found.first(2)
+    return Swung(float(x[0]), float(x[1]), math.sqrt(max(float(x @ np.linalg.pinv(covariance) @ x), 0.0)))
+
+
+@dataclass(frozen=True)
+class _Least:
+    """Least squares over the rows of all trials.
+
+    Attributes:
+        back: pseudoinverse of the columns, each of length 1, shape (columns, rows).
+        length: of each column, shape (columns,).
+        x: factors of the columns of length 1, shape (columns,).
+        e: what they leave, shape (rows,).
+        stretch: of each row, shape (rows,).
+    """
+
+    back: Array
+    length: Array
+    x: Array
+    e: Array
+    stretch: Array
+
+    def apart(self, count: int) -> float:
+        """Share that the other columns leave of the combination of the first ones that they explain best."""
+        most = float(np.linalg.eigvalsh(self.back[:count] @ self.back[:count].T)[-1])
+        return 1.0 / most if most > 0.0 else 0.0
+
+    def first(self, count: int) -> tuple[Array, Array]:
+        """Factors of the first columns, and their covariance by the scatter of the stretches."""
+        kinds, length = np.unique(self.stretch), self.length[:count]
+        scores = np.array([self.back[:count, self.stretch == k] @ self.e[self.stretch == k] for k in kinds])
+        return self.x[:count] / length, scores.T @ scores / np.outer(length, length)
+
+
+def _told(trials: Sequence[Trial], *, rudder: bool = False, deviates: bool = False) -> _Least | None:
+    """What explains the sway of all trials, columns as in `_rows`; None where there is little of it."""
+    parts = [part for trial in trials if (part := _rows(trial, rudder=rudder, deviates=deviates)) is not None]
     if not parts or sum(len(y) for _, y, _ in parts) < _ROWS:
         return None
     columns, y = np.concatenate([one[0] for one in parts]), np.concatenate([one[1] for one in parts])
     stretch = np.concatenate([1000 * k + one[2] for k, one in enumerate(parts)])
+    if len(np.unique(stretch)) < _STRETCHES:
+        return None
     length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     A = columns / length
     back = np.linalg.pinv(A, rcond=1e-6)
-    # What the other columns leave of the first one, whose length is 1.
-    if not (left := float((back[0] ** 2).sum())) or 1.0 / left < _APART:
-        return None
     x = back @ y
-    e, kinds = y - A @ x, np.unique(stretch)
-    if len(kinds) < _STRETCHES:
-        return None
-    scores = np.array([back[0, stretch == k] @ e[stretch == k] for k in kinds])
-    return Sideways(float(x[0] / length[0]), math.sqrt(float((scores**2).sum())) / float(length[0]))
+    return _Least(back, length, x, y - A @ x, stretch)
 
 
-def _rows(trial: Trial) -> tuple[Array, Array, Array] | None:
-    """Columns that may explain v_m, v_m, and the stretch of each row; the first column is that of the drift."""
+def _rows(trial: Trial, *, rudder: bool, deviates: bool) -> tuple[Array, Array, Array] | None:
+    """Columns that may explain v_m, v_m, and the stretch of each row; the first column is that of the drift.
+
+    Args:
+        rudder: whether a trial needs one.
+        deviates: whether the columns of a deviation stand before it, of the rows that make way: astern the course is
+            that of the stern, and u keeps its sign.
+    """
     rudders = [name for name in trial.channels if name == "delta" or name.startswith("delta_")]
-    if not has(trial, "u", "v_m", "psi", "r") or not any(has(trial, name) for name in rudders):
+    rudders = [name for name in rudders if has(trial, name)]
+    if not has(trial, "u", "v_m", "psi", "r") or (rudder and not rudders):
         return None
     u, v, psi, r = (trial[name] for name in ("u", "v_m", "psi", "r"))
-    d = np.mean([trial[name] for name in rudders], axis=0)
+    d = np.mean([trial[name] for name in rudders], axis=0) if rudders else np.zeros_like(r)
     odd = (r, r * np.abs(r), r**3, u * r, u * u * r, r * np.abs(d), u * d, u * d * np.abs(d), d * np.abs(r),
            np.gradient(r, trial.t))  # fmt: skip
-    A = np.column_stack([-u, -np.sin(psi), np.cos(psi), *odd])
+    swings = [-u * np.cos(psi), -u * np.sin(psi)] if deviates else []
+    A = np.column_stack([*swings, -u, -np.sin(psi), np.cos(psi), *odd])
     good = np.isfinite(A).all(axis=1) & np.isfinite(v)
+    if deviates and good.any():
+        good &= np.abs(u) > _UNDER_WAY * np.quantile(np.abs(u[good]), _FASTEST)
     return A[good], v[good], np.floor((trial.t[good] - trial.t[0]) / _ALIKE)
 
 

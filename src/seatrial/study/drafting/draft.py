@@ -22,6 +22,7 @@ from ...data.kinds import Kind, recognised
 from ...data.prepare import derivable, drop_trailing_gaps
 from ...identify import StudyError
 from ...identify.components.actuation import shown
+from ...identify.trajectory.suspects import suspects
 from ...models import STATES, Sampled
 from ...ships import Ship
 from ...simulate.begun import begun, too_little
@@ -119,8 +120,11 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         kinds = {one: kinds[next(iter(kinds.keys() - left_out.keys()))] for one in usable}
     train, test, notes = held_out(usable, kinds, bool(parts))
     free = _free(ship, [usable[one] for some in train.values() for one in some], [kinds[one] for one in usable])
-    notes = (*notes, *_unfelt(ship, usable), *_assuming(assumed))
     clock, duration = _clock(ship, usable.values()), min(trial.duration for trial in usable.values())
+    every = tuple(usable.values())
+    common, told = shared(every, ship.L_pp, clock, suspects(ship.model, every))
+    common |= dict.fromkeys(levels([usable[one] for some in train.values() for one in some], ship), LEVEL)
+    notes = (*notes, *_unfelt(ship, usable), *_assuming(assumed), *told)
     root, format = (f"{out.stem}_trials", "") if parts else (_relative(folder.root, out), folder.format)
     # the study takes a recording by its file name, and a note that it is a copy into the list of those left out
     files = {
@@ -128,16 +132,13 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
     }
     text = text_of(
         ship=name, family=type(ship.model).__name__, root=root, format=format,
-        actuators=tuple(shown(ship, tuple(usable.values()))),
+        actuators=tuple(shown(ship, every)),
         mapping=_relative(mapping, out) if mapping else "", files=files, kinds=kinds, train=train, test=test,
         left_out={} if parts else left_out, free=free,
         limits=limits(ship, [path for *_, paths in free for path in paths]), sampled=isinstance(ship.model, Sampled),
         timed=timed(usable), clock=clock, duration=duration,
         windy=ship.model.feels_wind and any(map(_blown, usable.values())),
-        sigma=smoothed(tuple(usable.values()), window_of(clock, duration)),
-        assumed=tuple(assumed),
-        common={**shared(tuple(usable.values()), ship.L_pp, clock),
-                **dict.fromkeys(levels([usable[one] for some in train.values() for one in some], ship), LEVEL)},
+        sigma=smoothed(every, window_of(clock, duration)), assumed=tuple(assumed), common=common,
     )  # fmt: skip
     return Draft(text, train, test, left_out, parts, notes)
 

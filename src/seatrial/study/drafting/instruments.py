@@ -2,13 +2,11 @@
 
 Current: estimated about zero, unless one is on record or all head one way.
 
-Compass.  A heading that reads e too much turns the speed over ground that the track shows into a sway of -U e.  With
-e = a + b sin(psi) + c cos(psi), a current of (c_N, c_E) and a sway that goes with the turn,
+Compass.  Its deviation is estimated where the sway under way shows one (`data.check.symmetry.swung`).
 
-    v_m = -c_N sin(psi) + c_E cos(psi) + k r - U (a + b sin(psi) + c cos(psi)),
-
-a current drops out by the speeds at which the recordings sail: at one speed alone the two are the same, and no
-deviation is claimed.
+Errors that the logs show without any model (`identify.diagnosis.blame.witness`) are estimated from the first fit on:
+one that is held at zero throws numbers of the ship so far off that no step from there finds it (a heading 4 deg off
+read as -2.7 deg, and the flow at the rudder was fourteen times its value).
 
 Smoothed channels.  The noise of a sensor is read off the roughness of its log (`identify.noise`).  Where the logger has
 passed the heading through a filter, little of that is left, and it would weigh hundreds of times more than the track:
@@ -21,19 +19,16 @@ made of them by the filter, and are no second measurement.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ...data import Array, Trial
+from ...data import Trial
+from ...data.check.symmetry import swung
 from ...data.prepare.made import measured
+from ...identify.diagnosis.blame.witness import witnesses
 from ...identify.noise import channel, noise
-
-_UNDER_WAY = 0.4
-"""Share of the highest speed from which on a course is one."""
-
-_LEFT, _LEAST = 0.75, math.radians(2.0)
-"""A deviation leaves at most this share of the sway that a current leaves, and is at least so large [rad]."""
+from ...identify.trajectory.suspects import Suspect
 
 _ONE_WAY = 0.8
 """Mean of the unit vectors of all headings from which on a current cannot be told from the ship's own speed."""
@@ -44,25 +39,43 @@ _CURRENT = 0.5, 0.25
 _BIAS, _DEVIATION = 0.1, 0.2
 """Priors of the heading's bias and of each half of a cycle of deviation [rad]: a compass that nobody has swung."""
 
-_ROWS = 100
+_WIDE = 2.0
+"""Prior of an error that the logs show, over its size there: so wide that the fit decides."""
+
 _PLACES = ("x", "y", "psi")
 _FINEST, _TURNED, _RIGHT = 2e-4, 0.5, 5e-3
 """Noise of the best heading, the turn in a prediction [rad], and how right a model is, as a share of the motion."""
 
 
-def shared(trials: Sequence[Trial], L_pp: float, clock: float) -> dict[str, float]:
-    """Standard deviations of a current and of errors of the compass that all trials share, SI units.
+def shared(
+    trials: Sequence[Trial], L_pp: float, clock: float, known: Iterable[Suspect] = ()
+) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Standard deviations of a current and of errors of instruments that all trials share, SI units; and notes.
 
     Args:
         trials: the recordings.
         L_pp: length of the ship [m].
         clock: time in which it covers its length in these trials [s].
+        known: errors that a fit can estimate.
     """
     size = _current(trials, L_pp / clock)
     out: dict[str, float] = {"current.north": size, "current.east": size} if size else {}
-    if deviation(trials):
+    found = swung(trials)
+    if found is not None and found.told:
         out |= {"bias.psi": _BIAS, "deviation.north": _DEVIATION, "deviation.east": _DEVIATION}
-    return out
+    notes: list[str] = []
+    log = witnesses(trials, L_pp)
+    for one in known:
+        said = log.get(one.name)
+        # a heading that deviates is off already
+        if said is None or not said.leads or one.name in out or ("bias.psi" in out and one.name == "bias.psi_speed"):
+            continue
+        kind, _, way = one.name.partition(".")
+        both = (f"{kind}.north", f"{kind}.east") if way in ("north", "east") else (one.name,)
+        out |= dict.fromkeys(both, _WIDE * abs(said.size))
+        notes.append(f"{one.name}: the logs show {one.words} of {said.size / one.per:.2g} {one.unit} by themselves; "
+                     "it is estimated")  # fmt: skip
+    return out, tuple(notes)
 
 
 def _current(trials: Sequence[Trial], speed: float) -> float:
@@ -77,35 +90,6 @@ def _current(trials: Sequence[Trial], speed: float) -> float:
         return 0.0
     most, share = _CURRENT
     return min(most, share * speed)
-
-
-def deviation(trials: Sequence[Trial]) -> float:
-    """Amplitude of one cycle of compass error that the sway under way shows [rad]; 0 where it shows none."""
-    parts = [_under_way(trial) for trial in trials if all(name in trial for name in ("psi", "u", "v_m", "r"))]
-    u, v, r, psi = np.concatenate(parts, axis=1) if parts else np.zeros((4, 0))
-    if u.size < _ROWS or abs(np.mean(np.exp(1j * psi))) > _ONE_WAY:
-        return 0.0
-    # astern the course is that of the stern: u keeps its sign
-    current = [-np.sin(psi), np.cos(psi), r, u]
-    without, _ = _left(current, v)
-    left, found = _left([*current, -u * np.sin(psi), -u * np.cos(psi)], v)
-    size = float(np.hypot(found[-2], found[-1]))
-    return size if left < _LEFT * without and size > _LEAST else 0.0
-
-
-def _under_way(trial: Trial) -> Array:
-    """u, v_m, r, psi of the rows that make way, shape (4, rows)."""
-    rows: Array = trial.stack("u", "v_m", "r", "psi").T
-    rows = rows[:, np.isfinite(rows).all(axis=0)]
-    fast = np.quantile(np.abs(rows[0]), 0.98) if rows.size else 0.0
-    return rows[:, np.abs(rows[0]) > max(_UNDER_WAY * fast, 1e-6)]
-
-
-def _left(columns: Sequence[Array], v: Array) -> tuple[float, Array]:
-    """Sum of squares that these columns leave of the sway, and their factors."""
-    matrix = np.stack(columns, axis=1)
-    found: Array = np.asarray(np.linalg.lstsq(matrix, v)[0], dtype=np.float64)
-    return float(np.sum((v - matrix @ found) ** 2)), found
 
 
 def smoothed(trials: Sequence[Trial], window: float) -> dict[str, float]:

@@ -144,13 +144,15 @@ def _nuisance(common: Mapping[str, float]) -> list[str]:
     if not common:
         return []
     told = ", ".join(f"{_quoted(name)} = {_round(sigma)}" for name, sigma in common.items())
-    current = [name for name in common if name.startswith("current.")]
-    assumed = [name for name in common if level_of(name)[0]]
-    what = ["a current"] * bool(current) + ["the errors of the compass, which the sway under way shows"] * (
-        len(common) > len(current) + len(assumed))  # fmt: skip
+    current, deviates = (any(name.startswith(kind) for name in common) for kind in ("current.", "deviation."))
+    assumed = any(level_of(name)[0] for name in common)
+    compass = ("deviation.", "bias.psi") if deviates else ()
+    rest = [name for name in common if not name.startswith(("current.", *compass)) and not level_of(name)[0]]
+    what = ["a current"] * current + ["the errors of the compass, which the sway under way shows"] * deviates
+    what += ["what the logs show of their instruments"] * bool(rest)
     shared = [f"{' and '.join(what)}, alike in all trials"] * bool(what)
-    return [f"[nuisance] # {', '.join([*shared, *['the level of what is assumed in each trial'] * bool(assumed)])}, "
-            "and each initial state are estimated", f"common = {{ {told} }} # m/s, rad and shares, about zero", "",
+    return [f"[nuisance] # {', '.join([*shared, *['the level of what is assumed in each trial'] * assumed])}, "
+            "and each initial state are estimated", f"common = {{ {told} }} # SI units and shares, about zero", "",
             ]  # fmt: skip
 
 
