@@ -94,3 +94,5 @@ def test_only_ways_that_tell_recordings_apart_are_supported() -> None:
     one_day = [replace(t, name=re.sub(r"\d\d-Jul", "01-Jul", t.name)) for t in windy()]
     assert "day" not in supported(one_day, 3)
     assert [len(part) for part in supported(one_day, 3)["kind-day"]] == [8, 8]
+    one_without = [*windy(), stub("run", "turning")]
+    assert not {"day", "kind-day", "wind"} & {*supported(one_without, 2)}

@@ -58,6 +58,9 @@ def test_stretches_at_rest_do_not_count() -> None:
     x = np.where(still.t < 130.0, 60.0, 60.0 + 2.0 * (still.t - 130.0))
     moving = [one.truth["x"][-1] for one in asked(still.having(x=x), replace(SAID, moving=1.0))]
     assert moving == [70.0, 90.0, 110.0]
+    # the first of these stretches makes 10 m in 10 s
+    moving = [one.truth["x"][-1] for one in asked(still.having(x=x), replace(SAID, moving=1.5))]
+    assert moving == [90.0, 110.0]
 
 
 def test_a_start_needs_a_reading() -> None:
