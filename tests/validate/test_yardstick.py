@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from seatrial.core.records import read_record
 from seatrial.data import DataError, Trial
 from seatrial.identify import StudyError
 from seatrial.study.schema import DataTable
-from seatrial.validate.yardstick import Question, SetFile, Task, asked, read_task, scored
+from seatrial.validate.yardstick import SCHEMA, Question, SetFile, Task, asked, read_task, scored
 
 STATES = ("x", "y", "psi", "u", "v_m", "r")
 SAID = SetFile(title="a line", ship="kvlcc2_l7", given=["delta*", "U_T"], history=5.0, horizons=[2.0, 10.0],
@@ -144,6 +146,21 @@ def test_the_start_itself_need_not_be_answered() -> None:
     found = scored(task((one,)), "m", [off(one).rows(one.truth.t > 0.0)], [], 1.0)
     assert found.failed == 0
     assert [a.position for a in found.ahead] == pytest.approx([0.0, 0.0])
+
+
+def test_the_sets_of_the_repository_are_whole_and_name_what_they_predict() -> None:
+    """Each judges trials that no fit sees, at horizons that increase, and gives no state away."""
+    paths = sorted((Path(__file__).parents[2] / "studies" / "yardstick").glob("*.toml"))
+    assert len(paths) >= 7
+    for path in paths:
+        said = read_record(path, SetFile, SCHEMA, StudyError)
+        tables = said.data.set or [said.data]
+        train, test = ({one for table in tables for one in getattr(table, key)} for key in ("train", "test"))
+        assert train, path
+        assert test - train == test, path
+        assert said.horizons == sorted(set(said.horizons)), path
+        assert not [name for name in (*STATES, "U_A", "gamma_A", "U_G", "gamma_G") for one in said.given
+                    if fnmatchcase(name, one)], path  # fmt: skip
 
 
 def test_what_a_question_needs_is_said_in_a_line(tmp_path: Path) -> None:
