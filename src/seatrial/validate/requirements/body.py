@@ -19,8 +19,8 @@ from . import Finding, not_applicable, ranged, worst
 from . import thresholds as limit
 from .probe import Probe
 
-_DRIFTS = (0.0, 5.0, 10.0, 20.0, 30.0)  # [deg]
-_TURNS = (0.0, 0.2, 0.4)  # r L/U
+_DRIFTS = (0.0, 5.0, 10.0, 20.0, 30.0, 50.0, 70.0, 90.0)  # [deg]
+_TURNS = (0.0, 0.2, 0.4, 0.8)  # r L/U
 _ASIDE = ((0.2, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (-0.2, 0.4, 0.0), (0.0, 0.0, 0.3), (0.0, 0.0, 1.0),
           (-0.2, 0.4, 1.0))  # fmt: skip
 """Sway over u, yaw rate over u/L and rudder over its limit, each to be mirrored."""

@@ -199,9 +199,7 @@ def places(p: Probe) -> Iterator[Finding]:
             yield Finding(f"{name}: lever of its thrust", abs(lever), "L", limit.THRUSTER_LEVER, wrong)
             side = next((sign for words, sign in _PLACES if name.startswith(words)), 0.0)
             if side and not along:
-                wrong = (
-                    f"thruster {name} stands at the other end: bow and stern look exchanged, or x its sign"
-                )
+                wrong = f"thruster {name} stands at the other end: bow and stern look exchanged, or x its sign"
                 yield Finding(f"{name}: lever towards its name", side * lever, "L", limit.NAMED_PLACE, wrong)
             size = math.hypot(force[0], force[1]) * U * U / (L * 9.81) / float(even[0, 0])
             yield from ranged(f"{name}: thrust over weight", size, "-", limit.THRUSTER_FORCE,

@@ -100,6 +100,10 @@ def _loaded(p: Probe) -> Iterator[Finding]:
             "thrust of the propeller does not fall with speed as that of one: thrust or diameter (k_0, D_P) is wrong"
         )
         yield from ranged("bollard pull over thrust at U", standing / under_way, "-", limit.PULL_OVER_THRUST, wrong)
+    pushed, dragged = _surge(p, p.U, [p.n_P, 0.0])
+    if dragged < 0.0:
+        wrong = "thrust and resistance do not balance at the speed and revolutions of the file: propeller or resistance"
+        yield from ranged("surplus of thrust at the approach", float(pushed / -dragged), "-", limit.BALANCE, wrong)
     if not D_P:
         return
     wrong = "the propeller turns too fast or too slow for the speed: thrust or resistance (k_0, D_P, R_0) is wrong"

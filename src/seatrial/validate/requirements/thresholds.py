@@ -122,7 +122,7 @@ _ADDED = "added masses of ships: 2 to 15 % in surge, 55 to 120 % in sway (Clarke
 _CRAFT = "small and broad craft have less: 0 to 40 % in surge, 0 to 150 % in sway"
 MASSES = (
     within(1.005, 1.3, 1.0, 1.7, _ADDED), within(1.35, 2.4, 1.1, 3.5, _ADDED),
-    within(0.27, 0.42, 0.22, 0.55, "0.24 to 0.27 L of the mass, with the added inertia 0.32 to 0.36 L"),
+    within(0.28, 0.4, 0.22, 0.55, "0.24 to 0.27 L of the mass, with the added inertia 0.32 to 0.36 L"),
 )  # fmt: skip
 MASSES_OF_CRAFT = (
     within(0.999, 1.45, 0.7, 2.0, _CRAFT), within(0.98, 2.6, 0.7, 4.0, _CRAFT),
@@ -174,6 +174,7 @@ ROLL_DAMPING = within(0.01, 0.7, 0.002, 1.2, "roll dies out in some periods: 1 t
 HEEL = within(0.2, 25.0, 0.02, 45.0, "in a hard turn a ship heels outwards by 1 to 20 deg")
 # Propeller
 ADVANCE = within(0.3, 1.3, 0.15, 2.0, "speed over n D: 0.4 of tankers to 1.1 of fast ships")
+BALANCE = within(-0.5, 0.6, -0.8, 2.0, "thrust over resistance, less one; a published set leaves 0.43")
 PULL_OVER_THRUST = within(1.02, 5.0, 1.0, 12.0, "standing, a propeller thrusts 1.2 to 3 times as at its speed")
 PULL_NUMBER = within(0.12, 0.7, 0.06, 1.2, "bollard K_T of propellers is 0.2 to 0.6, thrust deduction taken off")
 SWING_SHARE = within(0.0, 0.35, 0.0, 0.7, "side force of a reversed propeller: 5 to 25 % of its pull")
