@@ -145,7 +145,7 @@ SIDEWAYS = within(0.8, 3000.0, 0.4, 1e5, "a hull has more drag sideways than ahe
 _CLARKE = "Clarke, Gedling and Hine (1983), hull with rudder: 0.65 to 1.8 times on 14 ships"
 CLARKE = {
     "Y_v": within(0.55, 2.2, 0.35, 3.5, _CLARKE), "N_v": within(0.45, 1.7, 0.2, 2.5, _CLARKE),
-    "N_r": within(0.65, 2.2, 0.4, 3.5, _CLARKE), "Y_r": within(0.15, 0.85, -0.2, 1.1, "0.24 to 0.65 on 14 ships"),
+    "N_r": within(0.58, 2.2, 0.35, 3.5, _CLARKE), "Y_r": within(0.15, 0.85, -0.2, 1.1, "0.24 to 0.65 on 14 ships"),
 }  # fmt: skip
 HELM_SWAY = within(
     -0.65, -0.11, -1.2, -0.04, "side force of a rudder of 1/40 to 1/70 of L d: -0.16 to -0.5 on 14 ships"
@@ -157,7 +157,7 @@ HELM_LEVER = within(
 _TURNING = "in a hard turn; on 14 ships, hull, propeller and rudder together"
 LARGE = {
     "Y_vvv": within(0.9, 2.3, 0.5, 4.0, _TURNING), "Y_vrr": within(-0.02, 1.8, -0.3, 3.5, _TURNING),
-    "N_rrr": within(0.93, 1.5, 0.6, 2.5, _TURNING), "N_vvr": within(-0.02, 3.5, -0.3, 6.0, _TURNING),
+    "N_rrr": within(0.93, 1.5, 0.6, 2.5, _TURNING), "N_vvr": within(-0.02, 5.0, -0.3, 9.0, _TURNING),
     "N_vvv": within(-0.25, 0.22, -0.5, 0.4, _TURNING), "N_vrr": within(-0.5, 0.2, -0.8, 0.4, _TURNING),
     "Y_rrr": within(-0.15, 0.14, -0.4, 0.4, _TURNING), "Y_vvr": within(-0.45, 2.0, -1.0, 3.0, _TURNING),
     "X_vr": within(0.9, 2.6, 0.4, 3.5, _TURNING), "X_vv": within(-1.4, 0.5, -2.5, 1.5, _TURNING),
