@@ -135,11 +135,11 @@ def test_the_depth_is_that_of_the_last_area_or_of_a_slope_and_the_extent_that_of
 
 
 @pytest.mark.parametrize(("make", "about"), [
-    (lambda: Chart("a", 0.0), "a depth of 0 m"), (lambda: Chart("a", 5.0, (Area(LINE, -1.0),)), "a depth of -1 m"),
+    (lambda: Chart("a", -0.5), "a depth of -0.5 m"), (lambda: Chart("a", 5.0, (Area(LINE, -1.0),)), "a depth of -1 m"),
     (lambda: Chart("a", banks=(Bank(LINE), Bank(LINE, 0.0))), "bank 2 has a slope of 0"),
     (lambda: Chart("a", quays=(Quay(LINE), Quay(LINE[:1]))), "quay 2 needs two points"),
     (lambda: Chart("a", quays=(Quay(np.repeat(LINE, 2, axis=0)),)), "no two alike"),
-    (lambda: Chart("a", fairways=(np.zeros((5001, 2)),)), "5001 points; 5000 are the most"),
+    (lambda: Chart("a", fairways=(np.zeros((200_001, 2)),)), "200001 points; 200000 are the most"),
     (lambda: Chart("a", quays=(Quay(LINE, bollards=0.0499),)), "bollards 0.0499 m apart"),
     (lambda: Chart("a", quays=(Quay(LINE, Fender(CURVES["cone"], 1.0, 1e6, 0.0499)),)), "fenders 0.0499 m apart"),
 ])  # fmt: skip

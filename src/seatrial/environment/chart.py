@@ -24,15 +24,29 @@ Points = NDArray[np.float64]
 
 
 # Points of all lines of a chart, and posts along a quay, at most.
-_POINTS, _POSTS = 5_000, 2_000
+_POINTS, _POSTS = 200_000, 2_000
 
 
 @dataclass(frozen=True, eq=False)
 class Area:
-    """Water of one depth [m] within a polygon; a later area covers those before it."""
+    """Water of one depth [m] within a polygon; a later area covers those before it.
+
+    Attributes:
+        outline: its border.
+        depth: 0 of land, and of what dries.
+        holes: borders of what is cut out of it.
+    """
 
     outline: Points
     depth: float
+    holes: tuple[Points, ...] = ()
+
+    def holds(self, north: Points, east: Points) -> NDArray[np.bool_]:
+        """Whether places lie in it."""
+        found = inside(self.outline, north, east)
+        for hole in self.holes:
+            found &= ~inside(hole, north, east)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +83,37 @@ class Quay:
         return spaced(self.line, self.bollards)[0] if self.bollards else np.zeros((0, 2))
 
 
+@dataclass(frozen=True)
+class Spot:
+    """A danger, a mark or another thing at one place.
+
+    Attributes:
+        x, y: north and east of the datum [m].
+        what: its kind.
+        depth: of the water above it [m]; NaN where that is no matter.
+    """
+
+    x: float
+    y: float
+    what: str
+    depth: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Lane:
+    """Water with a direction of traffic: a lane of a separation scheme, a fairway.
+
+    Attributes:
+        outline: its border.
+        alpha: direction of traffic [rad]; NaN where it has none.
+        what: its kind.
+    """
+
+    outline: Points
+    alpha: float
+    what: str
+
+
 @dataclass(frozen=True, eq=False)
 class Chart:
     """What lies around ships, in metres north and east of the datum.
@@ -79,6 +124,11 @@ class Chart:
         areas, banks, quays: what is in it.
         fairways: lines in the direction of traffic.
         source: where it is from.
+        contours: lines of one depth [m], 0 of a coast.
+        dangers: wrecks, rocks and obstructions, with the least depth above them.
+        marks: buoys and beacons.
+        lanes: water with a direction of traffic.
+        lacks: what it does not tell, in sentences.
     """
 
     name: str
@@ -88,11 +138,16 @@ class Chart:
     quays: tuple[Quay, ...] = ()
     fairways: tuple[Points, ...] = ()
     source: str = ""
+    contours: tuple[tuple[Points, float], ...] = ()
+    dangers: tuple[Spot, ...] = ()
+    marks: tuple[Spot, ...] = ()
+    lanes: tuple[Lane, ...] = ()
+    lacks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for depth in (self.depth, *(area.depth for area in self.areas)):
-            if not depth > 0.0:
-                raise ChartError(f"{self.name}: a depth of {depth:g} m; depths are positive down, in m")
+            if not depth >= 0.0:
+                raise ChartError(f"{self.name}: a depth of {depth:g} m; depths are positive down, in m, 0 of land")
         for k, bank in enumerate(self.banks, 1):
             if not bank.slope > 0.0:
                 raise ChartError(
@@ -143,8 +198,18 @@ class Chart:
     def depth_at(self, north: Points, east: Points) -> Points:
         """Depth of the water [m] at places, banks included; arrays of one shape."""
         found = np.full(np.shape(north), self.depth)
+        places = found.reshape(-1)
+        x, y = np.ravel(north), np.ravel(east)
         for area in self.areas:
-            found[inside(area.outline, north, east)] = area.depth
+            low, high = area.outline.min(axis=0), area.outline.max(axis=0)
+            if np.ndim(north) == 2 and (north == north[:, :1]).all() and (east == east[:1]).all():  # a grid: its part
+                rows = np.flatnonzero((north[:, 0] >= low[0]) & (north[:, 0] <= high[0]))
+                columns = np.flatnonzero((east[0] >= low[1]) & (east[0] <= high[1]))
+                here = np.ix_(rows, columns)
+                found[here] = np.where(area.holds(north[here], east[here]), area.depth, found[here])
+                continue
+            near = np.flatnonzero((x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]))
+            places[near[area.holds(x[near], y[near])]] = area.depth
         for bank in self.banks:
             off = offshore(bank.line, north, east)
             under = np.full(np.shape(off), np.inf) if math.isinf(bank.slope) else off * bank.slope

@@ -20,6 +20,7 @@ from ..data import DataError
 from ..data.documents import read_json
 from ..data.geodesy import Datum
 from .chart import Area, Bank, Chart, ChartError, Points, Quay
+from .enc import is_cell, read_cell
 from .fenders import CURVES, Curve, Fender
 
 SCHEMA = "seatrial-chart/1"
@@ -47,12 +48,14 @@ def library() -> tuple[str, ...]:
 
 
 def load_chart(name_or_path: str | Path) -> Chart:
-    """A chart of the library by name, or of a file.
+    """A chart of the library by name, of a file, or of a cell of S-57 (.000), about its middle.
 
     Raises:
         ChartError: no such chart; a key, a point or a number that cannot be, in one line.
     """
     path = Path(name_or_path)
+    if is_cell(path):
+        return read_cell(path)[0]
     if isinstance(name_or_path, str) and not path.suffix and len(path.parts) == 1:
         if name_or_path not in library():
             raise ChartError(unknown(name_or_path, library(), "chart"))
@@ -87,6 +90,8 @@ class _Reading:
             found[kind].append(thing)
         self.at = str(self.path)
         depth, name = self.number(self.said, "depth", math.inf), str(self.said.get("name") or self.path.stem)
+        if not depth > 0.0:
+            raise ChartError(f"{self.path}: a depth of {depth:g} m; depths are positive down, in m")
         try:
             return Chart(
                 name, depth, tuple(found["depth"]), tuple(found["bank"]),

@@ -15,6 +15,7 @@ from ...data import DataError
 from ...data.documents import read_json
 from ...data.geodesy import Datum
 from ...environment.chart import Chart, Points
+from ...environment.enc import is_cell, read_cell
 from ...environment.geojson import load_chart
 from ...sensors.suite import draught
 from ..plant import Plant
@@ -44,8 +45,12 @@ class Shown:
         """What the page draws."""
         chart = self.chart or Chart("")
         return {
-            "land": [_rounded(line) for line in self.land], "coasts": [_rounded(line) for line in self.coasts],
-            "areas": [[_rounded(area.outline), area.depth] for area in chart.areas],
+            "land": [_rounded(line) for line in self.land],
+            "coasts": [_rounded(line) for line in (*self.coasts, *(line for line, _ in chart.contours))],
+            "areas": [[_rounded(area.outline), area.depth, [_rounded(hole) for hole in area.holes]]
+                      for area in chart.areas],
+            "spots": [[round(one.x, 2), round(one.y, 2), one.depth if one.depth == one.depth else None]
+                      for one in (*chart.dangers, *chart.marks)],
             "banks": [_rounded(bank.line) for bank in chart.banks],
             "quays": [_rounded(quay.line) for quay in chart.quays],
             "fairways": [_rounded(line) for line in chart.fairways],
@@ -93,12 +98,12 @@ class Situation:
 
 
 def read_chart(path: str | Path, datum: Datum | None) -> tuple[Shown, Datum | None]:
-    """A chart of the library by name, a `seatrial-chart/1`, or any GeoJSON in longitude and latitude.
+    """A chart of the library by name, a `seatrial-chart/1`, a cell of S-57, or any GeoJSON in longitude and latitude.
 
     Of the latter, polygons are land and lines are coasts.
 
     Args:
-        datum: where the ship's x and y are zero; None: that of the chart, if it has one.
+        datum: where the ship's x and y are zero; None: that of the chart, if it has one, or the middle of a cell.
 
     Returns:
         The chart, and the datum of the ship.
@@ -108,6 +113,9 @@ def read_chart(path: str | Path, datum: Datum | None) -> tuple[Shown, Datum | No
     """
     if not Path(path).suffix and len(Path(path).parts) == 1:
         return Shown(load_chart(path)), datum
+    if is_cell(Path(path)):
+        cell, here = read_cell(path, datum)
+        return Shown(cell), here
     try:
         said = read_json(Path(path))
     except DataError as error:

@@ -29,10 +29,15 @@ export class Land {
       this.#path(g, view, points, true);
       g.fillStyle = c.land; g.fill(); g.strokeStyle = c.ink; g.lineWidth = 1.5 * k; g.stroke();
     }
-    for (const [points, depth] of this.chart.areas) {
-      this.#path(g, view, points, true);
-      g.fillStyle = depth < this.shoal ? c.shoal : c.water; g.fill();
+    for (const [points, depth, holes] of this.chart.areas) {
+      g.beginPath();
+      for (const ring of [points, ...holes]) {
+        ring.forEach(([x, y], n) => n ? g.lineTo(...view.at(x, y)) : g.moveTo(...view.at(x, y)));
+        g.closePath();
+      }
+      g.fillStyle = depth === 0 ? c.land : depth < this.shoal ? c.shoal : c.water; g.fill("evenodd");
       g.strokeStyle = c.muted; g.lineWidth = k; g.stroke();
+      if (depth === 0) continue;
       const seen = points.map(([x, y]) => view.at(x, y)), mean = axis => seen.reduce((sum, p) => sum + p[axis], 0) / seen.length;
       g.fillStyle = c.muted; g.fillText(`${Number(depth.toPrecision(3))} m`, mean(0), mean(1));
     }
@@ -42,6 +47,20 @@ export class Land {
       g.strokeStyle = dash.length ? c.muted : c.ink; g.lineWidth = width * k; g.setLineDash(dash); g.stroke();
     }
     g.setLineDash([]);
+    for (const [x, y, depth] of this.chart.spots) this.#spot(g, view.at(x, y), depth, c);
+  }
+
+  /** A danger with the water above it, or a buoy or beacon, which has no depth. */
+  #spot(g, [x, y], depth, c) {
+    const k = scale(), r = 5 * k;
+    g.strokeStyle = g.fillStyle = c.ink; g.lineWidth = 1.5 * k;
+    g.beginPath();
+    if (depth === null) {
+      g.arc(x, y, 0.6 * r, 0, 2 * Math.PI); g.stroke();
+    } else {
+      g.moveTo(x - r, y); g.lineTo(x + r, y); g.moveTo(x, y - r); g.lineTo(x, y + r); g.stroke();
+      g.fillText(Number(depth.toPrecision(2)), x + r, y - r);
+    }
   }
 
   /** Waypoints with their numbers; the leg that is followed is drawn bold. */
