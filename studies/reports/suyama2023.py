@@ -1,18 +1,15 @@
 """Page of Suyama 2023: its Tables 1 and 3 to 7 and Figures 2 to 11, as printed beside ours.
 
-    python studies/reports/suyama2023.py -o RUN
+    seatrial paper suyama2023 -o PAGE.html
 
-Runs studies/suyama2023.toml and writes RUN/report.html and RUN/report.json in a minute or two.  What the paper prints
-is in studies/suyama2023_printed.toml; long experiments are read from benchmarks/results, where overfitting.py, boxes.py
-and flap.py leave them.
+Runs studies/suyama2023.toml.  What the paper prints is in studies/suyama2023_printed.toml; long experiments are read
+from benchmarks/results, where overfitting.py, boxes.py and flap.py leave them.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -27,6 +24,8 @@ figure, gallery, number, Section = st.blocks.figure, st.blocks.gallery, st.block
 soft, table = st.blocks.soft, st.blocks.table
 Row = st.printed.Row
 
+COST = "a minute or two on two cores"
+TABLES = (1, 3, 4, 5, 6, 7)
 STUDIES = Path(__file__).parents[1]
 STUDY, PRINTED = STUDIES / "suyama2023.toml", STUDIES / "suyama2023_printed.toml"
 RESULTS = STUDIES.parent / "benchmarks" / "results"
@@ -355,28 +354,12 @@ def boxes() -> st.blocks.Body:
     return table(head, rows, words=(1, 2)) + soft(remark)
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Tune, compare, write the page."""
-    asked = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    asked.add_argument("-o", "--out", type=Path, required=True, metavar="RUN", help="folder of the page")
-    given = asked.parse_args(arguments)
+def made(command: str) -> st.page.Page:
+    """Tune and compare; `command` is told on the page."""
     study, printed = st.read_study(STUDY), st.read_toml(PRINTED)
     if not isinstance(study.estimator, st.FineTuning):
-        sys.stderr.write(f"{STUDY}: estimator.type is no fine-tuning; this page needs one\n")
-        return 2
+        raise TypeError(f"{STUDY}: estimator.type is no fine-tuning; this page needs one")
     tuning = study.estimator.tune(study.problem, study.test)
     found = Found(study, tuning, printed, {a: st.load(name) for a, name in printed["tuned"]["ships"].items()})
-    try:
-        path = st.page.write(given.out / "report.html", page(found, {
-            "study": str(STUDY), "digest": study.digest, "version": f"seatrial {st.__version__}",
-            "command": f"python studies/reports/suyama2023.py -o {given.out}",
-        }))  # fmt: skip
-    except OSError as error:
-        sys.stderr.write(f"{error.filename}: cannot be written: {error.strerror}\n")
-        return 1
-    sys.stdout.write(f"wrote {path}\n")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return page(found, {"study": str(STUDY), "digest": study.digest, "version": f"seatrial {st.__version__}",
+                        "command": command})  # fmt: skip

@@ -1,17 +1,14 @@
 """Page of You 2023: its Tables 3 to 5, Figures 7 to 12 and 14 to 24 and equations with numbers, beside ours.
 
-    python studies/reports/you2023.py -o RUN
+    seatrial paper you2023 -o PAGE.html
 
 Fits the model of 22 parameters and its rival of 6 to the virtual trials of studies/you2023.toml, as printed (A) and by
-our default (B), compares them with the truth and with studies/you2023_printed.toml, and writes RUN/report.html and
-RUN/report.json in some three minutes.
+our default (B), and compares them with the truth and with studies/you2023_printed.toml.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -29,6 +26,8 @@ figure, Section = st.blocks.figure, st.page.Section
 FULL, RIVAL, Rivals = st.rivals.FULL, st.rivals.RIVAL, st.rivals.Rivals
 AXES = st.rivals_page.AXES
 
+COST = "two to six minutes on two cores"
+TABLES = (3, 4, 5)
 STUDY = Path(__file__).parents[1] / "you2023.toml"
 PRINTED, LETTER = STUDY.with_name("you2023_printed.toml"), STUDY.with_name("you2023_as_printed.toml")
 DEGREES = math.degrees(1.0)
@@ -192,29 +191,13 @@ def thrust(fit: st.thrust_map.ThrustMap, n: st.Array, pull: st.Array, true: st.A
     return svg(drawn, f"thrust {fit.name}")
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Fit, judge, write the page."""
-    asked = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    asked.add_argument("-o", "--out", type=Path, required=True, metavar="RUN", help="folder of the page")
-    given = asked.parse_args(arguments)
+def made(command: str) -> st.page.Page:
+    """Fit and judge; `command` is told on the page."""
     study, printed = st.read_study(STUDY), st.read_toml(PRINTED)
     if study.virtual is None or not study.rival:
-        sys.stderr.write(f"{STUDY}: no [virtual] or no [rival]; this page needs both\n")
-        return 2
+        raise TypeError(f"{STUDY}: no [virtual] or no [rival]; this page needs both")
     fit = st.overruled(study.estimator.fit(study.problem), study.unidentified)
     found = st.rivals.judged(study, fit, study.virtual)
-    try:
-        path = st.page.write(given.out / "report.html", page(found, {
-            "study": str(STUDY), "digest": study.digest, "version": f"seatrial {st.__version__}",
-            "truth": f"{study.virtual.ship.name}, seed {study.virtual.seed}",
-            "command": f"python studies/reports/you2023.py -o {given.out}",
-        }, compared(found, printed)))  # fmt: skip
-    except OSError as error:
-        sys.stderr.write(f"{error.filename}: cannot be written: {error.strerror}\n")
-        return 1
-    sys.stdout.write(f"wrote {path}\n")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    return page(found, {"study": str(STUDY), "digest": study.digest, "version": f"seatrial {st.__version__}",
+                        "truth": f"{study.virtual.ship.name}, seed {study.virtual.seed}",
+                        "command": command}, compared(found, printed))  # fmt: skip

@@ -54,6 +54,13 @@ def yardstick(
     end(run(sets, method, out=out, sink=Terminal()), json)
 
 
+def paper(key: o.PaperKey, out: o.PaperPage, table: o.PaperTable = None, json: bool = False) -> None:
+    """Run a published paper anew, its tables and figures beside ours."""
+    from ..workflow.evidence.paper import paper as run
+
+    end(run(key, out, table=table, sink=Terminal()), json)
+
+
 def bands_shown(banded: Banded) -> Body:
     """The indices with their bands, and what these leave out."""
     from ..report.judging.bands import numbers

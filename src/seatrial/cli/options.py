@@ -151,6 +151,11 @@ Methods = Annotated[
     tuple[str, ...], Option("--method", help="Measure this study, ship or program. Repeatable.")
 ]  # fmt: skip
 YardstickFile = Annotated[Path | None, Option("-o", "--out", help="Write the result to this file (.json).")]
+PaperKey = Annotated[
+    str, Argument(metavar="PAPER", help="Name sawada2024, suyama2023, wakita2022 or you2023.")
+]  # fmt: skip
+PaperPage = Annotated[Path, Option("-o", "--out", help="Write the page to this file (.html; .json beside it).")]
+PaperTable = Annotated[int | None, Option("--table", help="Show the parts of the page that have this table.")]
 LeftOutParts = Annotated[int | None, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
 Folds = Annotated[
     str | None, Option("--folds", help="Split by recording, day, kind-day, speed or wind, or take the hardest.")
