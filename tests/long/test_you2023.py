@@ -2,15 +2,12 @@
 
 import json
 import math
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "studies" / "reports"))
 from scipy.stats import chi2
 
 from seatrial.cli.app import main

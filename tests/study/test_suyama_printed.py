@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 import sys
 import tomllib
 from pathlib import Path
@@ -69,9 +68,8 @@ def test_a_number_is_shown_in_the_unit_of_its_file(script: Any) -> None:
 
 
 @pytest.mark.long
-def test_the_page_names_a_reason_for_every_difference(script: Any, tmp_path: Path) -> None:
-    assert script.main(["-o", str(tmp_path)]) == 0
-    rows = json.loads((tmp_path / "report.json").read_text())["rows"]
+def test_the_page_names_a_reason_for_every_difference(script: Any) -> None:
+    rows = script.made("a command").document["rows"]
     assert sum(len(some) for some in rows.values()) == 45 + 60 + len(PRINTED["finding"])
     assert not [row for some in rows.values() for row in some if row["why"] == "not explained"]
     findings = {row["name"]: row for row in rows["findings"]}
