@@ -544,6 +544,28 @@ def test_distances_and_speed_over_ground_differ_by_a_clock_or_a_unit(stretched: 
         assert found[0].remedy.steps[0].amount == (pytest.approx(stretched, rel=1e-3),)
 
 
+@pytest.mark.parametrize(("clock", "scale", "datum", "turns", "key"), [
+    (1.0, 1.0, True, 0.5, "log_scale"), (1.0, 1.0, False, 0.5, "time_scale"), (1.0, 1.0, True, 0.05, "time_scale"),
+    (1.1, 1.0, True, 0.5, "time_scale"), (1.0, 1.1, True, 0.5, "time_scale"), (1.0, 1.02, True, 0.5, "log_scale"),
+])  # fmt: skip
+def test_of_a_clock_places_and_a_speed_the_speed_is_off_where_the_others_are_seen_to_be_right(
+    clock: float, scale: float, datum: bool, turns: float, key: str
+) -> None:
+    """Heading and rate know the clock, places in latitude and longitude are no stretched ones; a gyro may be off."""
+    trial = ratio(1.1)
+    psi, r = turns * np.sin(0.05 * trial.t), clock * turns * 0.05 * np.cos(0.05 * trial.t) * scale
+    meta = {"datum": {"latitude": 54.0, "longitude": 10.0}} if datum else {}
+    whole = Trial("a", trial.t, {**trial.channels, "psi": psi, "r": r}, {}, {**trial.meta, **meta})
+    [found] = [one for one in track_faults(whole) if one.where != "psi, gamma_G"]
+    assert found.key == key
+    assert found.severity == ("warning" if key == "log_scale" else "error")
+    if key == "log_scale":
+        assert found.where == "U_G"
+        assert "-9.1%" in found.what
+        assert isinstance(found.remedy, Remedy)
+        assert found.remedy.steps[0].amount == (pytest.approx(1.1, rel=1e-3),)
+
+
 def test_distances_need_some_fixes_and_are_not_those_of_noise() -> None:
     assert _distance_ratio(ratio(1.2, 0.3, 400)) == pytest.approx(1.2, abs=0.03)
     assert math.isfinite(_distance_ratio(ratio(1.2, rows=20)))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .. import Array, Trial, unwrapped
 from ..prepare import Remedy, Step, complete, integral, unsaid
 from .relations import has, noise_of, slides_unseen, window_of
-from .repairs import step
+from .repairs import step, times
 from .sensors import Fault
 
 # Course from displacements over this many fixes either way; not defined below this share of top speed.
@@ -23,6 +23,8 @@ _EITHER_WAY, _MOVING = 2, 0.3
 _BETTER, _CLEAR = 0.7, math.radians(0.5)
 # Stretches over which distances are compared [s], and by how much they may differ.
 _STRETCH, _CLOSE, _CLOCK = 5.0, 0.04, 1.34
+# A clock is denied where heading and rate agree to this part of what it would be off, of a ship that turns [rad].
+_HALF, _TURNS = 0.3, math.radians(5.0)
 # Distances between fixes are this many times their noise, or they would be longer than the track.
 _ABOVE_NOISE = 20.0
 
@@ -118,8 +120,14 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
                 step("exchange", "psi", "gamma_G"), "quality", "course_as_heading",
             )  # fmt: skip
     ratio = _distance_ratio(trial) if "U_G" in trial else math.nan
-    if abs(ratio - 1.0) > _CLOSE:
-        near = 1.0 / _CLOCK < ratio < _CLOCK
+    near = 1.0 / _CLOCK < ratio < _CLOCK
+    if abs(ratio - 1.0) > _CLOSE and near and _only_speed(trial, ratio):
+        yield Fault(
+            "warning", "U_G", f"the speed over ground is {1.0 / ratio - 1.0:+.1%} off the track",
+            "heading and rate of turn agree on the clock, and positions are those of latitude and longitude",
+            times(ratio, "U_G"), "quality", "log_scale",
+        )  # fmt: skip
+    elif abs(ratio - 1.0) > _CLOSE:
         yield Fault(
             "error", "t, x, y" if near else "x, y, U_G",
             "the time step is not the true one, or x and y are stretched" if near
@@ -129,6 +137,24 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
             else "check the unit of the speed (kn, km/h) and of the positions",
             *(("step", "time_scale") if near else ("scale", "unit")),
         )  # fmt: skip
+
+
+def _only_speed(trial: Trial, ratio: float) -> bool:
+    """Whether neither the clock nor the positions can be off by this ratio: a speed is left, which a fit can estimate.
+
+    The change of the heading is the integral of the rate of turn by the true clock, and places on the earth are not
+    stretched.
+    """
+    if "datum" not in trial.meta or not has(trial, "psi", "r"):
+        return False
+    rows = trial.rows(complete(trial, ("psi", "r")))
+    psi, turned = unwrapped(rows["psi"]), integral(rows.t, rows["r"])
+    n = max(round(window_of(rows) / rows.dt), 1)
+    there, given = psi[n:] - psi[:-n], turned[n:] - turned[:-n]
+    power = float(given @ given)
+    if not power > _TURNS**2 * given.size:
+        return False
+    return abs(float(given @ there) / power - 1.0) < _HALF * abs(ratio - 1.0)
 
 
 def _track(trial: Trial) -> tuple[Array, Array, NDArray[np.intp]]:
