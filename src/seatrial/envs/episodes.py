@@ -20,9 +20,9 @@ from ..data import Array
 from ..engine import System
 from ..environment import CALM, CHANNELS, Environment
 from ..environment.geojson import load_chart
+from ..manoeuvres import Helm
 from ..models import STATES
 from ..models.settled import begun, settled
-from ..realtime.helm import Helm
 from ..ships import Ship
 from ..simulate.approach import approach, fastest, rounded_down
 from ..simulate.loop import loop_memory, loop_values

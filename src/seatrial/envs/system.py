@@ -16,8 +16,9 @@ from ..core.parameters import Scalar, unknown
 from ..core.symbolic import clip, cos, sin, where
 from ..engine import System
 from ..environment import CHANNELS, Environment, through_water
+from ..manoeuvres import Helm
 from ..models import Sampled, Stepped
-from ..realtime.helm import Helm, limits, obeying
+from ..realtime.helm import limits, obeying
 from ..ships import Ship
 from ..simulate.loop import closed_loop
 from ..simulate.place import Place

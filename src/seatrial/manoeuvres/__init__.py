@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
 
-from ..core.parameters import ParameterError, Scalar, Scalars, possible
+from ..core.parameters import ParameterError, Scalar, Scalars, possible, spec
 from ..data import Array, Trial
 from ..forces import HARD_OVER
 from ..models import STEERING
@@ -214,3 +214,10 @@ class Given(Policy):
     def schedule(self, dt: float, steps: int) -> Array:
         """Nothing fixed beforehand; shape (steps, orders)."""
         return np.zeros((steps, len(self.given)))
+
+
+@dataclass(frozen=True)
+class Helm(Given):
+    """A policy whose orders are set from outside at each step, one for each control."""
+
+    n_P: Scalar = spec("1/s", "revolutions at the start", default=0.0)

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from ..core.errors import CommandError as CommandError
-from ..core.parameters import Scalar, spec
-from ..manoeuvres import Given
 from ..models import unit
 from ..ships import Ship, ShipError
 from ..ships.felt import idle
@@ -21,13 +19,6 @@ _MOST = 1.25
 
 _RUDDER = math.radians(35.0)
 """Largest rudder angle where the gear has no limit or other gear acts as a rudder [rad]; assumed."""
-
-
-@dataclass(frozen=True)
-class Helm(Given):
-    """A policy whose orders are set from outside at each step, one for each control."""
-
-    n_P: Scalar = spec("1/s", "revolutions at the start", default=0.0)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from ..engine.single import Stepper, stepper
 from ..environment import CHANNELS, Environment, Uniform, Weather, through_water
 from ..environment.grid import SMOOTH, Grid
 from ..environment.weather import Gust, Together
+from ..manoeuvres import Helm
 from ..models import STATES, Sampled, Stepped
 from ..models.settled import settled
 from ..ships import Ship, ShipError
@@ -33,7 +34,7 @@ from ..simulate.approach import approach, time_step
 from ..simulate.lanes import Kernel
 from ..simulate.loop import closed_loop, loop_memory, loop_values
 from ..simulate.place import Place
-from .helm import CommandError, Helm, Range, limits, obeying, ranges
+from .helm import CommandError, Range, limits, obeying, ranges
 
 __all__ = ["CommandError", "Compiled", "Plant"]
 
