@@ -166,7 +166,7 @@ class Watch:
         must = np.isin(self.role, MUST_ACT) & (tcpa <= self._conduct.act * self._horizon)
         help_at = self._alone * self._conduct.helps if self._conduct.helps else np.zeros_like(self._alone)
         helps = np.isin(self.role, (Role.STAND_ON, Role.OVERTAKEN)) & (tcpa <= help_at)
-        return (self.risk & danger & (must & self._conduct.gives_way | helps)).any(axis=1)
+        return np.asarray((self.risk & danger & (must & self._conduct.gives_way | helps)).any(axis=1))
 
     def _choose(self, scene: Scene, rows: NDArray[np.intp]) -> None:
         """The first manoeuvre that keeps clear of everybody, else that with the greatest distance."""

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.errors import RequestError
 from ..core.parameters import unknown
@@ -73,8 +74,8 @@ class Sailed:
     """
 
     tracks: Tracks
-    runs: Array
-    failed: Array
+    runs: NDArray[np.intp]
+    failed: NDArray[np.intp]
 
 
 def sail(
@@ -95,7 +96,7 @@ def sail(
     """
     rows = _rows(sea)
     known = [_conduct(one) for one in traffic]
-    L = np.array([ship.L_pp, *[sea.L or ship.L_pp] * (meetings.x.shape[1] - 1)])
+    L = np.array([ship.L_pp, *[sea.L or ship.L_pp] * (meetings.x.shape[1] - 1)], dtype=np.float64)
     own = _Own(ship, meetings, sea, draws or {})
     others = _Others(meetings, L)
     scene = _scene(0.0, own, others, L)
@@ -115,10 +116,12 @@ def sail(
         orders = master.look(scene)
         if k % keep == 0:
             kept.append(_kept(own, others))
-    x, y, psi, u, v_m = np.stack(kept, axis=-1)
+    whole: Array = np.stack(kept, axis=-1)
+    x, y, psi, u, v_m = whole
     good = np.isfinite(x).all(axis=(1, 2)) & own.valid
     B = np.array([float(ship.model.breadth) or _BREADTH * ship.L_pp, *(_BREADTH * L[1:])])
-    tracks = Tracks(sea.every * np.arange(rows), x[good], y[good], psi[good], u[good], v_m[good], L, B)
+    t = np.linspace(0.0, (rows - 1) * sea.every, rows)
+    tracks = Tracks(t, x[good], y[good], psi[good], u[good], v_m[good], L, B)
     return Sailed(tracks, np.flatnonzero(good), np.flatnonzero(~good))
 
 
@@ -144,7 +147,7 @@ def _master(stack: str | Conduct | Command, scene: Scene, meetings: Meetings, li
     return conduct(scene)
 
 
-def _watched(others: _Others, watches: list[list[Watch]], chosen: Array, scene: Scene) -> None:
+def _watched(others: _Others, watches: list[list[Watch]], chosen: NDArray[np.intp], scene: Scene) -> None:
     """Orders of the other ships after a look around, each by its own conduct."""
     for k, of_ship in enumerate(watches):
         for number, watch in enumerate(of_ship):
