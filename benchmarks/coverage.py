@@ -38,6 +38,7 @@ from seatrial.identify import Fit, Problem
 from seatrial.identify.recordings import recordings
 from seatrial.models import STATES
 from seatrial.simulate.replay import replay
+from seatrial.study.folds import folds as parts_of
 from seatrial.study.store import save_fit
 from seatrial.study.stored import load_fit
 from seatrial.study.study import read_study
@@ -65,7 +66,7 @@ def calibration_of(held: Posterior, who: Any, problem: Problem, fit: Fit, model:
     """The calibration of an outer fold, from beside its model where it is kept there."""
     if model is not None and beside(model).is_file():
         return load(model, held)
-    found = calibrated(held, left_out(who, problem, fit, held, parts=PARTS))
+    found = calibrated(held, left_out(who, problem, fit, held, out=parts_of(problem.trials, "recording", PARTS)))
     if model is not None:
         save(found, beside(model))
     return found

@@ -173,7 +173,7 @@ def fitted(problem: Problem, estimator: Any) -> tuple[Fit, Power]:
     """A fit, and what its left-out trials say."""
     fit = estimator.fit(problem)
     held = Posterior(fit.ship, fit.free, fit.values, fit.covariance)
-    parts = left_out(estimator, problem, fit, held, parts=len(recordings(problem.trials)))
+    parts = left_out(estimator, problem, fit, held, out=recordings(problem.trials))
     return fit, power(fit, problem, estimator, [*parts])
 
 

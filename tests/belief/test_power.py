@@ -49,7 +49,7 @@ def judged(told):
     """Power of a fit by each trial left out in turn."""
     fit = ESTIMATOR.fit(told)
     held = Posterior(fit.ship, fit.free, fit.values, fit.covariance)
-    return fit, power(fit, told, ESTIMATOR, [*left_out(ESTIMATOR, told, fit, held, parts=len(told.trials))])
+    return fit, power(fit, told, ESTIMATOR, [*left_out(ESTIMATOR, told, fit, held, out=[[one] for one in told.trials])])
 
 
 def test_a_likelihood_that_counts_in_full_leaves_the_posterior_as_it_is():

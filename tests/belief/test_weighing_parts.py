@@ -225,21 +225,21 @@ class Fitter:
         return SimpleNamespace(values=np.array([0.01 * len(problem.trials), -0.07]), covariance=np.eye(2))
 
 
-def left_out(monkeypatch: pytest.MonkeyPatch, samples: Any, **how: Any) -> list[Any]:
+def left_out(monkeypatch: pytest.MonkeyPatch, samples: Any, count: int, **how: Any) -> list[Any]:
     free = (Free("hull.R_0", 0.02), Free("hull.N_r", -0.05))
     problem: Any = Problem(trials=tuple(trial(c) for c in "abcde"), free=free, ship=SHIP,
                            vector=SimpleNamespace(paths=("hull.R_0", "hull.N_r")))  # fmt: skip
     monkeypatch.setattr(parts, "begun", lambda estimator, problem, fit: (estimator, problem))
-    monkeypatch.setattr(parts, "kind_of", lambda trial: "turning", raising=False)
     monkeypatch.setattr(parts, "digest", lambda problem, estimator: "d" + "".join(t.name for t in problem.trials))
     held = Posterior(SHIP, free, np.array([0.05, -0.07]), np.eye(2), samples=samples)
-    return list(parts.left_out(Fitter(), problem, SimpleNamespace(), held, **how))
+    out = [problem.trials[k::count] for k in range(count)]
+    return list(parts.left_out(Fitter(), problem, SimpleNamespace(), held, out=out, **how))
 
 
 def test_each_recording_is_left_out_once_and_samples_move_with_the_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
     samples = np.array([[0.055, -0.07], [0.045, -0.08]])
     done: list[int] = []
-    found = left_out(monkeypatch, samples, parts=2, each=done.append)
+    found = left_out(monkeypatch, samples, 2, each=done.append)
     assert done == [1, 2]
     names = [sorted(t.name for t in one.trials) for one in found]
     assert sorted(name for some in names for name in some) == list("abcde")
@@ -252,13 +252,13 @@ def test_each_recording_is_left_out_once_and_samples_move_with_the_estimate(monk
 
 
 def test_parts_that_are_done_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    first = left_out(monkeypatch, None, parts=5, folder=tmp_path)
+    first = left_out(monkeypatch, None, 5, folder=tmp_path)
     assert sorted(p.name for p in tmp_path.iterdir()) == [f"part-{k}-of-5.npz" for k in range(1, 6)]
     (tmp_path / "part-3-of-5.npz").unlink()
     fitted: list[int] = []
     whole = Fitter.fit
     monkeypatch.setattr(Fitter, "fit", lambda self, problem: fitted.append(1) or whole(self, problem))
-    again = left_out(monkeypatch, None, parts=5, folder=tmp_path)
+    again = left_out(monkeypatch, None, 5, folder=tmp_path)
     assert len(fitted) == 1
     assert [one.held.mean.tolist() for one in again] == [one.held.mean.tolist() for one in first]
 
