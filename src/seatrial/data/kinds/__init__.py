@@ -8,13 +8,14 @@ against it `doubts`: without any doubt the kind is to be relied on.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import MappingProxyType
 
 from .. import Trial
 from .kind import ABOUT, Kind
-from .signals import signals
+from .signals import driven, signals
 from .speed import MOTION
-from .steering import STEERING
+from .steering import STEERING, spinning
 
 __all__ = ["ABOUT", "Kind", "compared", "recognised"]
 
@@ -33,12 +34,12 @@ _CLOSE = (("turning", "initial-turning"), ("turning", "pull-out"), ("straight", 
 
 def recognised(trial: Trial) -> Kind:
     """The kind of manoeuvre of a trial, by the first description that fits it."""
-    seen = signals(trial)
+    seen = signals(driven(trial))
     if isinstance(seen, str):
         return Kind("unknown", doubts=(seen,))
-    for look in (*MOTION[:2], *STEERING, *MOTION[2:]):
+    for look in (spinning, *MOTION[:2], *STEERING, *MOTION[2:]):
         if (found := look(seen)) is not None:
-            return found.doubting(*seen.doubts)
+            return replace(found.doubting(*seen.doubts), by_thrust=seen.by_thrust)
     return Kind("mixed", evidence=seen.activity).doubting(*seen.doubts)
 
 

@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+HARD_OVER = math.radians(35.0)
+"""Angle that stands for all of a steering demand, as `forces` has it [rad]."""
+
 ABOUT: Mapping[str, str] = MappingProxyType({
     "straight": "rudder midships at a steady speed",
     "acceleration": "from rest or slow ahead to a steady speed, rudder midships",
@@ -16,6 +19,7 @@ ABOUT: Mapping[str, str] = MappingProxyType({
     "turning": "one rudder angle held through a turn",
     "pull-out": "rudder midships out of a steady turn, engine unchanged",
     "recovery": "hard over to one side, then to the other: back to the own track",
+    "spinning": "turned on the spot by two opposed thrusts",
     "zigzag": "the rudder reversed at headings alike to both sides",
     "spiral": "steady turns one after another, from one side to the other",
     "astern": "going astern",
@@ -38,12 +42,14 @@ class Kind:
         settings: of what is set in it: `rudder`, `heading` [rad], magnitudes; `side`, +1 starboard first, -1 port.
         evidence: what was seen, in words and the units of reports.
         doubts: what speaks against it.
+        by_thrust: whether `rudder` is the demand of a craft that its thrusts steer, of which `HARD_OVER` is all.
     """
 
     name: str
     settings: Mapping[str, float] = field(default_factory=dict[str, float])
     evidence: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    by_thrust: bool = False
 
     def doubting(self, *doubts: str) -> Kind:
         """The same with more doubts; empty ones are left out."""
@@ -51,7 +57,9 @@ class Kind:
 
     @property
     def label(self) -> str:
-        """The kind with what is set, in degrees: ``zigzag 20/10 port``."""
+        """The kind with what is set, in degrees or percent of a demand: ``zigzag 20/10 port``, ``turning 40% port``."""
         angles = [f"{math.degrees(self.settings[name]):.0f}" for name in ("rudder", "heading") if name in self.settings]
+        if self.by_thrust and "rudder" in self.settings:
+            angles[0] = f"{100.0 * self.settings['rudder'] / HARD_OVER:.0f}%"
         side = {1.0: "starboard", -1.0: "port"}.get(self.settings.get("side", 0.0), "")
         return " ".join(part for part in (self.name, "/".join(angles), side) if part)

@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import Array, Trial, unwrapped
 from ..prepare import drop_trailing_gaps
+from .kind import HARD_OVER
 
 DEGREE = math.pi / 180.0
 # More rows than these show nothing more of a manoeuvre.
@@ -23,6 +24,14 @@ _CLOCK = (5, 0.04)
 # Steps of noise that a held value may leave its mean by, and the least.
 _SIGMAS, _FINEST = 4.0, 0.35 * DEGREE
 _GAP = 0.2
+# Part of the greatest angle that neighbours of one leg differ by while motors creep up to what they are ordered, and
+# part that a held one may leave its middle by; how many clocks it lasts at least.
+_CREEP, _MOTORS, _LASTS = 0.4, 0.2, 0.75
+# Cosine between demand and rate of turn from which on they are opposed; smaller demands than this part may be motors
+# that differ.
+_AGAINST, _WORTH = 0.4, 0.15
+# Thrust from this part of the most on is more than the zero of a motor is off by.
+_WORKS = 0.05
 
 
 class Hold(NamedTuple):
@@ -42,12 +51,14 @@ class Signals:
         psi: heading, continuous [rad].
         r: rate of turn, smoothed [rad/s].
         u, v_m: speeds, smoothed; None without positions or speeds.
-        delta: rudder, the mean of several; None without one.
+        delta: rudder, the mean of several, or the demand of two thrusts (`pair`); None without one.
         n: mean revolutions, or what stands for them; None without any.
         reach: positions north and east, shape (samples, 2); None without.
         L_pp: length of the ship by the sidecar [m]; NaN unknown.
         clock: time in which the ship covers its length [s], or a twenty-fifth of the trial.
         doubts: about the record itself.
+        pair: thrusts to port and to starboard as parts of the full one, or revolutions; None without such a pair.
+        by_thrust: whether `delta` is theirs.
     """
 
     t: Array
@@ -61,6 +72,8 @@ class Signals:
     L_pp: float
     clock: float
     doubts: tuple[str, ...] = ()
+    pair: tuple[Array, Array] | None = None
+    by_thrust: bool = False
 
     @property
     def duration(self) -> float:
@@ -83,7 +96,11 @@ class Signals:
         if self.delta is None:
             return ()
         reach = float(np.quantile(np.abs(self.delta), 0.98))
-        return self.held(self.delta, max(1.0 * DEGREE, 0.06 * reach))
+        if not self.by_thrust:
+            return self.held(self.delta, max(1.0 * DEGREE, 0.06 * reach))
+        found = self.held(self.delta, max(1.0 * DEGREE, _MOTORS * reach), 0.0)
+        legs = _crept(found, self.delta, _CREEP * reach)
+        return tuple(one for one in legs if self.lasts(one) >= _LASTS * self.clock)
 
     @cached_property
     def fine_holds(self) -> tuple[Hold, ...]:
@@ -101,6 +118,12 @@ class Signals:
                 found.append(Hold(a, b - 1, float(np.median(values[a:b]))))
         return _joined(found, values, wide)
 
+    def helm(self, angle: float) -> str:
+        """A rudder angle, or a demand of thrusts, in words."""
+        if self.by_thrust:
+            return f"thrusts {100.0 * angle / HARD_OVER:.0f} % apart"
+        return f"rudder {angle / DEGREE:.1f} deg"
+
     def turned(self, first: int, last: int) -> float:
         """Change of heading between two rows [rad]."""
         return float(self.psi[last] - self.psi[first])
@@ -114,8 +137,9 @@ class Signals:
         """What moved, in words."""
         found: list[str] = [f"heading within {np.ptp(self.psi) / DEGREE:.0f} deg"]
         if self.delta is not None:
-            low, high = np.quantile(self.delta, [0.01, 0.99]) / DEGREE
-            found.append(f"rudder {low:.0f} to {high:.0f} deg, {len(self.holds)} angles held")
+            low, high = np.quantile(self.delta, [0.01, 0.99]) / (HARD_OVER / 100.0 if self.by_thrust else DEGREE)
+            what, unit = ("steering demand", "%") if self.by_thrust else ("rudder", "deg")
+            found.append(f"{what} {low:.0f} to {high:.0f} {unit}, {len(self.holds)} angles held")
         if self.n is not None:
             found.append(f"revolutions {np.min(self.n):.3g} to {np.max(self.n):.3g} 1/s")
         if self.U is not None:
@@ -140,12 +164,30 @@ def signals(trial: Trial, rows: int = _ROWS) -> Signals | str:
     rate = filled(trial["r"]) if "r" in trial and _known(trial["r"]) else np.gradient(smooth(psi, width), t)
     doubts = [f"{name} is missing in {100 * share:.0f} % of the rows" for name in ("psi", "delta", "u")
               if name in trial and (share := float(np.mean(~np.isfinite(trial[name])))) > _GAP]  # fmt: skip
-    delta, n = _helm(trial), _engine(trial)
+    delta, n, pair = _helm(trial), _engine(trial), _pair(trial)
+    by_thrust = delta is None and pair is not None
+    if delta is None and pair is not None:
+        delta = 0.5 * HARD_OVER * (pair[0] - pair[1])
+    r = smooth(rate, width)
+    if by_thrust and delta is not None and _opposed(r, delta):
+        doubts.append("it turns against its thrusts: are port and starboard exchanged, or their signs?")
     return Signals(
-        t, psi, smooth(rate, width), None if u is None else smooth(u, width),
+        t, psi, r, None if u is None else smooth(u, width),
         None if v_m is None else smooth(v_m, width), delta, n, reach, L_pp, clock,
         (*doubts, *(() if delta is not None else ("no rudder is recorded: told from the motion alone",))),
+        pair, by_thrust,
     )  # fmt: skip
+
+
+def driven(trial: Trial) -> Trial:
+    """A craft that thrusts steer from shortly before the first thrust to half as long again: rest is no course."""
+    pair = _pair(trial)
+    if pair is None or _helm(trial) is not None:
+        return trial
+    works = np.flatnonzero(np.maximum(*np.abs(pair)) > _WORKS * float(np.quantile(np.abs(pair), 0.99)))
+    first, last = trial.t[works[0]], trial.t[works[-1]]
+    span = max(float(last - first), _LEAST * trial.dt)
+    return trial.rows((trial.t >= first - 0.1 * span) & (trial.t <= last + 0.5 * span))
 
 
 def both_ways(seen: Signals) -> bool:
@@ -205,6 +247,22 @@ def _engine(trial: Trial) -> Array | None:
     return next((found for kind in ("n", "f", "throttle") if (found := _mean(trial, kind)) is not None), None)
 
 
+def _pair(trial: Trial) -> tuple[Array, Array] | None:
+    """Two thrusts, one on either side, as parts of the full one; of revolutions and newtons the greatest is full."""
+    for kind in ("throttle", "f", "n_P", "n"):
+        for sides in (("port", "starboard"), ("1", "2")):
+            names = [f"{kind}_{side}" for side in sides]
+            names = names if all(name in trial for name in names) else [f"{name}_cmd" for name in names]
+            if sides[0] == "1" and kind != "n_P":
+                continue  # numbers of thrusters are no sides
+            if all(name in trial and _known(trial[name]) for name in names):
+                port, starboard = (filled(trial[name]) for name in names)
+                most = max(float(np.quantile(np.abs(one), 0.99)) for one in (port, starboard))
+                full = 1.0 if kind == "throttle" else most
+                return (port / full, starboard / full) if most > 0 else None
+    return None
+
+
 def _mean(trial: Trial, kind: str) -> Array | None:
     every = [name for name in trial.channels if name.partition("_")[0] == kind and _known(trial[name])]
     names = [name for name in every if not name.endswith("_cmd")] or every
@@ -240,6 +298,23 @@ def _breaks(values: Array, wide: float) -> list[int]:
             starts.append(k)
             low = high = value
     return [*starts, values.size]
+
+
+def _crept(holds: Sequence[Hold], values: Array, near: float) -> tuple[Hold, ...]:
+    """Neighbours to one side that differ by less than `near` as one, of the level that they creep up to."""
+    out: list[Hold] = []
+    for one in holds:
+        if out and one.level * out[-1].level > 0 and abs(one.level - out[-1].level) < near:
+            one = Hold(out.pop().first, one.last, one.level)
+        size = np.abs(values[one.first : one.last + 1])
+        out.append(one._replace(level=math.copysign(float(np.quantile(size, 0.75)), one.level)))
+    return tuple(out)
+
+
+def _opposed(r: Array, demand: Array) -> bool:
+    """Whether a craft turns against a demand that is more than motors differ by."""
+    sized = float(np.quantile(np.abs(demand), 0.98)) > _WORTH * HARD_OVER
+    return sized and bool(r @ demand < -_AGAINST * np.linalg.norm(r) * np.linalg.norm(demand))
 
 
 def _joined(holds: Sequence[Hold], values: Array, wide: float) -> tuple[Hold, ...]:

@@ -49,6 +49,8 @@ def backwards(seen: Signals) -> Kind | None:
     if seen.u is None or seen.v_m is None or seen.U is None:
         return None
     moving = 0.1 * seen.top < seen.U
+    if not moving.any():
+        return None
     back = float(np.mean(seen.u[moving] < -0.05 * seen.top))
     aside = float(np.mean(np.abs(seen.v_m[moving]) > 2.0 * np.abs(seen.u[moving])))
     if back > _MOSTLY:

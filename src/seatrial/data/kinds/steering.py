@@ -12,6 +12,9 @@ from .. import Array
 from .kind import Kind
 from .signals import DEGREE, Hold, Signals, both_ways
 
+# On the spot: turning from this share of the greatest rate on, about a middle so many lengths away at most; so much of
+# the turning, and so much of the thrust in it opposed.
+_TURNS, _SPOT, _SPINS, _DRIVEN = 0.3, 0.4, 0.6, 0.5
 # A rudder below this, or below this share of the greatest one held, is midships.
 _MIDSHIPS, _SHARE = 1.5 * DEGREE, 0.2
 # Angles alike, and headings alike, of a zigzag: share and least.
@@ -25,6 +28,32 @@ _STEADY = 15.0 * DEGREE
 _WIDEST = 90.0 * DEGREE
 # Part of the trial that a kind should fill.
 _MOST, _PART = 0.5, 0.25
+
+
+def spinning(seen: Signals) -> Kind | None:
+    """Turned about its own middle by two thrusts that are opposed."""
+    if seen.pair is None or seen.U is None or not math.isfinite(seen.L_pp):
+        return None
+    port, starboard = seen.pair
+    rate = np.abs(seen.r)
+    turns = rate > _TURNS * float(np.quantile(rate, 0.98))
+    lever = _SPOT * seen.L_pp
+    spot = turns & (lever * rate > seen.U)
+    thrusts = np.abs(port - starboard) > 0.2 * float(np.quantile(np.abs([port, starboard]), 0.99))
+    opposed = thrusts & (port * starboard < 0)
+    dt = np.gradient(seen.t)
+    swept = float(np.sum((rate * dt)[spot]))
+    driven = (opposed & spot).sum() > _DRIVEN * (thrusts & spot).sum()
+    if not driven or swept < _TURN or swept < _SPINS * float(np.sum((rate * dt)[turns])):
+        return None
+    net = float(np.sum((seen.r * dt)[spot]))
+    side = {"side": math.copysign(1.0, net)} if abs(net) > 0.6 * swept else {}
+    return Kind("spinning", side, (
+        f"{swept / DEGREE:.0f} deg turned while the track has a radius of less than {_SPOT:g} L",
+        "one thrust ahead and one astern",
+    )).doubting(
+        f"it makes way besides, {seen.top:.2g} m/s" if seen.top > lever * float(np.max(rate)) else "",
+    )  # fmt: skip
 
 
 def zigzag(seen: Signals) -> Kind | None:
@@ -52,7 +81,7 @@ def zigzag(seen: Signals) -> Kind | None:
     told = ", ".join(f"{angle / DEGREE:.1f}" for angle in (ends - middle))
     return Kind(
         "zigzag", {"rudder": rudder, "heading": _round(heading), "side": float(sides[0])},
-        (f"rudder {rudder / DEGREE:.1f} deg to either side, {len(run)} legs", f"reversed at headings of {told} deg "
+        (f"{seen.helm(rudder)} to either side, {len(run)} legs", f"reversed at headings of {told} deg "
          "about their middle"),
     ).doubting(
         "one reversal only" if len(run) < 3 else "",
@@ -154,9 +183,10 @@ def turning(seen: Signals) -> Kind | None:
         return None
     after = _midships_after(seen, main)
     out = Kind("turning", {"rudder": _round(abs(main.level)), "side": math.copysign(1.0, main.level)}, (
-        f"rudder {main.level / DEGREE:.1f} deg held for {seen.lasts(main):.0f} s", f"the heading changes by "
+        f"{seen.helm(main.level)} held for {seen.lasts(main):.0f} s", f"the heading changes by "
         f"{angle / DEGREE:.0f} deg meanwhile"))  # fmt: skip
-    wrong = "the ship turns against the rudder: is its sign right?" if angle * main.level < -((5 * DEGREE) ** 2) else ""
+    against = not seen.by_thrust and angle * main.level < -((5 * DEGREE) ** 2)
+    wrong = "the ship turns against the rudder: is its sign right?" if against else ""
     if abs(angle) < _SHORT:
         alone = len(helm) == 1 and share > _PART
         return _initial(seen, main, out, whole).doubting(wrong) if alone else None
@@ -193,7 +223,7 @@ def _both_sides(seen: Signals, helm: Sequence[Hold]) -> Kind | None:
         return None
     rudder = float(np.median(np.abs([one.level for one in turns])))
     settings = {"rudder": _round(rudder), "side": math.copysign(1.0, turns[0].level)}
-    told = tuple(f"rudder {one.level / DEGREE:.1f} deg for {seen.turned(one.first, one.last) / DEGREE:.0f} deg of "
+    told = tuple(f"{seen.helm(one.level)} for {seen.turned(one.first, one.last) / DEGREE:.0f} deg of "
                  "heading" for one in turns)  # fmt: skip
     calm = [_midships_after(seen, one) for one in turns]
     if calm[0] is not None:
@@ -217,8 +247,8 @@ def _recovery(seen: Signals, before: Hold, main: Hold) -> Kind:
     return Kind(
         "recovery", {"rudder": _round(max(abs(before.level), abs(main.level))),
                      "side": math.copysign(1.0, before.level)},
-        (f"rudder {before.level / DEGREE:.0f} deg for {first:.0f} deg of heading, then {main.level / DEGREE:.0f} deg "
-         f"for {second:.0f} deg",),
+        (f"{seen.helm(before.level)} for {first:.0f} deg of heading, then {seen.helm(main.level)} for "
+         f"{second:.0f} deg",),
     ).doubting("" if 150.0 < whole < 210.0 else f"it ends {whole:.0f} deg from the first course")  # fmt: skip
 
 
@@ -228,6 +258,10 @@ def _midships_after(seen: Signals, turn: Hold) -> Hold | None:
     after = next((one for one in seen.holds if one.first > turn.last and abs(one.level) <= limit), None)
     if after is None or seen.t[after.first] - seen.t[turn.last] > 3.0 * seen.clock or seen.lasts(after) < seen.clock:
         return None
+    if seen.by_thrust and seen.pair is not None:
+        rests = np.max(np.abs(seen.pair)[:, after.first : after.last + 1], axis=0)
+        if float(np.median(rests)) < 0.05 * float(np.quantile(np.abs(seen.pair), 0.99)):
+            return None  # without thrust it coasts
     if seen.n is not None:
         held, then = (float(np.median(seen.n[one.first : one.last + 1])) for one in (turn, after))
         if abs(then - held) > 0.2 * abs(held):
