@@ -44,7 +44,7 @@ class Followed:
     def feed(self, t: float, values: Any) -> None:
         self.fed.append(t)
         if t == self.alarm:
-            self.alarms.append(SimpleNamespace(named=t, text="wind changed"))
+            self.alarms.append(SimpleNamespace(named=t, text="wind changed", line="wind changed; allow for it"))
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def test_a_log_is_played_at_its_factor(clock: Clock) -> None:
 def test_each_alarm_is_told_once_when_it_is_raised(clock: Clock) -> None:
     lines: list[str] = []
     follow(Followed(alarm=5.0), log(0.0, 5.0, 6.0), note=lines.append)
-    assert lines == ["t = 5 s: wind changed"]
+    assert lines == ["t = 5 s: wind changed; allow for it"]
 
 
 def test_the_state_is_saved_each_ten_minutes_of_the_log_or_twenty_seconds_of_the_clock(

@@ -21,11 +21,11 @@ from seatrial.realtime.twin import live as live_module
 from seatrial.realtime.twin import sources
 from seatrial.realtime.twin.acting import Acting, Override
 from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Score, Trust
-from seatrial.realtime.twin.alarms import FROZEN, UNEXPLAINED, Alarm, Judge, alarm_of, matters
+from seatrial.realtime.twin.alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, matters
 from seatrial.realtime.twin.card import alarm, page, parameters, unseen
 from seatrial.realtime.twin.follow import Step, _midship, begun, inverse_of, surprise, without
 from seatrial.realtime.twin.likely import FACTORS, NOISIER
-from seatrial.realtime.twin.live import STEERING, Live
+from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.saved import learnt, load_state, save_state
 from seatrial.realtime.twin.settings import MHE, NOISE, noisier, scaled, usual
 from seatrial.realtime.twin.sources import Ear, channels_of, noise_of
@@ -256,6 +256,32 @@ def test_an_alarm_in_words_and_numbers() -> None:
     written = alarm(replace(both, over=80.0))
     assert (written["over"], written["size"], written["rivals"]) == (80.0, [12.3456, -4.0], ["a", "b"])
     assert alarm(both)["over"] is None
+
+
+@pytest.mark.parametrize(("cause", "how", "what", "said"), [
+    ("rate gyro jumped", JUMP, "r", "than the rate gyro until"), ("compass drifts", RAMP, "psi", "the compass until"),
+    ("position frozen", FROZEN, "x", "than the position until"), ("position jumped", JUMP, "x", "true after 5 min"),
+    ("delta jammed", STUCK, "delta", "look at delta itself"), ("delta slow", LAZY, "delta", "pressure of delta;"),
+    ("delta jammed", STEERING, "delta", "look at delta:"), ("delta slow", STEERING, "delta", "look at delta:"),
+    ("delta of the wrong sign", REVERSED, "delta", "the sign of delta in"),
+    ("delta sensor jumped", MISREAD, "delta", "the angle of delta at"),
+    ("n_P sensor jumped", SCALED, "n_P", "the turns of n_P at"),
+    ("n_P without its thrust", LOST, "n_P", "the shaft of n_P,"), ("current changed", IMPULSE, "x", "no sensor"),
+    (UNEXPLAINED, "", "model", "draught and depth"), (WRONG, "", "model", "this ship"), (CLOCK, "", "t", "the clock"),
+])  # fmt: skip
+def test_each_alarm_says_what_to_do_about_what_it_names(cause: str, how: str, what: str, said: str) -> None:
+    one = Alarm(cause, how, (what,), 1.0, 2.0)
+    assert said in one.advice
+    assert "{" not in one.advice
+    assert alarm(one)["advice"] == one.advice
+    assert one.line == f"{cause}, since t = 1 s; {one.advice}"
+
+
+def test_every_suspect_of_a_ship_has_its_advice_and_an_unknown_fault_has_none() -> None:
+    for one in suspects(machine()):
+        assert Alarm(one.cause, one.how, one.what, 1.0, 2.0).advice
+    assert Alarm("a", "", ("x",), 1.0, 2.0).advice == ""
+    assert Alarm("a", "", ("x",), 1.0, 2.0).line == "a, since t = 1 s"
 
 
 # --- which faults there are, and how large they usually are ---

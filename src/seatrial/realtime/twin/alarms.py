@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 from ...core.records import Limits
-from .suspects import JUMP, LOST, RAMP, STUCK, Evidence, Suspect
+from .suspects import IMPULSE, JUMP, LAZY, LOST, MISREAD, RAMP, REVERSED, SCALED, STUCK, Evidence, Suspect
 
 # A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
 # evidence that is gone again a little later [s].
@@ -20,7 +20,30 @@ _ALIKE = 4.0
 
 UNEXPLAINED = "the model does not explain the readings"
 WRONG = "the model is not that of the ship, or the log is wrong"
-FROZEN = "frozen"
+CLOCK = "the clock was set back"
+FROZEN, STEERING = "frozen", "steering"
+"""Beside those of `suspects`: a reading that repeats itself, and a control that does not follow its order."""
+
+# What a watch can do, by how a fault acts; {} is the sensor or the control.
+_SENSOR = "use another source than the {} until it is checked; the twin does without it until it agrees again"
+_BESIDE = "read the angle of {} at the stock, and set its sensor; the twin takes the size off meanwhile"
+_STUCK = "steer by other means, and look at {} itself: its angle in the log is not what acts"
+_FORCE = "no sensor explains it better; allow for it in the passage, the forecasts have it from here on"
+_DO = {
+    JUMP: _SENSOR, RAMP: _SENSOR, FROZEN: _SENSOR, IMPULSE: _FORCE, STUCK: _STUCK,
+    LAZY: "give helm early and at low rates, and look at pumps and pressure of {}; the twin lets it move as slowly",
+    REVERSED: "turn the sign of {} in the mapping or at the sensor; the twin turns it meanwhile",
+    LOST: "compare power and pressure at the shaft of {}, and look at the propeller; the forecasts have the loss",
+    MISREAD: _BESIDE, SCALED: "count the turns of {} at the shaft, and set its sensor; the twin scales it meanwhile",
+    STEERING: "steer by other means, and look at {}: its angle does not follow the order",
+}  # fmt: skip
+_BY_CAUSE = {
+    "position jumped": "use another source than the position until it is checked; the twin does without it until it "
+    "agrees again, and takes it as true after 5 min",
+    UNEXPLAINED: "compare draught and depth with the model's, and the mapping with the instruments; trust no forecast",
+    WRONG: "give the twin this ship at this draught, and check signs, units and places in the mapping",
+    CLOCK: "set the clock of the logger; the motion begins anew from there",
+}
 
 Endless = Annotated[float, Limits(null=math.inf)]
 """A number that may be infinite, for which a file has null."""
@@ -32,7 +55,7 @@ class Alarm:
 
     Attributes:
         cause: its name, such as "compass frozen".
-        how: how it acts, of `suspects`, or `FROZEN`, or empty.
+        how: how it acts, of `suspects`, or `FROZEN`, or `STEERING`, or empty.
         what: channels, states or the control that it acts on.
         since: when it set in [s].
         named: when it was named [s].
@@ -66,6 +89,17 @@ class Alarm:
         size = f" by {', '.join(shown)} {unit}".rstrip() if shown and self.unit != "1" else ""
         rivals = f"; cannot be told from: {', '.join(self.rivals)}" if self.rivals else ""
         return f"{self.cause}{size}, since t = {self.since:.0f} s{rivals}"
+
+    @property
+    def advice(self) -> str:
+        """What to do, in one line; empty for a fault of a kind that is not known."""
+        about = self.cause.rsplit(" ", 1)[0] if self.how in (JUMP, RAMP, FROZEN) else self.what[0]
+        return _BY_CAUSE.get(self.cause) or _DO.get(self.how, "").format(about)
+
+    @property
+    def line(self) -> str:
+        """The text with the advice."""
+        return f"{self.text}; {self.advice}" if self.advice else self.text
 
     def ended(self, t: float) -> Alarm:
         """The same, over."""

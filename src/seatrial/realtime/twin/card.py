@@ -79,7 +79,7 @@ def page(live: Live, log: str) -> Page:
             table(("ahead", "judged", "error, rms [m]", "constant [m]", "held"), ahead) + soft(judged))),
         Section("Alarms", fields(
             {"alarms": [alarm(one) for one in live.alarms]},
-            bullets(one.text for one in live.alarms) if live.alarms else soft("None."))),
+            bullets(one.line for one in live.alarms) if live.alarms else soft("None."))),
         Section("Consistency", fields(
             {"hours": [{"start": one.start, "nis": one.mean, "readings": one.readings, "inside": ok}
                        for one, ok in zip(live.tally.hours, inside, strict=True)]},
@@ -93,7 +93,7 @@ def alarm(one: Any) -> Mapping[str, Any]:
     """An alarm as JSON has it."""
     return {"cause": one.cause, "text": one.text, "since": one.since, "named": one.named,
             "over": None if math.isinf(one.over) else one.over, "size": list(one.size), "unit": one.unit,
-            "rivals": list(one.rivals)}  # fmt: skip
+            "rivals": list(one.rivals), "advice": one.advice}  # fmt: skip
 
 
 def _assumed(live: Live) -> dict[str, str]:

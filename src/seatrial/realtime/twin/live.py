@@ -17,7 +17,7 @@ from ...identify.filters.horizon import Horizon
 from ...ships import Ship
 from .acting import Acting, Override
 from .ahead import Trust
-from .alarms import FROZEN, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of
+from .alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of
 from .follow import Follower, Machine, Step, begun, made, surprise, without
 from .settings import MHE, Settings
 from .stuck import FOLLOWS, JAMMED, Repeats, steerings
@@ -40,7 +40,7 @@ _UNEXPLAINED, _MINUTE = 4.0, 60.0
 # Moving horizon estimation is repeated after so long [s].
 _SOLVE = 1.0
 
-MODEL, STEERING = "model", "steering"
+MODEL = "model"
 
 
 @dataclass
@@ -193,7 +193,7 @@ class Live:
             self.counts.late += 1
             return False
         self.counts.restarts += 1
-        self.alarms.append(Alarm("the clock was set back", "", ("t",), t, t, over=t))
+        self.alarms.append(Alarm(CLOCK, "", ("t",), t, t, over=t))
         return self._anew(t, readings, old)
 
     def _anew(self, t: float, readings: Array, old: Follower) -> bool:

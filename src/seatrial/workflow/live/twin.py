@@ -133,7 +133,7 @@ def _follow(
         live.feed(at, values)
         screen.heard(at, values)
         for one in live.alarms[told:]:
-            note(f"t = {one.named:.0f} s: {one.text}")
+            note(f"t = {one.named:.0f} s: {one.line}")
         told = len(live.alarms)
         if out is not None and live.follower is not None and (at - saved > _SAVED or time.monotonic() - clock > _CLOCK):
             saved, clock = at, time.monotonic()

@@ -50,7 +50,7 @@ function head(said) {
 function alarms(said) {
   $("calm").hidden = said.alarms.length > 0;
   const items = [...said.alarms].reverse().map(one => make("li", { "data-lasts": String(one.over === null) }, first(one.text),
-    make("span", {}, `named at ${clock(one.named)}${one.over === null ? "; lasts" : one.over > one.named ? `; over at ${clock(one.over)}` : ""}`)));
+    make("span", {}, `named at ${clock(one.named)}${one.over === null ? "; lasts" : one.over > one.named ? `; over at ${clock(one.over)}` : ""}`), make("span", {}, one.advice)));
   $("alarms").querySelector("ol").replaceChildren(...items);
 }
 
