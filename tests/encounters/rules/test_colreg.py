@@ -150,6 +150,17 @@ def test_action_for_a_third_ship_is_no_breach_of_rule_17() -> None:
     assert not both[0].broken()
 
 
+def test_a_ship_that_turns_away_and_comes_back_is_in_the_same_encounter() -> None:
+    """The distance grows while it runs away from one astern of its beam, and that one is not past and clear."""
+    made = met(-90.0, ((600.0, 170.0, 1.0), (1500.0, -170.0, 1.0)))
+    one = judge(made)[0]
+    opening = one.pair.approach[1] < 0.0
+    early = (made.t > 900.0) & (made.t < 1500.0)
+    assert opening[early].any()
+    assert made.t[one.met.ends] > 1700.0
+    assert Role(int(one.role)) is Role.GIVE_WAY
+
+
 def test_yaw_in_waves_is_no_action() -> None:
     """Four degrees either way with a period of 8 s, and a true alteration found where it begins."""
     made = met(-90.0, STARBOARD)
