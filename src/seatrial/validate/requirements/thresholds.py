@@ -156,7 +156,7 @@ HELM_LEVER = within(
 )
 _TURNING = "in a hard turn; on 14 ships, hull, propeller and rudder together"
 LARGE = {
-    "Y_vvv": within(0.9, 2.3, 0.5, 4.0, _TURNING), "Y_vrr": within(-0.02, 1.8, -0.3, 3.5, _TURNING),
+    "Y_vvv": within(0.9, 2.7, 0.5, 4.5, _TURNING), "Y_vrr": within(-0.02, 1.8, -0.3, 3.5, _TURNING),
     "N_rrr": within(0.93, 1.5, 0.6, 2.5, _TURNING), "N_vvr": within(-0.02, 5.0, -0.3, 9.0, _TURNING),
     "N_vvv": within(-0.25, 0.22, -0.5, 0.4, _TURNING), "N_vrr": within(-0.5, 0.2, -0.8, 0.4, _TURNING),
     "Y_rrr": within(-0.15, 0.14, -0.4, 0.4, _TURNING), "Y_vvr": within(-0.45, 2.0, -1.0, 3.0, _TURNING),
