@@ -168,17 +168,20 @@ def test_a_calibration_leaves_parts_out_and_keeps_a_file_for_each_beginning(
     seen: list[Any] = []
 
     def left_out(
-        estimator: Any, problem: Any, fit: Any, held: Any, *, parts: int, folder: Path, pool: Any, each: Any
+        estimator: Any, problem: Any, fit: Any, held: Any, *, out: Any, folder: Path, pool: Any, each: Any
     ) -> list[str]:
-        folder.mkdir(exist_ok=True)
-        seen.append((parts, folder.name, pool))
-        for done in range(1, parts + 1):
+        assert folder.is_dir()
+        seen.append((out, folder.parent.name, pool))
+        for done in range(1, len(out) + 1):
             each(done)
         return ["out"]
 
     grounds = SimpleNamespace(measured=lambda: first)
-    monkeypatch.setattr(calibrating, "_study", lambda *_: SimpleNamespace(estimator=None, problem=None))
+    monkeypatch.setattr(calibrating, "_study", lambda *_: SimpleNamespace(
+        estimator=None, problem=SimpleNamespace(trials=("a", "b", "c"))))
     monkeypatch.setattr(calibrating, "left_out", left_out)
+    monkeypatch.setattr(calibrating, "folds", lambda trials, by, parts: [trials[k::parts] for k in range(parts)])
+    monkeypatch.setattr(calibrating, "_errors", lambda out, study: calibrating.Errors(0.2, (0.1, 0.4)))
     monkeypatch.setattr(calibrating, "power", lambda fit, problem, estimator, out: "widened by left-out trials")
     monkeypatch.setattr(calibrating, "Withheld", SimpleNamespace(of=lambda held, out, horizon: (
         seen.append((held.digest, held.power, out, horizon)), grounds)[1]))
@@ -186,7 +189,7 @@ def test_a_calibration_leaves_parts_out_and_keeps_a_file_for_each_beginning(
     monkeypatch.setattr(calibrating, "by_first", lambda g, span, how: replace(first, begin=f"fit-first {span:g}"))
     sink = Noting()
     made = calibrating.calibrate(str(model), parts=2, horizon=60.0, history=5.0, first=7.0, sink=sink)
-    assert seen == [(2, "left-out", None), (own.digest, "widened by left-out trials", ["out"], 60.0)]
+    assert seen == [([("a", "c"), ("b",)], "left-out", None), (own.digest, "widened by left-out trials", ["out"], 60.0)]
     assert sink.lines[:2] == ["1 of 2 parts of the recordings left out and fitted without",
                               "2 of 2 parts of the recordings left out and fitted without"]
     assert made.result is first
@@ -195,6 +198,9 @@ def test_a_calibration_leaves_parts_out_and_keeps_a_file_for_each_beginning(
     assert all(file.is_file() for file in files)
     assert {"history 5", "fit-first 7"} <= set(made.document)
     assert made.document["written"] == str(files[0])
+    assert made.document["folds"] == "recording"
+    quoted: Any = made.document["errors"]
+    assert quoted["recording"] == {"mean": 0.2, "spread": pytest.approx(0.3 / np.sqrt(2.0)), "parts": [0.1, 0.4]}
     assert not (model.parent / "left-out").exists()
     alone = calibrating.calibrate(str(model), parts=2)
     assert not {"history 5", "fit-first 7"} & set(alone.document)

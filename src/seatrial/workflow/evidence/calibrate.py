@@ -105,7 +105,7 @@ def calibrate(
     document = {**_document(made[0], beside(model)),
                 "folds": worst, "errors": {way: one.numbers() for way, one in errors.items()},
                 **{one.begin: _document(one, beside(model, one.begin)) for one in made[1:]}}  # fmt: skip
-    return Outcome(made[0], fields(document, joined(map(_shown, made)) + _folds_shown(errors)))
+    return Outcome(made[0], fields(document, _folds_shown(errors) + joined(map(_shown, made))))
 
 
 def _asked(parts: int | None, by: str | None) -> None:
@@ -157,7 +157,8 @@ def _errors(out: Sequence[LeftOut], study: Study) -> Errors:
 
 
 def _note(sink: Sink, way: str, count: int, done: int) -> None:
-    sink.note(f"{done} of {count} parts of the recordings by {way} left out and fitted without")
+    told = "" if way == _USUAL else f" by {way}"
+    sink.note(f"{done} of {count} parts of the recordings{told} left out and fitted without")
 
 
 def _folds_shown(errors: Mapping[str, Errors]) -> Body:
