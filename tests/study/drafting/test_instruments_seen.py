@@ -70,7 +70,7 @@ def weaving(scale: float, late: float) -> Trial:
 def test_an_error_that_the_logs_show_is_estimated_and_told_with_its_size() -> None:
     """Wide about zero, so that the fit and not the prior has the last word on its size."""
     logs = {name: weaving(scale, late) for name, scale, late in (
-        ("", 1.0, 0.0), ("scale.r", 1.08, 0.0), ("delay.position", 1.0, 2.0))}  # fmt: skip
+        ("", 1.0, 0.0), ("scale.r", 1.08, 0.0), ("delay.position", 1.0, -2.0))}  # fmt: skip
     sizes = {"scale.r": 0.08, "delay.position": 2.0}
     for name, one in logs.items():
         found, notes = shared([one], 5.0, 2.0, suspects(load("kvlcc2_l7").model, [one]))
