@@ -25,7 +25,7 @@ from ..simulate.approach import approach, time_step
 from ..simulate.lanes import Kernel
 from ..simulate.loop import closed_loop, loop_memory, loop_values
 from .conduct import CONDUCTS, Conduct, Master, Scene, Watch
-from .meetings import Meetings
+from .meeting import Meeting
 from .rules.geometry import wrapped
 from .rules.limits import Limits
 from .tracks import Tracks
@@ -79,13 +79,14 @@ class Sailed:
 
 
 def sail(
-    ship: Ship, meetings: Meetings, sea: Sea, stack: str | Conduct | Command = "rules",
+    ship: Ship, meeting: Meeting, sea: Sea, stack: str | Conduct | Command = "rules",
     traffic: Sequence[str] = ("rules",), seed: int = 0, draws: Mapping[str, Array] | None = None,
 ) -> Sailed:  # fmt: skip
     """Sail encounters.
 
     Args:
         ship: the own ship, in continuous time, with a rudder and revolutions.
+        meeting: one, or many with an axis of runs.
         stack: who steers it: a conduct by name, a conduct, or a function that makes a master from the first scene.
         traffic: conducts of the others; each other ship of each run has one of them, drawn.
         seed: of that draw, and of when each other ship looks.
@@ -96,14 +97,15 @@ def sail(
     """
     rows = _rows(sea)
     known = [_conduct(one) for one in traffic]
-    L = np.array([ship.L_pp, *[sea.L or ship.L_pp] * (meetings.x.shape[1] - 1)], dtype=np.float64)
-    own = _Own(ship, meetings, sea, draws or {})
-    others = _Others(meetings, L)
+    runs, targets = np.atleast_2d(meeting.x).shape
+    L = np.array([ship.L_pp, *[sea.L or ship.L_pp] * targets], dtype=np.float64)
+    speed = np.broadcast_to(np.asarray(meeting.U, dtype=np.float64), (runs,))
+    own, others = _Own(ship, speed, sea, draws or {}), _Others(meeting, L)
     scene = _scene(0.0, own, others, L)
-    master = _master(stack, scene, meetings, sea.limits)
+    master = _master(stack, scene, speed, sea.limits)
     rng = np.random.default_rng(seed)
-    chosen = rng.integers(len(known), size=(len(meetings), len(L) - 1))
-    watches = [[Watch(one, k, scene, meetings.U[:, k], sea.limits) for one in known] for k in range(1, len(L))]
+    chosen = rng.integers(len(known), size=(runs, targets))
+    watches = [[Watch(one, k + 1, scene, others.first[:, k], sea.limits) for one in known] for k in range(targets)]
     phase = int(rng.integers(round(LOOK / STEP)))
     kept, orders = [_kept(own, others)], master.look(scene)
     keep, look = round(sea.every / STEP), round(LOOK / STEP)
@@ -140,10 +142,10 @@ def _conduct(name: str) -> Conduct:
     return CONDUCTS[name]
 
 
-def _master(stack: str | Conduct | Command, scene: Scene, meetings: Meetings, limits: Limits) -> Master:
+def _master(stack: str | Conduct | Command, scene: Scene, speed: Array, limits: Limits) -> Master:
     conduct = _conduct(stack) if isinstance(stack, str) else stack
     if isinstance(conduct, Conduct):
-        return Watch(conduct, 0, scene, meetings.U[:, 0], limits)
+        return Watch(conduct, 0, scene, speed, limits)
     return conduct(scene)
 
 
@@ -173,13 +175,12 @@ class _Own:
         valid: runs that have been within the validity of the model so far.
     """
 
-    def __init__(self, ship: Ship, meetings: Meetings, sea: Sea, draws: Mapping[str, Array]) -> None:
-        names, runs = ship.model.controls, len(meetings)
+    def __init__(self, ship: Ship, speed: Array, sea: Sea, draws: Mapping[str, Array]) -> None:
+        names, runs, U = ship.model.controls, len(speed), float(speed[0])
         if "delta" not in names or "n_P" not in names:
             raise RequestError(f"{ship.name} has no rudder delta and revolutions n_P; encounters are sailed by these")
-        speed = float(meetings.U[0, 0])
         self._steps = max(1, math.ceil(STEP / time_step(ship) - 1e-9))
-        self._dt, self._turns = STEP / self._steps, approach(ship, speed)[1]
+        self._dt, self._turns = STEP / self._steps, approach(ship, U)[1]
         policy = Helm(names, self._turns)
         system, values = closed_loop(ship, policy, self._dt), loop_values(ship, policy)
         for name in draws:
@@ -190,13 +191,14 @@ class _Own:
         self._lanewise = np.column_stack([*draws.values()]) if draws else np.zeros((runs, 0))
         around = np.broadcast_to(sea.around, (runs, len(CHANNELS)))
         self._state = np.zeros((runs, len(system.states)))
-        self._state[:, :5] = _begun(meetings, Environment(*around.T))
+        drift = Environment(*around.T)  # the speed through the water is as meant, on course north
+        self._state[:, 3], self._state[:, 4] = speed + drift.current_x, drift.current_y
         memory = loop_memory(ship, policy, self._dt, {"policy.n_P": self._turns}, tuple(self._state[0, :6]))
         self._memory = np.tile(np.array(memory, dtype=np.float64), (runs, 1))
         self._series = np.zeros((runs, 1, len(system.series)))
         self._series[:, 0, : len(CHANNELS)] = around
         self._at = {name: system.series.index(name) for name in ("delta", "n_P")}
-        pace = speed / ship.L_pp
+        pace = U / ship.L_pp
         self._gains = gains(K_PRIME * pace, T_PRIME / pace, OMEGA_PRIME * pace, ZETA)
         self._bounds = [(k, *ship.validity[name]) for k, name in enumerate(system.states)
                         if name in ship.validity and name not in ("u", "v_m")]  # fmt: skip
@@ -224,26 +226,20 @@ class _Own:
             self.valid &= (self._state[:, k] >= low) & (self._state[:, k] <= high)
 
 
-def _begun(meetings: Meetings, drift: Environment) -> Array:
-    """Place, heading and velocity over ground of the own ship at the start, its speed through the water as meant."""
-    x, y, psi, speed = (one[:, 0] for one in (meetings.x, meetings.y, meetings.psi, meetings.U))
-    c, s = np.cos(psi), np.sin(psi)
-    north, east = np.asarray(drift.current_x), np.asarray(drift.current_y)
-    return np.column_stack([x, y, psi, speed + north * c + east * s, east * c - north * s])
-
-
 class _Others:
     """The other ships in all runs; arrays of shape (runs, others).
 
     Attributes:
+        first: speeds at the start [m/s].
         wanted: headings that are steered [rad].
         share: of the speed at the start that is ordered.
     """
 
-    def __init__(self, meetings: Meetings, L: Array) -> None:
-        self._x, self._y, self._psi, self._u = (one[:, 1:].copy() for one in
-                                                (meetings.x, meetings.y, meetings.psi, meetings.U))  # fmt: skip
-        self._first, self._r = self._u.copy(), np.zeros_like(self._u)
+    def __init__(self, meeting: Meeting, L: Array) -> None:
+        self._x, self._y, self._psi, self._u = (
+            np.atleast_2d(one).astype(np.float64) for one in (meeting.x, meeting.y, meeting.psi, meeting.U_target)
+        )
+        self.first, self._r = self._u.copy(), np.zeros_like(self._u)
         self._pace = self._u / L[1:]
         self.wanted, self.share = self._psi.copy(), np.ones_like(self._u)
 
@@ -258,7 +254,7 @@ class _Others:
         # three lags of yaw for the heading leave no overshoot
         turn = np.clip(wrapped(self.wanted - self._psi) * self._pace / (3.0 * _T), -most, most)
         r = turn + (self._r - turn) * np.exp(-STEP * self._pace / _T)
-        u = self.share * self._first
+        u = self.share * self.first
         u = u + (self._u - u) * np.exp(-STEP * self._pace / _SURGE)
         psi = self._psi + 0.5 * (r + self._r) * STEP
         way, middle = 0.5 * (u + self._u) * STEP, 0.5 * (psi + self._psi)
