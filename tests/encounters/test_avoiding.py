@@ -1,0 +1,115 @@
+"""The reference autopilots among ships that hold on: what they do to pass is judged by geometry and by the rules."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from seatrial.core.errors import RequestError
+from seatrial.core.parameters import Parts
+from seatrial.encounters.avoiding import KeepClear, Target, bad, good, sail
+from seatrial.encounters.meeting import Meeting, imazu, together
+from seatrial.encounters.rules import judge
+from seatrial.ships import Ship
+from seatrial.ships.files import load
+
+U, R, PASSING = 8.0, 12000.0, 900.0
+
+
+def chosen(*ships: tuple[float, float, float, float], t: float = 0.0, rules: float = 1.0, lean: float = 0.0) -> float:
+    """The alteration that the autopilot takes on course north at (0, U t) [deg]."""
+    names = tuple(f"t{k}" for k in range(len(ships)))
+    targets = Parts(names, tuple(Target(*one) for one in ships))
+    pilot = KeepClear(1.0, 1.0, 10.0, 0.6, PASSING, 1200.0, 360.0, rules, lean, targets)
+    state = (U * t, 0.0, 0.0, U, 0.0, 0.0)
+    return math.degrees(pilot.command(t, state, pilot.begin(state))[1][0])
+
+
+def meets(psi: float, T: float, k: float = 1.0) -> tuple[float, float, float, float]:
+    """A ship on course psi [deg] that meets the own ship after T seconds."""
+    angle = math.radians(psi)
+    return U * T * (1.0 - k * math.cos(angle)), -k * U * T * math.sin(angle), angle, k * U
+
+
+def test_it_keeps_its_course_alone_and_among_ships_that_pass_clear() -> None:
+    assert chosen() == 0.0
+    assert chosen((6000.0, 1.1 * PASSING, math.pi, U)) == 0.0
+    assert chosen((-6000.0, 0.0, 0.0, 0.9 * U)) == 0.0
+
+
+@pytest.mark.parametrize("psi", [180.0, -90.0, -60.0])
+def test_it_turns_to_starboard_for_ships_that_it_meets_or_gives_way_to(psi: float) -> None:
+    assert chosen(meets(psi, 900.0)) >= 30.0
+    assert chosen(meets(psi, 1500.0)) == 0.0, "before the horizon there is nothing to do"
+
+
+def test_it_stands_on_before_ships_from_port_until_it_is_alone_and_then_does_not_turn_to_port() -> None:
+    assert chosen(meets(90.0, 900.0)) == 0.0
+    assert chosen(meets(90.0, 900.0), t=500.0) == 0.0
+    assert chosen(meets(90.0, 900.0), t=560.0) > 0.0
+
+
+def test_without_rules_it_turns_to_the_cheaper_side_and_at_once() -> None:
+    assert chosen(meets(180.0, 900.0), rules=0.0, lean=0.3) < 0.0
+    assert chosen(meets(180.0, 900.0), rules=0.0, lean=-0.3) > 0.0
+
+
+def test_what_it_chooses_passes_as_far_as_asked() -> None:
+    """On the chosen course the straight tracks of both pass at the distance at least, by a search in time."""
+    t = np.linspace(0.0, 2000.0, 20001)
+    for psi in (180.0, -120.0, -90.0, -60.0):
+        x, y, angle, speed = meets(psi, 900.0)
+        turn = math.radians(chosen((x, y, angle, speed)))
+        away = np.hypot(x + speed * math.cos(angle) * t - U * np.cos(turn) * t,
+                        y + speed * math.sin(angle) * t - U * np.sin(turn) * t)  # fmt: skip
+        assert away.min() >= PASSING
+
+
+@pytest.fixture(scope="module")
+def ship() -> Ship:
+    return load("kvlcc2")
+
+
+@pytest.mark.slow
+def test_many_meetings_at_once_are_the_runs_one_by_one(ship: Ship) -> None:
+    """Lanes of a batch give the numbers of a run alone, and targets are where a clock puts them."""
+    problems = imazu(ship.speed, 1500.0)[:2]
+    fields = ("x", "y", "psi", "U_target")
+    many = Meeting(ship.speed, *(np.stack([getattr(one, name) for one in problems]) for name in fields))
+    tracks = sail(ship, good, many, duration=1600.0, L=ship.L_pp, B=50.0)
+    for k, one in enumerate(problems):
+        alone = sail(ship, good, one, duration=1600.0, L=ship.L_pp, B=50.0)
+        assert np.array_equal(alone.x[0], tracks.x[k])
+        assert np.array_equal(alone.psi[0], tracks.psi[k])
+        wanted = one.x[0] + one.U_target[0] * math.cos(one.psi[0]) * tracks.t
+        assert np.allclose(tracks.x[k, 1], wanted)
+
+
+@pytest.mark.slow
+def test_the_good_one_keeps_the_rules_where_the_bad_one_breaks_rules_14_and_17(ship: Ship) -> None:
+    """Imazu 1 is head-on, 4 a crossing from port."""
+    broken = {}
+    for pilot in (good, bad):
+        for k in (1, 4):
+            tracks = sail(ship, pilot, imazu(ship.speed, 1500.0)[k - 1], duration=3000.0, L=ship.L_pp, B=50.0)
+            own = next(one for one in judge(tracks) if one.ship == 0)
+            assert not own.contact[0]
+            broken[pilot.__name__, k] = own.broken((0,))
+    assert broken["good", 1] == broken["good", 4] == ()
+    assert "14" in broken["bad", 1]
+    assert any(rule.startswith("17") for rule in broken["bad", 4])
+
+
+def test_a_meeting_of_another_speed_is_refused(ship: Ship) -> None:
+    one = together(imazu(2.0 * ship.speed, 1500.0)[:1])
+    with pytest.raises(RequestError, match="m/s; kvlcc2"):
+        sail(ship, good, one, duration=100.0, L=ship.L_pp, B=50.0)
+
+
+def test_a_ship_without_a_breadth_is_refused_before_it_sails() -> None:
+    osaka = load("esso_osaka")
+    one = together(imazu(osaka.speed, 1500.0)[:1])
+    with pytest.raises(RequestError, match="esso_osaka: its file tells no breadth"):
+        sail(osaka, good, one, duration=100.0, L=300.0, B=50.0)
