@@ -15,6 +15,7 @@ from telemetry import Link, quaternion, tlog, ulog
 from seatrial.data import Trial
 from seatrial.data.formats import tlog as tlogs
 from seatrial.data.formats import ulog as ulogs
+from seatrial.data.robot.bearings import Track, axes_of
 from seatrial.data.robot.messages import Message
 from seatrial.data.robot.trial import read
 
@@ -183,3 +184,13 @@ def test_recordings_of_robots_come_back(tmp_path: Path, cases: int) -> None:
 def test_logs_of_autopilots_come_back(tmp_path: Path, cases: int) -> None:
     for seed in range(cases):
         check_autopilot(tmp_path, 10_000 + seed)
+
+
+def test_a_course_that_turns_little_and_is_nearer_in_other_axes_leaves_a_heading_out() -> None:
+    """Courses of 5 to 45 deg: read by REP 103 a heading from north is as far off as 90 deg less twice the course."""
+    t = np.arange(0.0, 60.0, 0.5)
+    for turns, axes in ((20.0, ""), (40.0, "ned")):
+        gamma = np.radians(25.0 + turns * np.sin(t / 8.0))
+        found, told = axes_of(t, 0.5 * np.pi - gamma, Track(t, gamma, np.ones(t.size), "/fix"))
+        assert found == axes
+        assert "0 if its axes are" in told

@@ -97,8 +97,10 @@ def axes_of(t: Array, psi: Array, ground: Track) -> tuple[str, str]:
     if apart["enu"] < _NEAR or apart["enu"] <= apart[best]:
         return ("enu" if apart["enu"] < _FAR else ""), told
     turned = float(np.ptp(np.unwrap(ground.gamma[there])))
-    if apart[best] < _NEAR and apart["enu"] > apart[best] + math.radians(15.0) and turned > _TURNED:
-        return best, f"{told}, {math.degrees(apart[best]):.0f} if its axes are {_WORDS[best]}"
+    if apart[best] < _NEAR and apart["enu"] > apart[best] + math.radians(15.0):
+        # a course that turns little fits several axes
+        told += f", {math.degrees(apart[best]):.0f} if its axes are {_WORDS[best]}"
+        return (best if turned > _TURNED else ""), told
     return ("enu" if apart["enu"] < _FAR else ""), told
 
 
