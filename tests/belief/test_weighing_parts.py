@@ -25,6 +25,7 @@ from seatrial.data import Trial
 from seatrial.identify import StudyError
 from seatrial.models import STATES
 from seatrial.ships.files import load
+from seatrial.study.folds import folds
 
 SHIP = load("kvlcc2")
 
@@ -265,8 +266,8 @@ def test_parts_that_are_done_are_kept(monkeypatch: pytest.MonkeyPatch, tmp_path:
 
 def test_more_parts_than_recordings_are_refused() -> None:
     with pytest.raises(StudyError, match="--parts is 3; there are 2 recordings"):
-        parts.parted([trial("a"), trial("b")], 3)
-    assert [len(one) for one in parts.parted([trial("a"), trial("b")], 2)] == [1, 1]
+        folds([trial("a"), trial("b")], "recording", 3)
+    assert [len(one) for one in folds([trial("a"), trial("b")], "recording", 2)] == [1, 1]
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ CASES = (
     Case("validate", "workflow.validate.validate", {"trials": "paths", "limit": "limits"}),
     Case("identify", "workflow.identify.identify", {"study": "path"}, ("page", "port")),
     Case("card", "workflow.evidence.card.card"),
-    Case("calibrate", "workflow.evidence.calibrate.calibrate", {"fit_first": "first"}),
+    Case("calibrate", "workflow.evidence.calibrate.calibrate", {"fit_first": "first", "folds": "by"}),
     Case("campaign", "workflow.campaigns.campaign", {"source": "path"}, FLAGS, {}, {"source": Path}),
     Case("campaign", "workflow.campaigns.analysing.rare", {"source": "path", "rare": "criterion"},
          ("shard", "dask", "device", *FLAGS[:4]), {}, {"source": Path, "out": Path}),

@@ -296,12 +296,14 @@ def test_ships_are_listed_with_length_speed_and_count(capsys: Said) -> None:
 
 @pytest.mark.parametrize(("fit", "status"), [(True, 0), (False, 1)])
 def test_a_ship_file_that_is_not_fit_ends_with_1(fit: bool, status: int, monkeypatch: Any, capsys: Said) -> None:
-    checked = SimpleNamespace(fit=fit, ship=load("kvlcc2"), findings=[
+    held = SimpleNamespace(state="measured", why="a trial", told="1 figure")
+    checked = SimpleNamespace(fit=fit, ship=load("kvlcc2"), standing=held, findings=[
         SimpleNamespace(what="sources", state="ok", detail="all 40")])  # fmt: skip
     monkeypatch.setattr("seatrial.workflow.contributing.check_ship_file", lambda *_, **__: checked)
     assert main(["ships", "--check", "x.toml", "--json"]) == status
     assert json.loads(capsys.readouterr().out) == {
-        "ship": "kvlcc2", "fit": fit, "findings": [{"check": "sources", "state": "ok", "found": "all 40"}]}  # fmt: skip
+        "ship": "kvlcc2", "state": "measured", "held_against": "a trial", "fit": fit,
+        "findings": [{"check": "sources", "state": "ok", "found": "all 40"}]}  # fmt: skip
     assert main(["ships", "--check", "x.toml"]) == status
     assert cells(capsys.readouterr().out, "sources") == ["sources", "ok", "all 40"]
 

@@ -302,7 +302,7 @@ FENDER = {"curve": "cone", "height": 1.0, "reaction": 1e6, "spacing": 20.0}
 @pytest.mark.parametrize(
     ("points", "more", "words"),
     [
-        ([[0, k] for k in range(12_000)], {}, "12000 points; 5000 are the most"),
+        ([[0, k] for k in range(200_001)], {}, "1000000 are the most of such a file"),
         ([[0, 0], [0, 400]], {"fender": {**FENDER, "spacing": 1e-9}}, "fenders 1e-09 m apart"),
         ([[0, 0], [0, 400]], {"bollards": 1e-9}, "bollards 1e-09 m apart"),
         ([[0, 0], [0, 10**400]], {}, "a number of 401 digits"),

@@ -427,7 +427,7 @@ def test_steps_are_for_trials_that_are_there_and_names_stay_apart(tmp_path: Path
 
 
 def test_a_published_index_is_kept_within_its_share() -> None:
-    one = Published("turning", {}, "advance", 4.0, True, "L", 0.05, "s")
+    one = Published("code", "turning", {}, "advance", 4.0, True, "L", 0.05, "s")
     for value, kept in ((4.199, True), (4.201, False), (3.801, True), (3.799, False), (math.nan, False)):
         assert Reproduced(one, value).kept is kept
     assert Reproduced(one, 5.0).ratio == 1.25
@@ -451,7 +451,7 @@ def test_a_published_index_is_kept_within_its_share() -> None:
 
 def test_a_published_entry_is_in_si_or_lengths() -> None:
     def entry(**more: Any) -> Published:
-        usual = {"manoeuvre": "zigzag", "index": "first_overshoot", "within": 0.1, "source": "s", **more}
+        usual = {"by": "trial", "manoeuvre": "zigzag", "index": "first_overshoot", "within": 0.1, "source": "s", **more}
         (found,) = published(replace(L7, notes={"published": [usual]}))
         return found
 
@@ -464,7 +464,8 @@ def test_a_published_entry_is_in_si_or_lengths() -> None:
                        ({"value": 1.0}, "no unit ''"), ({"over_L": "a"}, "value and within are numbers"),
                        ({"over_L": 1.0, "within": 0.0}, "within is 0"), ({"over_L": 1.0, "within": 1.0}, "within is 1"),
                        ({"over_L": math.inf}, "within is 0.1"),
-                       ({"over_L": 1.0, "deep": 1}, "no key 'deep'")):  # fmt: skip
+                       ({"over_L": 1.0, "deep": 1}, "no key 'deep'"),
+                       ({"over_L": 1.0, "by": "hearsay"}, "no by")):  # fmt: skip
         with pytest.raises(RequestError, match=told):
             entry(**more)
     with pytest.raises(RequestError, match="is a list of tables"):

@@ -17,13 +17,13 @@ Code that agrees shows that numbers and equations were copied rightly, and nothi
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from ...core.errors import SeatrialError
+from ...core.files import toml_of
 from ...core.parameters import unknown
 from ...ships import Ship
 from .. import RequestError
@@ -130,7 +130,7 @@ def warned(named: str | Path) -> str | None:
 
     try:
         path = Path(named)
-        said = tomllib.loads(path.read_text(encoding="utf-8")) if path.suffix == ".toml" else {}
+        said = toml_of(path.read_text(encoding="utf-8")) if path.suffix == ".toml" else {}
         base = said.get("ship") if isinstance(said.get("ship"), str) else None
         there = path.parent / base if base is not None and base.endswith(".toml") else base
         ship = load(there if there is not None else str(named))
