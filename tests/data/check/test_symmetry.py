@@ -138,14 +138,15 @@ def test_a_deviation_shows_by_what_changes_with_the_course_whatever_the_hull(
 
 @pytest.mark.slow
 def test_a_deviation_needs_neither_a_rudder_nor_way_ahead() -> None:
-    """Going astern the bow leads the other way, and the compass is the same."""
+    """A run told backwards goes astern: every velocity changes its sign, hull and compass are the same."""
     ahead = [one.having(delta=np.full(len(one), np.nan)) for one in swings(deviates=(4.0 * DEG, 0.0))]
     found = swung(ahead)
-    back = swung([*ahead, *(one.having(u=-one["u"], v_m=-one["v_m"]) for one in ahead)])
+    back = swung([one.having(u=-one["u"], v_m=-one["v_m"], r=-one["r"]) for one in ahead])
     assert found is not None
     assert back is not None
     for some in (found, back):
         assert some.north == pytest.approx(4.0 * DEG, abs=0.9 * DEG)
+        assert some.east == pytest.approx(0.0, abs=0.5 * DEG)
         assert some.told
 
 
@@ -155,6 +156,8 @@ def test_the_sway_of_turns_that_all_begin_on_one_course_is_no_deviation() -> Non
     for sides in ((1.0, -1.0), (1.0,), (-1.0, -1.0, 1.0)):
         found = swung([sailed(0.4, sides=sides, seed=k, name="abc"[k]) for k in range(3)])
         assert found is None or not found.told
+    # on every course at one speed a current is the same as a deviation
+    assert swung(folder(deviates=(4.0 * DEG, 0.0))) is None
     assert swung([]) is None
     assert swung([sailed(0.3).rows(slice(0, 90))]) is None
 
