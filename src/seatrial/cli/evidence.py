@@ -54,6 +54,13 @@ def yardstick(
     end(run(sets, method, out=out, sink=Terminal()), json)
 
 
+def case(file: o.CasePath, out: o.CaseFolder, json: bool = False) -> None:
+    """Judge an autonomy stack in many encounters: a safety case."""
+    from ..workflow.evidence.case import case as run
+
+    end(run(file, out, sink=Terminal()), json)
+
+
 def paper(key: o.PaperKey, out: o.PaperPage, table: o.PaperTable = None, json: bool = False) -> None:
     """Run a published paper anew, its tables and figures beside ours."""
     from ..workflow.evidence.paper import paper as run

@@ -144,6 +144,8 @@ Unseen = Annotated[
 ]  # fmt: skip
 Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
 
+CasePath = Annotated[Path, Argument(metavar="CASE", help="Name the file of a case (.toml).")]
+CaseFolder = Annotated[Path, Option("-o", "--out", help="Write parts, page and numbers to this folder.")]
 YardstickSets = Annotated[
     tuple[Path, ...], Argument(metavar="[SET]...", help="Name files of sets; studies/yardstick unless given.")
 ]  # fmt: skip

@@ -1,0 +1,148 @@
+"""A safety case: counted runs with their interval, runs that go on, a stack of one's own, and what cannot be asked."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.cli.app import main
+from seatrial.encounters.meeting import dnv, imazu
+from seatrial.encounters.rules import Role
+from seatrial.workflow import RequestError
+from seatrial.workflow.evidence import case as module
+from seatrial.workflow.evidence.case import CONTACT, Case, CaseFile, Encountered, Part, case
+
+TEXT = '''schema = "seatrial-case/1"
+claim = "it keeps clear"
+ship = "kvlcc2_l7"
+stack = "{stack}"
+traffic = ["ignores"]
+[encounters]
+roles = ["give-way"]
+runs = {runs}
+'''
+
+
+def written(folder: Path, stack: str = "rules", runs: int = 4, more: str = "") -> Path:
+    path = folder / "case.toml"
+    path.write_text(TEXT.format(stack=stack, runs=runs) + more, encoding="utf-8")
+    return path
+
+
+def test_shares_are_of_the_runs_to_which_a_rule_applied() -> None:
+    first = Part("d", 0, (("15", CONTACT), (), None), (("15",), ("15", "16"), ()))
+    parts = (first, Part("d", 3, (("16",),), (("16",),)))
+    found = Case(CaseFile(claim="c", ship="s"), "d", parts, "")
+    assert (found.share("15").hits, found.share("15").runs) == (1, 2)
+    assert (found.share("16").hits, found.share("16").runs) == (1, 2)
+    assert (found.share(CONTACT).hits, found.share(CONTACT).runs) == (1, 3)  # a model that failed is no evidence
+    low, high = found.share(CONTACT).interval  # Clopper and Pearson by the beta distribution
+    assert (low, high) == pytest.approx((0.00840, 0.90570), abs=1e-4)
+    [failed, known] = module._split(found)
+    assert failed.startswith("1 runs ended in a failure of the model")
+    assert known.startswith("ship: taken as known exactly")
+
+
+def test_what_the_error_of_the_ship_adds_is_counted_by_pairs() -> None:
+    part = Part("d", 0, (("15",), ("15",), (), ("8(d)",)), ((),) * 4, (("15",), (), (), None))
+    [said] = module._split(Case(CaseFile(claim="c", ship="s"), "d", (part,), "f1"))
+    assert "2 of 3 break a rule with ships drawn from fit f1, 1 on the ship as it was fitted; 1 do so only" in said
+
+
+@pytest.mark.parametrize("some", [imazu(5.0, 600.0), dnv(5.0)], ids=["imazu", "dnv"])
+def test_fixed_sets_have_as_many_ships_in_each_run_and_nobody_meets_those_added(some: Any) -> None:
+    most = max(len(one.x) for one in some)
+    whole = module._alike(some, most)
+    assert whole.x.shape == (len(some), most)
+    for k, one in enumerate(some):
+        n = len(one.x)
+        assert (whole.x[k, :n] == one.x).all()
+        assert (whole.psi[k, :n] == one.psi).all()
+        assert (whole.U_target[k, :n] == one.U_target).all()
+        assert (whole.roles[k, n:] == Role.NONE).all()
+        assert (whole.approach[1][k, n:] <= 0.0).all()  # they draw apart from the first
+        assert (np.hypot(whole.x, whole.y)[k, n:] > 5e5).all()
+
+
+@pytest.mark.slow
+def test_a_case_is_run_once_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.setattr(module, "_TOGETHER", 2)
+    path, out = written(tmp_path), tmp_path / "out"
+    whole = case(path, out).result
+    assert [part.first for part in whole.parts] == [0, 2]
+    (out / "part-0000002.json").unlink()
+    sailed: list[int] = []
+    real = module._Setup.sailed
+    monkeypatch.setattr(module._Setup, "sailed", lambda self, rows, first, plain: sailed.append(first)
+                        or real(self, rows, first, plain))  # fmt: skip
+    again = case(path, out).result
+    assert again == whole
+    assert sailed in ([2], [2, 0], [2, 2], [2, 0, 2])  # what failed is sailed again to be drawn
+    assert main(["case", str(path), "-o", str(out), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["runs"], said["failed"], said["digest"]) == (4, 0, whole.digest)
+    assert said["rules"][CONTACT]["high"] == pytest.approx(1.0 - 0.025 ** (1 / 4))  # no hit in four runs
+    assert "seatrial case" in (out / "case.html").read_text(encoding="utf-8")
+    written(tmp_path, runs=5)
+    with pytest.raises(RequestError, match=r"part-0000000\.json: is of another case"):
+        case(path, out)
+
+
+@pytest.mark.slow
+def test_who_does_not_give_way_breaks_the_rules_and_is_drawn(tmp_path: Path) -> None:
+    (tmp_path / "stack.py").write_text(
+        "import numpy as np\n"
+        "from seatrial.encounters.conduct import Orders\n"
+        "class Straight:\n"
+        "    def look(self, scene):\n"
+        "        return Orders(np.zeros(len(scene.x)), np.ones(len(scene.x)))\n"
+        "def begin(scene):\n"
+        "    return Straight()\n", encoding="utf-8")  # fmt: skip
+    found = case(written(tmp_path, "stack.py:begin"), tmp_path / "out").result
+    assert all("16" in (one or ()) for one in found.broken)
+    assert all(CONTACT in (one or ()) for one in found.broken)  # all meet at one place
+    page = (tmp_path / "out" / "case.html").read_text(encoding="utf-8")
+    assert page.count("<svg") >= 4
+    assert "give-way 4" in page
+    plain = case(written(tmp_path, "ignores"), tmp_path / "two").result
+    assert plain.broken == found.broken
+
+
+def test_weather_is_within_its_range_and_from_all_sides() -> None:
+    file = CaseFile(claim="c", ship="s", weather=module.Around(wind=(3.0, 9.0), current=(0.0, 0.0)))
+    setup: Any = SimpleNamespace(file=file)
+    around = module._Setup._around(setup, 0, 4000)
+    speed = np.hypot(around[:, 0], around[:, 1])
+    assert (speed.min() >= 3.0, speed.max() <= 9.0) == (True, True)
+    assert speed.mean() == pytest.approx(6.0, abs=0.1)
+    assert np.abs(np.mean(around[:, :2], axis=0)).max() < 0.3
+    assert not around[:, 2:].any()
+    assert (module._Setup._around(setup, 500, 10) != around[:10]).any()
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    ({"stack": "rulez"}, "stack: no conduct 'rulez'"),
+    ({"stack": "none.py:begin"}, "no such Python file"),
+    ({"traffic": ("rule",)}, "traffic: no conduct 'rule'"),
+    ({"traffic": ()}, "traffic: name a conduct"),
+    ({"weather": module.Around(wind=(5.0, 1.0))}, "the least comes first"),
+    ({"encounters": Encountered(roles=())}, "encounters.roles: name one"),
+])  # fmt: skip
+def test_what_cannot_be_asked_is_a_line(tmp_path: Path, change: dict[str, Any], said: str) -> None:
+    with pytest.raises(RequestError, match=said):
+        module._Setup.of(CaseFile(claim="c", ship="kvlcc2_l7", **change), tmp_path)
+
+
+def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: Any) -> None:
+    path = written(tmp_path, more="wind = 3\n")
+    assert main(["case", str(path), "-o", str(tmp_path / "out")]) == 2
+    told = capsys.readouterr().err
+    assert "encounters" in told
+    assert told.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+    assert main(["case", str(written(tmp_path, runs=0)), "-o", str(tmp_path / "out")]) == 2
