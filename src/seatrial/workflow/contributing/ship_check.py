@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import Literal
 
 from ...core.errors import SeatrialError
-from ...report.judging.ship_evidence import Row, page
-from ...report.page import write
 from ...ships import Ship
 from ..request import Note, make_folder, ship_of, silent
 from ..simulation import Simulated, simulate
@@ -74,6 +72,9 @@ def check_ship_file(name_or_path: str | Path, out: Path | None = None, note: Not
     checked = Checked(ship, standing(ship), findings, reproduced)
     if out is not None:
         make_folder(out.parent)
+        from ...report.judging.ship_evidence import Row, page  # a command that names a ship needs no page
+        from ...report.page import write
+
         rows = [Row(one.published.manoeuvre, dict(one.published.settings), one.published.index,
                     shown(one.published, one.published.value), shown(one.published, one.value), one.ratio,
                     one.published.within, one.kept, one.published.source) for one in reproduced]  # fmt: skip
