@@ -287,7 +287,9 @@ def test_ships_are_listed_with_length_speed_and_count(capsys: Said) -> None:
     assert told["kvlcc2"]["parameters"] == len(list(walk(load("kvlcc2").model)))
     assert main(["ships"]) == 0
     out, err = capsys.readouterr()
-    assert cells(out, "kvlcc2_l7")[2:] == ["7", "1.179", "Mmg"]
+    assert cells(out, "kvlcc2_l7")[2:5] == ["7", "1.179", "Mmg"]
+    assert cells(out, "kvlcc2_l7")[5].startswith("measured: ")
+    assert cells(out, "mariner_nomoto")[5].startswith("unverified")
     assert len(ends(out, "1.179", "U [m/s]")) == len(ends(out, "L_pp [m]", "320")) == 1
     assert "further parameter sets" in err
     assert main(["ships", "-o", "x.html"]) == 2

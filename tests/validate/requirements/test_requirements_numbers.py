@@ -249,8 +249,12 @@ def test_a_reversed_propeller_swings_by_its_law() -> None:
     shares = {float(at.split()[0]) for at, _ in yaw}
     assert shares == {-0.5, -0.25, -0.1, 0.0, 0.1, 0.25, 0.5}
     found = {one.what.partition(" (")[0]: one for one in propulsion.wrong_swing(SCREW)}
-    assert [one.holds for one in found.values()] == [False, False], "that of a left-handed propeller"
+    handed = found["yaw by the reversed right-handed propeller"], found["side force of it at midship"]
+    assert [one.holds for one in handed] == [False, False], "that of a left-handed propeller"
     assert found["side force of it at midship"].value == pytest.approx(-0.006)
+    lever = found["lever of the side force of the reversed propeller"]
+    assert -0.3 < lever.value < 0.0  # abaft midship, and of no stern
+    assert not lever.holds
 
 
 @pytest.mark.slow

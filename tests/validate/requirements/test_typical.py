@@ -108,7 +108,8 @@ def test_a_rudder_too_weak_to_steer_and_a_gear_that_waits() -> None:
     assert [one.doubt for one in loose] == [True]
     ship = load("kvlcc2")
     late = Actuators({**ship.actuators.by_name, "rudder": replace(ship.actuators.rudder, dead_time=60.0)})
-    (found,) = typical.waiting(Probe.of(replace(ship, actuators=late)))
+    found, lag = typical.waiting(Probe.of(replace(ship, actuators=late)))
+    assert lag.holds
     assert found.value == pytest.approx(60.0 / (ship.L_pp / ship.speed), rel=0.01)
     assert not found.holds
 
