@@ -11,7 +11,8 @@ from seatrial.core.errors import RequestError
 from seatrial.encounters.conduct import CONDUCTS, Orders, Scene
 from seatrial.encounters.meeting import Meeting, drawn, imazu
 from seatrial.encounters.rules import Limits, Role, judge
-from seatrial.encounters.sailing import Sea, sail
+from seatrial.encounters.sailing import STEP, Sea, _Others, sail
+from seatrial.environment import Environment
 from seatrial.ships.files import load
 
 SHIP = load("kvlcc2_l7")
@@ -28,6 +29,7 @@ def rows(meeting: Meeting, some: slice | list[int]) -> Meeting:
     return Meeting(meeting.U, *(np.atleast_2d(getattr(meeting, name))[some] for name in ("x", "y", "psi", "U_target")))
 
 
+@pytest.mark.slow
 def test_where_nobody_acts_all_come_together() -> None:
     found = sail(SHIP, problem(2), Sea(1.5 * T, every=2.0), "ignores", ("ignores",))
     tracks = found.tracks
@@ -46,6 +48,8 @@ def test_who_has_to_give_way_does_and_goes_back() -> None:
     assert heading[0].min() > -5.0
     assert abs(heading[0, -1]) < 2.0
     assert np.ptp(heading[1]) < 1.0  # that one stands on
+    gap = np.hypot(found.tracks.x[0, 0] - found.tracks.x[0, 1], found.tracks.y[0, 0] - found.tracks.y[0, 1])
+    assert gap.min() > 1.1 * Limits().passing.of(np.array(SHIP.L_pp))  # it aims at more than it is asked for
     assert not judge(found.tracks)[0].fails.any()
 
 
@@ -56,6 +60,69 @@ def test_a_ship_that_turns_to_port_head_on_is_named_by_rule_14() -> None:
     assert "14" in own.broken((0,))
     mirrored = sail(SHIP, problem(1), Sea(3.0 * T, every=2.0), "rules", ("ignores",))
     assert "14" not in judge(mirrored.tracks)[0].broken((0,))
+
+
+class Ordered:
+    """A master that gives one order, and keeps what it sees."""
+
+    def __init__(self, psi: float, speed: float) -> None:
+        self.psi, self.speed = psi, speed
+        self.seen: list[Scene] = []
+
+    def look(self, scene: Scene) -> Orders:
+        self.seen.append(scene)
+        return Orders(np.full(len(scene.x), self.psi), np.full(len(scene.x), self.speed))
+
+
+def test_what_is_seen_moves_as_it_says() -> None:
+    """Velocities over ground are the differences of places, of a ship that drifts in its turn too."""
+    master = Ordered(math.radians(90.0), 1.0)
+    sail(SHIP, problem(1), Sea(40.0, every=5.0), lambda scene: master)
+    x, y, north, east = (np.array([getattr(one, name)[0] for one in master.seen])
+                         for name in ("x", "y", "north", "east"))  # fmt: skip
+    drift = np.array([math.atan2(one.east[0, 0], one.north[0, 0]) - one.psi[0, 0] for one in master.seen])
+    assert np.abs(drift[20:]).max() > math.radians(3.0)
+    for place, speed in ((x, north), (y, east)):
+        assert np.diff(place, axis=0) == pytest.approx(0.25 * (speed[1:] + speed[:-1]), abs=2e-3)
+
+
+@pytest.mark.slow
+def test_fewer_revolutions_slow_the_ship() -> None:
+    full, half = (sail(SHIP, problem(1), Sea(120.0, every=10.0), lambda scene, k=k: Ordered(0.0, k)).tracks
+                  for k in (1.0, 0.5))  # fmt: skip
+    assert full.u[0, 0, -1] == pytest.approx(V, rel=0.02)
+    assert half.u[0, 0, -1] < 0.85 * V
+
+
+def test_a_current_carries_the_ship() -> None:
+    """Ahead of the start and to the side by its velocity times the time, at the speed through the water of before."""
+    around = np.array([Environment(current_x=0.3, current_y=0.1)])
+    found = sail(SHIP, problem(1), Sea(60.0, every=10.0, around=around), lambda scene: Ordered(0.0, 1.0)).tracks
+    assert found.u[0, 0, 0] == pytest.approx(V + 0.3)
+    assert found.v_m[0, 0, 0] == pytest.approx(0.1)
+    assert found.x[0, 0, -1] == pytest.approx(60.0 * (V + 0.3), rel=0.01)
+    assert found.y[0, 0, -1] == pytest.approx(6.0, abs=0.6)
+
+
+def test_other_ships_slow_and_turn_with_lags_of_their_length() -> None:
+    L = np.array([SHIP.L_pp, SHIP.L_pp])
+    others = _Others(problem(1), L)
+    others.share[:] = 0.5
+    psi, pace = others.wanted.copy(), V / SHIP.L_pp
+    steps = round(8.0 / pace / STEP)  # one lag of surge
+    for _ in range(steps):
+        others.advance()
+    assert others.motion[3] == pytest.approx(V * (0.5 + 0.5 * math.exp(-steps * STEP * pace / 8.0)))
+    others.wanted += math.radians(60.0)
+    turned = []
+    for _ in range(round(30.0 / pace / STEP)):
+        others.advance()
+        turned.append(float((others.motion[2] - psi)[0, 0]))
+    assert turned[-1] == pytest.approx(math.radians(60.0), abs=1e-3)
+    assert max(turned) < math.radians(60.5)  # no overshoot to speak of
+    rate = np.diff(turned).max() / STEP
+    assert rate <= 0.25 * pace * (1.0 + 1e-9)
+    assert rate > 0.2 * pace
 
 
 @pytest.mark.slow
