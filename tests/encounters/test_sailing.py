@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seatrial.core.errors import RequestError
-from seatrial.encounters.conduct import CONDUCTS, Orders, Scene
+from seatrial.encounters.conduct import CONDUCTS, Orders, Scene, Watch
 from seatrial.encounters.meeting import Meeting, drawn, imazu
 from seatrial.encounters.rules import Limits, Role, judge
 from seatrial.encounters.sailing import STEP, Sea, _Others, sail
@@ -157,6 +157,24 @@ def test_a_stack_of_ones_own_sees_and_steers() -> None:
     assert seen[1].t == 0.5
     assert seen[0].x.shape == (1, 2)
     assert math.degrees(found.tracks.psi[0, 0, -1]) == pytest.approx(40.0, abs=3.0)
+
+
+def test_room_is_what_is_left_beyond_the_distance_aimed_at() -> None:
+    """A ship on the opposite course passes at its offset; a turn of 90 degrees takes a quarter of a circle's way."""
+    passing = float(Limits().passing.of(np.array(SHIP.L_pp)))
+    L, aside = np.array([SHIP.L_pp, SHIP.L_pp]), 2.0 * passing
+    scene = Scene(0.0, np.array([[0.0, 300.0]]), np.array([[0.0, aside]]), np.array([[0.0, math.pi]]),
+                  np.array([[V, -V]]), np.zeros((1, 2)), L)  # fmt: skip
+    watch = Watch(CONDUCTS["rules"], 0, scene, np.array([V]), Limits())
+    rows = np.array([0])
+    room = watch._room(scene, np.array([0.0]), np.array([1.0]), rows)
+    assert room == pytest.approx(aside - 1.3 * passing)
+    t = 0.5 * math.pi * SHIP.L_pp / (0.25 * V)  # of its own turn, on the mean heading meanwhile
+    north = 300.0 - V * t - V * t * math.cos(math.pi / 4)
+    east = aside - V * t * math.sin(math.pi / 4)
+    least = abs(north - east) / math.sqrt(2.0)  # both make V across: the relative course is south-west
+    room = watch._room(scene, np.array([math.pi / 2]), np.array([1.0]), rows)
+    assert room == pytest.approx(least - 1.3 * passing)
 
 
 def test_conducts_differ_where_their_names_say_so() -> None:

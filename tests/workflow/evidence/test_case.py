@@ -69,6 +69,35 @@ def test_fixed_sets_have_as_many_ships_in_each_run_and_nobody_meets_those_added(
         assert (np.hypot(whole.x, whole.y)[k, n:] > 5e5).all()
 
 
+def test_a_run_that_failed_is_none_and_the_others_keep_their_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    def one(*broken: str) -> Any:
+        return SimpleNamespace(ship=0, margins={"15": np.array([1.0, -1.0])}, contact=np.array([False, False]),
+                               broken=lambda where: broken if where == (1,) else ())  # fmt: skip
+
+    monkeypatch.setattr(module, "judge", lambda tracks: [one("15")])
+    sailed: Any = SimpleNamespace(tracks=None, runs=np.array([0, 2]))
+    broken, applied = module._broken(sailed, slice(10, 13))
+    assert broken == ((), None, ("15",))
+    assert applied == (("15",), (), ("15",))
+
+
+def test_each_part_has_its_own_draws_of_the_ship(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = np.arange(12.0).reshape(6, 2)
+    posterior: Any = SimpleNamespace(names=("a", "b"), draws=lambda count, seed: drawn)
+    taken: list[Any] = []
+    monkeypatch.setattr(module, "sail", lambda *given: taken.append(given))
+    met = imazu(5.0, 600.0)[1]
+    some = module.Meeting(np.full(6, 5.0), *(np.tile(np.atleast_2d(one), (6, 1))
+                                             for one in (met.x, met.y, met.psi, met.U_target)))  # fmt: skip
+    setup = module._Setup(CaseFile(claim="c", ship="s"), Any, posterior, some, "rules", module.Rules(), "d")
+    for rows, plain in ((slice(4, 6), False), (slice(4, 6), True)):
+        setup.sailed(rows, 4, plain)
+    assert taken[0][-1]["a"].tolist() == [8.0, 10.0]
+    assert taken[0][-1]["b"].tolist() == [9.0, 11.0]
+    assert taken[1][-1] is None
+    assert len(taken[0][1].x) == 2
+
+
 @pytest.mark.slow
 def test_a_case_is_run_once_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
     monkeypatch.setattr(module, "_TOGETHER", 2)
@@ -114,14 +143,16 @@ def test_who_does_not_give_way_breaks_the_rules_and_is_drawn(tmp_path: Path) -> 
 
 
 def test_weather_is_within_its_range_and_from_all_sides() -> None:
-    file = CaseFile(claim="c", ship="s", weather=module.Around(wind=(3.0, 9.0), current=(0.0, 0.0)))
+    file = CaseFile(claim="c", ship="s", weather=module.Around(wind=(3.0, 9.0), current=(1.0, 1.0)))
     setup: Any = SimpleNamespace(file=file)
     around = module._Setup._around(setup, 0, 4000)
     speed = np.hypot(around[:, 0], around[:, 1])
     assert (speed.min() >= 3.0, speed.max() <= 9.0) == (True, True)
     assert speed.mean() == pytest.approx(6.0, abs=0.1)
     assert np.abs(np.mean(around[:, :2], axis=0)).max() < 0.3
-    assert not around[:, 2:].any()
+    assert np.hypot(around[:, 2], around[:, 3]) == pytest.approx(np.ones(4000))
+    assert np.abs(np.mean(around[:, 2:4], axis=0)).max() < 0.06
+    assert not around[:, 4:].any()
     assert (module._Setup._around(setup, 500, 10) != around[:10]).any()
 
 
