@@ -9,7 +9,7 @@ import pytest
 
 from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Parts
-from seatrial.encounters.avoiding import KeepClear, Target, bad, good, sail
+from seatrial.encounters.avoiding import KeepClear, Target, _Seen, bad, good, sail
 from seatrial.encounters.meeting import Meeting, imazu, together
 from seatrial.encounters.rules import judge
 from seatrial.ships import Ship
@@ -113,3 +113,42 @@ def test_a_ship_without_a_breadth_is_refused_before_it_sails() -> None:
     one = together(imazu(osaka.speed, 1500.0)[:1])
     with pytest.raises(RequestError, match="esso_osaka: its file tells no breadth"):
         sail(osaka, good, one, duration=100.0, L=300.0, B=50.0)
+
+
+def seen(x: float, y: float, north: float, east: float, **more: float) -> _Seen:
+    """A ship that is seen from one at 5 m/s on course north, 100 m to pass at, within 1000 s."""
+    usual = {"U": 5.0, "passing": 100.0, "horizon": 1000.0, "clear": 0.0, "stands": 0.0, "to_port": 0.0}
+    return _Seen(x=x, y=y, north=north, east=east, **{**usual, **more})
+
+
+def test_an_alteration_keeps_farther_off_than_a_course_that_is_held() -> None:
+    """A ship that passes at 1.1 times the distance: the course may be held, an alteration to such a passage not."""
+    assert seen(2000.0, 110.0, -5.0, 0.0).barred(0.0) == 0.0
+    turn = math.radians(40.0)
+    # the same passage as seen along the altered course
+    c, s = math.cos(turn), math.sin(turn)
+    assert seen(2000.0 * c - 110.0 * s, 2000.0 * s + 110.0 * c, -5.0 * c, -5.0 * s).barred(turn) > 0.0
+    assert seen(2000.0 * c - 130.0 * s, 2000.0 * s + 130.0 * c, -5.0 * c, -5.0 * s).barred(turn) == 0.0
+
+
+def test_who_keeps_clear_does_not_turn_to_port_while_there_is_risk() -> None:
+    ahead = seen(2000.0, 0.0, -5.0, 0.0, clear=1.0)
+    port, starboard = ahead.barred(math.radians(-60.0)), ahead.barred(math.radians(60.0))
+    assert port >= 50.0  # half of what a meeting costs
+    assert starboard == 0.0  # and leaves the other on the port side
+    assert seen(2000.0, 0.0, -5.0, 0.0).barred(math.radians(-60.0)) == 0.0  # no rule asks
+    assert seen(2000.0, 500.0, -5.0, 0.0, clear=1.0).barred(math.radians(-60.0)) == 0.0  # no risk
+    assert seen(2000.0, -10.0, -5.0, 0.0, to_port=1.0).barred(math.radians(-60.0)) >= 50.0  # Rule 17(c)
+
+
+def test_who_keeps_clear_leaves_the_other_ship_to_port() -> None:
+    """A slow ship close ahead to starboard, towards which a small turn would leave it on the starboard side."""
+    slow = seen(300.0, 60.0, 1.0, 0.0, clear=1.0, passing=90.0)
+    assert slow.barred(0.0) > 0.0
+    passed = {turn: slow.barred(math.radians(turn)) for turn in (-60.0, 80.0)}
+    assert passed[80.0] == 0.0  # it passes ahead, so it is left to port
+    crossing = seen(300.0, 600.0, 0.0, -10.0, clear=1.0, passing=90.0, horizon=100.0)
+    assert crossing.barred(0.0) > 0.0
+    small, large = (crossing.barred(math.radians(turn)) for turn in (5.0, 90.0))
+    assert small > 0.0
+    assert large == 0.0
