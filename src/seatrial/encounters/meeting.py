@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..core.errors import RequestError
 from ..data import Array
 from .rules import Role
+from .rules.geometry import wrapped
 
 Span = tuple[float, float]
 
@@ -49,9 +50,9 @@ class Meeting:
 
     @property
     def bearings(self) -> tuple[Array, Array]:
-        """Bearing of the target from the own bow, and of the own ship from the target's [rad], in (-pi, pi]."""
+        """Bearing of the target from the own bow, and of the own ship from the target's [rad], -pi to pi."""
         beta = np.arctan2(self.y, self.x)
-        return beta, _wrapped(beta + math.pi - self.psi)
+        return beta, wrapped(beta + math.pi - self.psi)
 
     @property
     def roles(self) -> NDArray[np.intp]:
@@ -69,10 +70,6 @@ class Meeting:
             Role.STAND_ON: (beta > -112.5) & (beta < 0.0) & (alpha >= -5.0) & (alpha < 112.5),
         }
         return np.select(list(cases.values()), [int(role) for role in cases], int(Role.NONE))
-
-
-def _wrapped(angle: Array) -> Array:
-    return np.arctan2(np.sin(angle), np.cos(angle))
 
 
 def _imazu(text: str) -> tuple[tuple[float | None, ...], ...]:
