@@ -10,7 +10,7 @@ from seatrial.core.parameters import Free, ParameterError, near
 from seatrial.data import Trial
 from seatrial.data.check import Finding
 from seatrial.identify import Issue, Loss, Nuisance, Problem, StudyError
-from seatrial.identify.lint import lines, lint, linted, raise_on_errors
+from seatrial.identify.lint import headlines, lines, lint, linted, raise_on_errors
 from seatrial.identify.population.evolution import Evolution
 from seatrial.identify.shooting.logo import Shooting
 from seatrial.identify.trajectory.multistart import MultiStart
@@ -303,3 +303,28 @@ def test_errors_of_instruments_in_degrees_are_refused(problem: Problem, name: st
     assert words in found[0].text
     wide = replace(problem, nuisance=Nuisance(common={"scale.u": 5.0, "bias.psi": float("inf")}))
     assert not [issue for issue in lint(wide, felt=False) if issue.severity == "error"]
+
+
+def _many(faint: int, other: int) -> list[Issue]:
+    late = (Issue("warning", f"trial-{k}", f"u is late by {k} s (evidence {k}); shift u") for k in range(other))
+    return [*late, *(Issue("warning", f"hull.N_{k}", f"hardly acts: {k} times", faint=True) for k in range(faint))]
+
+
+@pytest.mark.parametrize(("faint", "other"), [(0, 0), (1, 2), (3, 0)])
+def test_few_warnings_stand_whole_on_the_first_screen(faint: int, other: int) -> None:
+    issues = _many(faint, other)
+    assert headlines(issues) == lines(issues)
+    assert len(headlines(issues)) == faint + other
+
+
+@pytest.mark.parametrize(("faint", "other", "count"), [(14, 5, 2), (1, 3, 2), (4, 0, 1), (0, 9, 1), (4, 1, 2)])
+def test_many_warnings_take_a_line_a_kind_on_the_first_screen(faint: int, other: int, count: int) -> None:
+    told = headlines(_many(faint, other))
+    assert len(told) == count
+    text = " ".join(told)
+    for k in range(other):
+        assert f"trial-{k}: u is late by {k} s" in text  # each doubt is named,
+    assert ("evidence" in text) == (other == 1)  # its evidence is left to the page
+    assert ("hull.N_0" in text) == (faint > 0)
+    assert (f"and {faint - 3} more" in text) == (faint > 3)
+    assert told[-1].endswith("--details and the page tell each with its remedy")

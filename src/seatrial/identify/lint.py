@@ -8,6 +8,7 @@ from __future__ import annotations
 import functools
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -52,6 +53,8 @@ _ANGLES = ("bias", "offset", "direction")
 _WINDOW, _EVERY = 100.0, 1.0
 # A parameter hardly acts where its typical change moves the predictions by less than this, in squared sigmas in all.
 _FAINT = 0.01
+# Warnings that a first screen lists whole, and parameters that it names.
+_FEW = 3
 
 
 def lint(
@@ -81,6 +84,26 @@ def lines(issues: Iterable[Issue]) -> tuple[str, ...]:
     for issue in issues:
         places.setdefault((issue.severity, issue.text), {})[issue.where] = None
     return tuple(f"{severity}: {_named(tuple(where))}: {text}" for (severity, text), where in places.items())
+
+
+def headlines(issues: Sequence[Issue]) -> tuple[str, ...]:
+    """The warnings of `lint` for a first screen: as they are where these are few, else their heads in a line a kind."""
+    whole = lines(issues)
+    if len(whole) <= _FEW:
+        return whole
+    faint = [issue.where for issue in issues if issue.faint]
+    other = lines(issue for issue in issues if not issue.faint)
+    found = [f"warning: {len(other)} doubts: {'; '.join(map(_head, other))}"] if len(other) > 1 else list(other)
+    if faint:
+        more = f" and {len(faint) - _FEW} more" if len(faint) > _FEW else ""
+        found.append(f"warning: hardly felt in these trials: {', '.join(faint[:_FEW])}{more}; leave them out of "
+                     "[free], or add a manoeuvre that excites them (seatrial design)")  # fmt: skip
+    return (*found[:-1], f"{found[-1]}; --details and the page tell each with its remedy")
+
+
+def _head(line: str) -> str:
+    """Where and what of a warning, without its evidence and remedy."""
+    return re.split(r" \(|; ", line.removeprefix("warning: "))[0].removeprefix("free: ")
 
 
 def _named(where: Sequence[str]) -> str:
@@ -357,13 +380,13 @@ def _told_apart(vector: Vector, found: Array, known: Callable[[Array], Array]) -
             yield Issue(
                 "warning" if held else "error", free.path,
                 f"the data are insensitive to it at {free.start:g}; the result {alone}; leave it out of [free], "
-                "or add a manoeuvre",
+                "or add a manoeuvre", faint=held,
             )  # fmt: skip
         elif felt * free.scale**2 < _FAINT:
             yield Issue(
                 "warning", free.path, f"hardly acts in these trials: they would leave it uncertain by "
                 f"{felt**-0.5 / free.scale:.2g} times what it may change; {manoeuvre_for(free.path)} would excite it "
-                "(seatrial design)",
+                "(seatrial design)", faint=True,
             )  # fmt: skip
     for one in acting(vector.paths, found, vector.start, known):
         if one.count:

@@ -108,11 +108,16 @@ class Problem:
 
 @dataclass(frozen=True)
 class Issue:
-    """One finding of `lint`: "error" forbids the run, "warning" does not."""
+    """One finding of `lint`: "error" forbids the run, "warning" does not.
+
+    Attributes:
+        faint: whether it says that a free parameter hardly acts; there are often many of these.
+    """
 
     severity: str
     where: str
     text: str
+    faint: bool = False
 
 
 @dataclass(frozen=True)

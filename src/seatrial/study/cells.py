@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..data import Trial
 from ..identify import Estimator, Issue, Problem, StudyError
-from ..identify.lint import lines, lint, raise_on_errors
+from ..identify.lint import lint, raise_on_errors
 from ..identify.resume import digest
 from .store import SUMMARY, claim
 
@@ -94,8 +94,8 @@ class Cell:
         return all((where / name).exists() for name in leaves) and not claim(where, self.digest, self.study)
 
 
-def check(cells: Sequence[Cell], apart: Sequence[Trial]) -> list[str]:
-    """Warnings of the lint on the problem of each cell, each once.
+def check(cells: Sequence[Cell], apart: Sequence[Trial]) -> tuple[Issue, ...]:
+    """Warnings of the lint on the problem of each cell; of cells alike, once.
 
     Args:
         apart: trials that no fit sees.
@@ -115,7 +115,7 @@ def check(cells: Sequence[Cell], apart: Sequence[Trial]) -> list[str]:
         issues = lint(problem, apart, cell.estimator)
         raise_on_errors(issues)
         found += issues
-    return list(lines(found))
+    return tuple(found)
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from ..core.executors import Pool
 from ..core.files import held_alone
 from ..data import DataError
 from ..identify import Fit, FitError, Progress, Spread, StudyError
+from ..identify.lint import headlines, lines
 from ..identify.posterior.verdicts import overruled
 from ..identify.resume import forget
 from ..identify.watch import start
@@ -68,7 +69,8 @@ def identify(
         cells = _scaled(study)
         check_sample(study, sample)
         todo = [cell for cell in cells if not cell.done(out)]
-        for warning in (*study.notes, *check(todo, study.apart)) if todo else ():
+        issues = check(todo or (cells if sample else ()), study.apart)
+        for warning in (*study.notes, *(lines(issues) if details else headlines(issues))) if todo else ():
             sink.note(warning)
         _note_done(len(cells) - len(todo), len(cells), out, sink)
         report = reporting(study, out)
@@ -77,7 +79,7 @@ def identify(
             drawn = drawn_for(cells[0], out, fits, sample, sink) if sample else {}
             if todo or study.partial or drawn:
                 command = _command(path, out, quick, only, free_suspects)
-                page = report.page(Made({**fits, **drawn}, failed, command, sink, pool))
+                page = report.page(Made({**fits, **drawn}, failed, command, sink, pool, lines(issues)))
                 write(out / PAGE, page)
                 numbers = page.document
             else:

@@ -18,7 +18,6 @@ from ..core.files import plain
 from ..core.version import __version__
 from ..data import Trial
 from ..identify import Estimator, Fit
-from ..identify.lint import doubts
 from ..report.answer import answered, within_percent
 from ..report.blocks import Body, joined, line, number, table
 from ..report.evidence import assumptions
@@ -52,6 +51,7 @@ class Made:
         failed: a line for each cell that failed.
         command: that made it.
         pool: who computes what a report still needs; None does it here.
+        doubts: warnings of the lint, with their remedies.
     """
 
     fits: Mapping[str, Fit]
@@ -59,6 +59,7 @@ class Made:
     command: str
     sink: Sink
     pool: Pool | None = None
+    doubts: Sequence[str] = ()
 
 
 class Reporting(Protocol):
@@ -128,7 +129,7 @@ class _Fitted(_One):
         fit = made.fits[self.study.name]
         if isinstance(fit.details, Paged):
             return fit.details.page(fit, self.provenance(made))
-        return _compared(self.study, fit, load(self.out / MODEL), self.provenance(made), made.sink).page
+        return _compared(self.study, fit, load(self.out / MODEL), self.provenance(made), made).page
 
     def document(self, numbers: Mapping[str, Any]) -> Document:
         """`fit.json`, its draws and its errors."""
@@ -229,7 +230,7 @@ class _Table:
         return _table(found, self.out)
 
 
-def _compared(study: Study, fit: Fit, fitted: Ship, provenance: Mapping[str, str], sink: Sink) -> Report:
+def _compared(study: Study, fit: Fit, fitted: Ship, provenance: Mapping[str, str], made: Made) -> Report:
     """The ship as it was saved beside its baselines, on the trials that a study is judged on, and what the fit says."""
     from ..belief.sampling.sampled import Sampled
 
@@ -240,11 +241,11 @@ def _compared(study: Study, fit: Fit, fitted: Ship, provenance: Mapping[str, str
     comparisons, failed = compared(fitted, right, study.restart, scales(trials, study.sigma), problem.ship)
     changes = _changes(fit, trials)
     for told in (*(f"error: {one}" for one in failed), *(f"note: {one}" for one in changes)):
-        sink.note(told)
+        made.sink.note(told)
     return Report(
         study.title or f"{fit.ship.name}: {'fitted' if study.name == 'study' else f'study {study.name}'}",
         comparisons, fit, tuple(t.name for t in problem.trials),
-        (*missing, *map(str, doubts(problem, study.test))),
+        (*missing, *made.doubts),
         assumptions(fit.ship, [f.path for f in fit.free]), ahead,
         {**provenance, "trials": _counted({"for training": problem.trials, "for validation": problem.validation,
                                            "kept back": study.test})},
