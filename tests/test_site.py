@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -75,6 +78,32 @@ def test_every_command_has_a_page_with_its_options(tmp_path: Path) -> None:
     text = (tmp_path / "simulate.md").read_text(encoding="utf-8")
     assert "`--wind`" in text
     assert "| `SHIP` | Name a ship" in text
+
+
+def test_every_command_has_a_manual_page_with_its_options(tmp_path: Path) -> None:
+    """Hyphens of options are minus signs, as they are typed; nothing of a help begins a request of troff."""
+    commands = importlib.import_module("seatrial.cli.app").app.whole()
+    importlib.import_module("man").write(tmp_path)
+    whole = (tmp_path / "seatrial.1").read_text(encoding="utf-8")
+    for name, command in commands.items():
+        assert f"seatrial\\-{name}".replace("-map", "\\-map") in whole
+        page = (tmp_path / f"seatrial-{name}.1").read_text(encoding="utf-8")
+        assert all(one.replace("-", "\\-") in page for option in command.params for one in option.opts if "-" in one)
+        requests = {line.partition(" ")[0] for line in page.splitlines() if line.startswith((".", "'"))}
+        assert requests <= {".TH", ".SH", ".TP"}
+
+
+@pytest.mark.skipif(shutil.which("groff") is None, reason="groff is not installed")
+def test_manual_pages_are_typeset_without_a_warning(tmp_path: Path) -> None:
+    man = importlib.import_module("man")
+    pages = [str(one) for one in man.write(tmp_path)]
+    done = subprocess.run(["groff", "-man", "-ww", "-K", "utf8", "-T", "utf8", *pages], capture_output=True, text=True,
+                          check=False)  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    plain = re.sub("\x1b\\[[0-9;]*m|.\b", "", done.stdout)
+    assert "--mapping PATH" in plain
+    assert "-o, --out PATH" in plain
+    assert man.roff(".a\\b-c\n'd") == "\\&.a\\eb\\-c\n\\&'d"
 
 
 def test_dead_links_and_requests_to_elsewhere_are_found(tmp_path: Path) -> None:

@@ -129,7 +129,7 @@ def asked(case: Case, *, only_needed: bool) -> tuple[list[str], dict[str, Any]]:
     values: dict[str, Any] = {}
     for k, parameter in enumerate(command.params, 3):
         name = parameter.name
-        if name in (*case.without, "help", "json", "trust") or (only_needed and not parameter.required):
+        if name in (*case.without, "help", "json", "trust", "quiet") or (only_needed and not parameter.required):
             continue
         more, values[name] = value_of(parameter, k, case)
         words = [*more, *words] if parameter.param_type_name != "argument" else [*words, *more]

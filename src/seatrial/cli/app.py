@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from . import campaign, data, evidence, fits, folders, installation, judging, ships, simulation
 from .command import Program
+from .options import manoeuvres
 from .outcome import ended
 from .render import say
 
@@ -46,13 +47,6 @@ _SECTIONS = {
 """Commands by what people come for."""
 
 
-def _manoeuvres() -> list[str]:
-    """The manoeuvres that `simulate` runs."""
-    from ..workflow.simulation import known
-
-    return list(known())
-
-
 def _formats() -> list[str]:
     """The formats of logs that have a module, and whether they need a mapping."""
     from ..data.formats import formats
@@ -62,7 +56,7 @@ def _formats() -> list[str]:
 
 app = Program(
     "Build a ship manoeuvring model that you can trust from sea trial logs.", _SECTIONS,
-    {simulation.simulate: ("Manoeuvres", _manoeuvres), data.import_: ("Formats", _formats)}, _LAST,
+    {simulation.simulate: ("Manoeuvres", lambda: manoeuvres({})), data.import_: ("Formats", _formats)}, _LAST,
 )  # fmt: skip
 
 

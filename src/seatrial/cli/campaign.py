@@ -11,7 +11,7 @@ from click.exceptions import Exit
 
 from ..report.blocks import bullets, fields, line
 from . import options as o
-from .render import answer, live, note
+from .render import answer, at_terminal, fault, live, note
 
 if TYPE_CHECKING:
     from ..campaign.rare import Rare
@@ -72,8 +72,8 @@ def _look(folder: str, verify: bool, json: bool) -> None:
     said += [f"tracks of each run, every {kept.every} samples: {', '.join(kept.columns)}"] if kept else []
     said += [f"digest {found.digest}"] if found.digest else []
     answer(fields(found.document, bullets(said)), json)
-    for fault in found.faults:
-        note(f"error: {fault}")
+    for one in found.faults:
+        fault(f"error: {one}")
     if found.faults:
         raise Exit(1)
 
@@ -119,9 +119,8 @@ def _run(
     from ..workflow import campaigns as work
     from ..workflow.request import Stopped
 
-    terminal = Console(stderr=True)
-    with terminal.status("reading") as moving:
-        progress = _Progress(live(moving) if terminal.is_terminal else None)
+    with Console(stderr=True, quiet=not at_terminal()).status("reading") as status:
+        progress = _Progress(live(status) if at_terminal() else None)
         try:
             ran = work.campaign(source, out, shard=shard, threads=threads, dask=dask, device=device, watch=progress,
                                 note=note)  # fmt: skip

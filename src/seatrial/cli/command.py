@@ -8,15 +8,20 @@ that `--help` and a short command do not make the others.
 from __future__ import annotations
 
 import inspect
+import os
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any, cast, get_args, get_origin, get_type_hints
 
 import click
+from click.core import ParameterSource
+from click.shell_completion import CompletionItem
 
-from ..workflow.asked import Always, Argument, Option
+from ..core.errors import RequestError
+from ..workflow.asked import Always, Argument, Offers, Option, Project
 
 Function = Callable[..., None]
 
@@ -24,6 +29,11 @@ _KINDS: Mapping[Any, click.ParamType[Any]] = {
     str: click.STRING, int: click.INT, float: click.FLOAT, bool: click.BOOL, Path: click.Path(path_type=Path),
 }  # fmt: skip
 _WIDTH = 78
+PROJECT = Path("seatrial.toml")
+"""Defaults of the commands that run in the folder that holds it."""
+# Allowed for one run by whoever runs it, or said of one run alone.
+_DATA = "SEATRIAL_DATA"
+_NEVER = ("json", "trust", "anywhere", "out", "check")
 
 
 def named(function: Function) -> str:
@@ -46,9 +56,27 @@ class Command(click.Command):
         super().__init__(named(function), help=inspect.getdoc(function),
                          params=[*self._own, *(one for group in groups for one in _options(group))])  # fmt: skip
 
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:  # fmt: skip
+        """What is given, and for what is not the defaults of the project of this folder."""
+        if not (extra.get("resilient_parsing") or "--help" in args) and PROJECT.is_file():
+            extra["obj"] = project = _project()
+            extra["default_map"] = _defaults(self, project, _names(parent))
+        return super().make_context(info_name, args, parent, **extra)
+
     def invoke(self, ctx: click.Context) -> None:
         """Call the function with what was given; files that are read may name classes of trusted modules."""
-        given = ctx.params
+        from .render import note, quietly
+
+        with quietly(ctx.params["quiet"]), _at_home(ctx.find_object(Project)):
+            taken = [f"{max(one.opts, key=len)} {_shown(ctx.params[str(one.name)])}" for one in self.params
+                     if ctx.get_parameter_source(str(one.name)) is ParameterSource.DEFAULT_MAP]  # fmt: skip
+            if taken:
+                note(f"note: {PROJECT}: {', '.join(taken)}")
+            self._invoke(ctx.params)
+
+    def _invoke(self, given: Mapping[str, Any]) -> None:
         values: dict[str, Any] = {str(one.name): given[str(one.name)] for one in self._own}
         values |= {name: _value(group, given) for name, group in self.groups.items()}
         always = _value(Always, given)
@@ -78,12 +106,16 @@ class Command(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Arguments, options of this command, those of each group, and those of every command."""
-        for title, some in self._sections(ctx):
-            rows = [(one.make_metavar(ctx), about(one)) if isinstance(one, click.Argument) else one.get_help_record(ctx)
-                    for one in some]  # fmt: skip
-            if found := [row for row in rows if row is not None]:
+        for title, some in self.sections(ctx):
+            if found := self.rows(ctx, some):
                 with formatter.section(title):
                     formatter.write_dl(found)
+
+    def rows(self, ctx: click.Context, some: Iterable[click.Parameter]) -> list[tuple[str, str]]:
+        """How some parameters are written, each with its help."""
+        rows = [(one.make_metavar(ctx), about(one)) if isinstance(one, click.Argument) else one.get_help_record(ctx)
+                for one in some]  # fmt: skip
+        return [row for row in rows if row is not None]
 
     def get_help(self, ctx: click.Context) -> str:
         """The help, and the list of names where there is one."""
@@ -93,7 +125,8 @@ class Command(click.Command):
                                break_on_hyphens=False)  # fmt: skip
         return f"{super().get_help(ctx)}\n\n{self._title}:\n{listed}"
 
-    def _sections(self, ctx: click.Context) -> Iterator[tuple[str, Sequence[click.Parameter]]]:
+    def sections(self, ctx: click.Context) -> Iterator[tuple[str, Sequence[click.Parameter]]]:
+        """Titles of the help with the parameters below each."""
         arguments = [one for one in self._own if isinstance(one, click.Argument)]
         yield "Arguments", arguments
         yield "Options", [one for one in self._own if one not in arguments]
@@ -185,9 +218,82 @@ def _value(group: Any, given: Mapping[str, Any]) -> Any:
     return group(**{one.name: given[one.name] for one in fields(group)})
 
 
-def _completed(offers: Callable[[], list[str]]) -> Callable[[click.Context, click.Parameter, str], list[str]]:
-    def completed(_: click.Context, __: click.Parameter, typed: str) -> list[str]:
-        return [one for one in offers() if one.startswith(typed)]
+def _names(program: click.Context | None) -> Sequence[str]:
+    return program.command.list_commands(program) if program and isinstance(program.command, Program) else ()
+
+
+def _project() -> Project:
+    """What `seatrial.toml` says; an unknown key, schema or value is a RequestError."""
+    from ..core.records import read_record
+
+    return read_record(PROJECT, Project, "seatrial-project/1")
+
+
+def _defaults(command: Command, project: Project, commands: Sequence[str]) -> dict[str, Any]:
+    """Values of a project for the options of a command, by the names of their parameters.
+
+    Args:
+        command, commands: the one that runs, and the names of all.
+
+    Raises:
+        RequestError: no such command or option, one that a project may not set, a value of another kind.
+    """
+    from ..core.parameters import unknown
+
+    place = f"{PROJECT}: options"
+    for name in project.options:
+        if name not in commands:
+            raise RequestError(f"{place}: {unknown(name, commands, 'command')}")
+    known = {max(one.opts, key=len).removeprefix("--"): one for one in command.params
+             if isinstance(one, click.Option) and one.name not in _NEVER and not one.is_flag}  # fmt: skip
+    found: dict[str, Any] = {"quiet": True} if project.quiet else {}
+    for key, value in project.options.get(str(command.name), {}).items():
+        if key not in known:
+            raise RequestError(f"{place}.{command.name}: {unknown(key, known, 'option that a project sets')}")
+        found[str(known[key].name)] = _of_kind(known[key], value, f"{place}.{command.name}.{key}")
+    return found
+
+
+def _of_kind(option: click.Option, value: Any, place: str) -> Any:
+    """A value of a file as the option takes it; a text is no number, as it is on the command line."""
+    number = option.type in (click.FLOAT, click.INT)
+    several = cast("list[Any]", value) if option.multiple and isinstance(value, list) else [value]
+    kinds = (int, float) if option.type is click.FLOAT else int if number else str
+    if not all(isinstance(one, kinds) and not isinstance(one, bool) for one in several):
+        wanted = "a number" if option.type is click.FLOAT else "a whole number" if number else "a text"
+        raise RequestError(f"{place} is {value!r}; it must be {wanted}{' or a list of them' * option.multiple}")
+    return several if option.multiple else value
+
+
+def _shown(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+
+@contextmanager
+def _at_home(project: Project | None) -> Generator[None]:
+    """Within, $SEATRIAL_DATA is the folder that a project names, unless the shell has one."""
+    if project is None or project.data is None or _DATA in os.environ:
+        yield
+        return
+    os.environ[_DATA] = str(project.data)
+    try:
+        yield
+    finally:
+        del os.environ[_DATA]
+
+
+def _so_far(context: click.Context) -> dict[str, Any]:
+    """What is given so far; after an option without its value Click leaves the arguments in `args`."""
+    arguments = [one for one in context.command.params if isinstance(one, click.Argument)]
+    left = {str(one.name): word if one.nargs == 1 else (word,)
+            for one, word in zip(arguments, context.args, strict=False)}  # fmt: skip
+    return {**left, **{name: value for name, value in context.params.items() if value}}
+
+
+def _completed(offers: Offers) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
+    def completed(context: click.Context, _: click.Parameter, typed: str) -> list[CompletionItem]:
+        found = [CompletionItem(one) for one in offers(_so_far(context)) if one.startswith(typed)]
+        return found or [CompletionItem(typed, type="file")]
 
     return completed
 
@@ -204,9 +310,9 @@ def _parameter(name: str, hint: Any, default: Any) -> click.Parameter:
     given: dict[str, Any] = {"type": _KINDS[plain], "required": default is MISSING}
     if default not in (MISSING, None, ()):
         given["default"] = default
+    if isinstance(how, Argument | Option) and how.offers is not None:
+        given["shell_complete"] = _completed(how.offers)
     if isinstance(how, Argument):
-        if how.offers is not None:
-            given["shell_complete"] = _completed(how.offers)
         made = click.Argument([name], metavar=how.metavar, nargs=-1 if several else 1, **given)
         vars(made).update(help=how.help, first=how.first)
         return made

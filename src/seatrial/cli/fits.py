@@ -16,7 +16,7 @@ from click.exceptions import Exit
 from ..workflow import Outcome, RequestError, Sink
 from ..workflow.asked import Bands, Predicting, Serving
 from . import options as o
-from .render import answer, live, note
+from .render import answer, at_terminal, fault, live, note
 
 if TYPE_CHECKING:
     from socket import socket
@@ -101,7 +101,7 @@ def show(outcome: Outcome[Any], json: bool) -> None:
 def end(outcome: Outcome[Any], json: bool) -> None:
     """Print the outcome and what failed; exit 1 where something did."""
     for error in outcome.errors:
-        note(f"error: {error}")
+        fault(f"error: {error}")
     show(outcome, json)
     if outcome.errors:
         raise Exit(1)
@@ -134,7 +134,7 @@ class Terminal(Sink):
     def fitting(self, title: str, files: Mapping[str, Path], before: Sequence[str]) -> Generator[None, None, None]:
         """Serve the page, and keep a moving line on a terminal while fits run."""
         self._serve(title, files, before)
-        if not sys.stderr.isatty():
+        if not at_terminal():
             yield
             return
         from rich.console import Console

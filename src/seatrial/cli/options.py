@@ -8,20 +8,92 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from ..workflow.asked import Argument, Option
+from ..workflow.asked import Argument, Given, Offers, Option, charts
 
 
 # What a shell completes, beside files.
-def _ships() -> list[str]:
-    from ..ships.files import library
+def _ships(_: Given) -> list[str]:
+    from ..ships.files import library, variants
 
-    return list(library())
+    return [*library(), *variants()]
 
 
-def _manoeuvres() -> list[str]:
+def manoeuvres(_: Given) -> list[str]:
+    """The manoeuvres that `simulate` runs."""
     from ..workflow.simulation import known
 
     return list(known())
+
+
+def _formats(_: Given) -> list[str]:
+    from ..data.formats import formats
+
+    return [one.name for one in formats().values()]
+
+
+def _parameters(given: Given) -> list[str]:
+    """Parameters of the ship that is named, and each of its parts as a whole."""
+    from ..core.errors import SeatrialError
+    from ..core.parameters import specs
+    from ..ships.files import load
+
+    try:
+        paths = list(specs(load(str(given.get("ship") or given.get("model"))).model))
+    except (SeatrialError, OSError):
+        return []
+    return [*dict.fromkeys(f"{path.partition('.')[0]}.*" for path in paths if "." in path), *paths]
+
+
+def _channels(given: Given) -> list[str]:
+    """Channels of the first trial that is named."""
+    from ..core.errors import SeatrialError
+    from ..data.trialfile import read_trial
+
+    try:
+        return list(next(read_trial(one) for one in given.get("trials") or ()).channels)
+    except (SeatrialError, OSError, StopIteration):
+        return []
+
+
+def _noise(_: Given) -> list[str]:
+    from ..models import STATES
+
+    return [f"{one}=" for one in STATES]
+
+
+def _purposes(_: Given) -> list[str]:
+    from ..choosing.purposes import PURPOSES
+
+    return [one.key for one in PURPOSES]
+
+
+def _scopes(_: Given) -> list[str]:
+    from ..validate.requirements.scopes import SCOPES
+
+    return list(SCOPES)
+
+
+def _folds(_: Given) -> list[str]:
+    from ..study.folds import FOLDS
+    from ..workflow.evidence.calibrate import HARDEST
+
+    return [*FOLDS, HARDEST]
+
+
+def _papers(_: Given) -> list[str]:
+    from ..workflow.evidence.paper import PAPERS
+
+    return list(PAPERS)
+
+
+def _harbour_runs(_: Given) -> list[str]:
+    from ..workflow.harbour import RUNS
+
+    return list(RUNS)
+
+
+def _either(*names: str) -> Offers:
+    return lambda _: list(names)
 
 
 # What a command begins with.
@@ -46,7 +118,7 @@ ShipToCheck = Annotated[
     str | None, Option("--check", metavar="FILE", help="Check a ship file: sources, conformance, published indices.")
 ]  # fmt: skip
 ManoeuvreOrNone = Annotated[
-    str | None, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).", offers=_manoeuvres)
+    str | None, Argument(metavar="MANOEUVRE", help="Name a manoeuvre (listed below).", offers=manoeuvres)
 ]  # fmt: skip
 Trials = Annotated[tuple[Path, ...], Argument(help="Name trial files, or folders of them.")]
 Particulars = Annotated[Path, Argument(help="Name a file of particulars (docs/tutorials/estimate.md).")]
@@ -62,7 +134,7 @@ CaptiveTables = Annotated[
 Source = Annotated[Path | None, Argument(metavar="SRC", help="Name a log, or a folder of logs.")]
 LogFormat = Annotated[
     str | None,
-    Argument(metavar="FORMAT", help="Name the format of the logs (listed below)."),
+    Argument(metavar="FORMAT", help="Name the format of the logs (listed below).", offers=_formats),
 ]  # fmt: skip
 GuessOf = Annotated[
     Path | None, Option("--guess", metavar="FOLDER", help="Write the mapping that the logs of this folder suggest.")
@@ -94,9 +166,14 @@ Sources = Annotated[bool, Option("--sources", help="Show the source of each valu
 Listed = Annotated[bool, Option("--list", help="List the peers and measure nothing.")]
 
 # Manoeuvres.
-HarbourRun = Annotated[str, Argument(metavar="RUN", help="Name a run: berthing, unberthing, lock, canal, meeting.")]
-HarbourShip = Annotated[str | None, Option("--ship", help="Name a ship or give its file; kvlcc2_harbour unless given.")]
-Chart = Annotated[str | None, Option(help="Name a chart or give its file (.geojson).")]
+HarbourRun = Annotated[
+    str, Argument(metavar="RUN", help="Name a run: berthing, unberthing, lock, canal, meeting.",
+                  offers=_harbour_runs)
+]  # fmt: skip
+HarbourShip = Annotated[
+    str | None, Option("--ship", help="Name a ship or give its file; kvlcc2_harbour unless given.", offers=_ships)
+]  # fmt: skip
+Chart = Annotated[str | None, Option(help="Name a chart or give its file (.geojson).", offers=charts)]
 HarbourSpeed = Annotated[float | None, Option("--speed", help="Set the speed in a lock or canal [m/s].")]
 Start = Annotated[str | None, Option(help="Set the start X,Y,DEG: north and east [m], heading.")]
 Duration = Annotated[float | None, Option(help="Set the length of the run [s].")]
@@ -114,12 +191,15 @@ Coefficients = Annotated[Path, Argument(metavar="DATA", help="Read added mass an
 OwnRollDamping = Annotated[
     float | None, Option("--roll-damping", help="Set damping of roll besides waves, as a share of critical.")
 ]  # fmt: skip
-AddedMass = Annotated[str, Option(help="Use the added masses in surge, sway and yaw of the ship, or of the data.")]
+AddedMass = Annotated[
+    str, Option(help="Use the added masses in surge, sway and yaw of the ship, or of the data.",
+                offers=_either("ship", "data"))
+]  # fmt: skip
 
 # Trials and predictions.
 NewStep = Annotated[float, Option(help="Set the new time step [s].")]
 Mapping = Annotated[Path | None, Option(help="Read a mapping file: csv, nmea, mcap, rosbag2.")]
-RobotFormat = Annotated[str, Option(help="Choose the format, mcap or rosbag2.")]
+RobotFormat = Annotated[str, Option(help="Choose the format, mcap or rosbag2.", offers=_either("mcap", "rosbag2"))]
 Against = Annotated[
     tuple[Path, ...], Option(help="Compare with training files: overlap and coverage. Repeatable.")
 ]  # fmt: skip
@@ -132,7 +212,8 @@ FreeSuspects = Annotated[bool, Option("--free-suspects", help="Estimate instrume
 Sample = Annotated[int | None, Option("--sample", metavar="N", help="Add N samples of the posterior of the fit.")]
 Details = Annotated[bool, Option("--details", help="Show parameters, residuals and standardised errors too.")]
 FitFor = Annotated[
-    str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.")
+    str | None, Option("--for", metavar="PURPOSE", help="Judge for a use; exit 0 fit, 3 not fit, 4 cannot tell.",
+                      offers=_purposes)
 ]  # fmt: skip
 Limit = Annotated[str | None, Option(metavar="NAME=VALUE", help="Set limits of --for, such as position=2,stopping=5.")]
 Scale = Annotated[str | None, Option(help="Divide errors as in the fit of this model.toml.")]
@@ -154,13 +235,14 @@ Methods = Annotated[
 ]  # fmt: skip
 YardstickFile = Annotated[Path | None, Option("-o", "--out", help="Write the result to this file (.json).")]
 PaperKey = Annotated[
-    str, Argument(metavar="PAPER", help="Name sawada2024, suyama2023, wakita2022 or you2023.")
+    str, Argument(metavar="PAPER", help="Name sawada2024, suyama2023, wakita2022 or you2023.", offers=_papers)
 ]  # fmt: skip
 PaperPage = Annotated[Path, Option("-o", "--out", help="Write the page to this file (.html; .json beside it).")]
 PaperTable = Annotated[int | None, Option("--table", help="Show the parts of the page that have this table.")]
 LeftOutParts = Annotated[int | None, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
 Folds = Annotated[
-    str | None, Option("--folds", help="Split by recording, day, kind-day, speed or wind, or take the hardest.")
+    str | None, Option("--folds", help="Split by recording, day, kind-day, speed or wind, or take the hardest.",
+                       offers=_folds)
 ]  # fmt: skip
 BandHorizon = Annotated[
     float | None, Option("--horizon", help="Set the longest time ahead that bands reach [s].")
@@ -174,27 +256,33 @@ CalibratedFirst = Annotated[
 ]  # fmt: skip
 
 # Design and judgement.
-Purpose = Annotated[str | None, Option("--for", help="Recommend families for a purpose such as berthing.")]
+Purpose = Annotated[
+    str | None, Option("--for", help="Recommend families for a purpose such as berthing.", offers=_purposes)
+]  # fmt: skip
 FreeParameters = Annotated[
-    tuple[str, ...], Option("--free", help="Name parameters to be identified, such as 'hull.*'.")
+    tuple[str, ...], Option("--free", help="Name parameters to be identified, such as 'hull.*'.", offers=_parameters)
 ]  # fmt: skip
 Budget = Annotated[float, Option(help="Limit the length of all trials together, T' = T V/L.")]
-Noise = Annotated[str | None, Option(help="Set sensor noise such as x=0.5,psi=0.1 (m, m/s, deg, deg/s).")]
+Noise = Annotated[
+    str | None, Option(help="Set sensor noise such as x=0.5,psi=0.1 (m, m/s, deg, deg/s).", offers=_noise)
+]  # fmt: skip
 Interval = Annotated[float | None, Option(help="Set the time between independent readings [s].")]
 Repeats = Annotated[int, Option(help="Limit how often one manoeuvre is run.")]
-Scope = Annotated[str, Option(help="Choose collision-avoidance, berthing or functional.")]
+Scope = Annotated[str, Option(help="Choose collision-avoidance, berthing or functional.", offers=_scopes)]
 
 # Captive tests and scale.
 CaptiveMapping = Annotated[Path | None, Option("--mapping", help="Read a mapping file of the columns.")]
 OpenWater = Annotated[Path | None, Option(help="Fit K_T to an open-water table first, columns J and K_T.")]
 FreeCoefficients = Annotated[
-    tuple[str, ...], Option("--free", help="Fit these parameters, such as 'hull.*'. Repeatable.")
+    tuple[str, ...], Option("--free", help="Fit these parameters, such as 'hull.*'. Repeatable.", offers=_parameters)
 ]  # fmt: skip
 ToLength = Annotated[float, Option(help="Set the new length between perpendiculars [m].")]
 FormFactor = Annotated[float | None, Option(help="Set the form factor k; Watanabe's formula unless given.")]
 Roughness = Annotated[float | None, Option(help="Set the roughness of the hull of a ship [um] (default: 150).")]
 Density = Annotated[float | None, Option(help="Set the density of the water there [kg/m^3].")]
-RudderWake = Annotated[str, Option(help="Choose the wake at the rudder: proportion or own.")]
+RudderWake = Annotated[
+    str, Option(help="Choose the wake at the rudder: proportion or own.", offers=_either("proportion", "own"))
+]  # fmt: skip
 FroudeAlone = Annotated[bool, Option("--froude", help="Use Froude's law alone, without friction and wake.")]
 
 # Export and thrusters.
@@ -212,7 +300,9 @@ SlaveStep = Annotated[float | None, Option(help="Set the internal step of --fmu 
 Thrusters = Annotated[str | None, Option(help="Name the ship's thrusters, such as 1,2.")]
 Together = Annotated[bool, Option("--together", help="Split one column of thrust among all thrusters.")]
 Order = Annotated[int | None, Option(help="Limit the power of n; cross-validate unless given.")]
-Control = Annotated[tuple[str, ...], Option(help="Fit this control, such as alpha_1; all with orders unless given.")]
+Control = Annotated[
+    tuple[str, ...], Option(help="Fit this control, such as alpha_1; all with orders unless given.", offers=_channels)
+]  # fmt: skip
 
 # Real time.
 Antenna = Annotated[str | None, Option(help="Place the antenna FORWARD,STARBOARD of midship [m].")]
@@ -231,9 +321,12 @@ TwinFolder = Annotated[
     Path | None, Option("-o", "--out", help="Write state, ship and card to this folder; go on from it.")
 ]  # fmt: skip
 Drifting = Annotated[
-    tuple[str, ...], Option("--free", help="Allow this parameter to drift: hull.R_0, or hull.*=0.3. Repeatable.")
+    tuple[str, ...], Option("--free", help="Allow this parameter to drift: hull.R_0, or hull.*=0.3. Repeatable.",
+                            offers=_parameters)
 ]  # fmt: skip
-Estimator = Annotated[str, Option(help="Choose ekf, or mhe for moving horizon estimation.")]
+Estimator = Annotated[
+    str, Option(help="Choose ekf, or mhe for moving horizon estimation.", offers=_either("ekf", "mhe"))
+]  # fmt: skip
 RowRate = Annotated[float, Option("--rate", help="Set the rows a second of sentences by UDP [Hz].")]
 LogFactor = Annotated[float, Option("--factor", help="Set the time of a log over real time; inf for the fastest.")]
 

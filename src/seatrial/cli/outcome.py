@@ -15,7 +15,7 @@ from typing import Any
 from click.exceptions import Exit
 
 from ..core.errors import RunError, SeatrialError
-from .render import note, note_warning
+from .render import fault, note_warning
 
 WRONG, FAILED, INTERRUPTED, PIPE = 2, 1, 130, 141
 # How long an interrupt may be on its way before it is taken to be lost [s].
@@ -32,7 +32,7 @@ def ended(command: Any, arguments: Sequence[str]) -> int:
     """
     warnings.showwarning = note_warning
     if sys.stdout is None:
-        note("error: standard output is closed; redirect it to a file or to /dev/null")
+        fault("error: standard output is closed; redirect it to a file or to /dev/null")
         return WRONG
     with _interruptible():
         try:
@@ -40,7 +40,7 @@ def ended(command: Any, arguments: Sequence[str]) -> int:
             sys.stdout.flush()
         except KeyboardInterrupt as error:
             _heard()
-            note(str(error) or "interrupted")
+            fault(str(error) or "interrupted")
             return INTERRUPTED
         except BrokenPipeError:
             _give_up_output()
@@ -117,13 +117,13 @@ def _status(error: Exception) -> int:
     """One line to standard error for what is known to go wrong; anything else is a fault of ours."""
     usage = getattr(error, "format_message", None)
     if usage is not None:
-        note(f"error: {usage()} (seatrial --help)")
+        fault(f"error: {usage()} (seatrial --help)")
     elif isinstance(error, OSError) and error.errno is not None:
         if error.filename is None and _no_room(error):
             _give_up_output()
-        note(f"error: {error.filename or 'standard output'}: {error.strerror}")
+        fault(f"error: {error.filename or 'standard output'}: {error.strerror}")
     elif isinstance(error, SeatrialError):
-        note(f"error: {error}")
+        fault(f"error: {error}")
     else:
         raise error
     return FAILED if isinstance(error, RunError) or _no_room(error) else WRONG

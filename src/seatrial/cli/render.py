@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 _LONGEST, _MANY = 2000, 13
 _FIRST: ContextVar[tuple[str, ...]] = ContextVar("first", default=())
+_QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
 
 
 def shown(text: str) -> str:
@@ -62,6 +63,21 @@ def _begin() -> None:
         note(line)
 
 
+@contextmanager
+def quietly(asked: bool = True) -> Generator[None]:
+    """No notes and no progress within, only results and what went wrong."""
+    token = _QUIET.set(asked)
+    try:
+        yield
+    finally:
+        _QUIET.reset(token)
+
+
+def at_terminal() -> bool:
+    """Whether progress has a moving line: standard error is a terminal, and nobody asked for quiet."""
+    return sys.stderr.isatty() and not _QUIET.get()
+
+
 def say(text: str) -> None:
     """Results to standard output, with what would control a terminal escaped."""
     _begin()
@@ -74,7 +90,13 @@ def say_lines(*lines: object) -> None:
 
 
 def note(text: str) -> None:
-    """One line for the user on standard error; a closed standard error does not stop the work."""
+    """One line for the user on standard error, unless it is to be quiet."""
+    if not _QUIET.get():
+        fault(text)
+
+
+def fault(text: str) -> None:
+    """What went wrong, in one line on standard error; a closed standard error does not stop the work."""
     _begin()
     try:
         _write(sys.stderr, one_line(text) + "\n")

@@ -16,7 +16,7 @@ from ..workflow.asked import Approach, Around, Bands, Departure, InWaves, Orders
 from . import options as o
 from .evidence import bands_shown
 from .fits import port_of, show
-from .render import answer, figure, hand_on, note
+from .render import answer, fault, figure, hand_on, note
 
 if TYPE_CHECKING:
     from ..manoeuvres import Index
@@ -79,7 +79,7 @@ def _motions(motions: Mapping[str, Motion]) -> Body:
 def _incomplete(ran: Simulated) -> None:
     """Exit 1 where a run is not complete."""
     if not ran.complete:
-        note(f"error: {ran.reason}; indices that the run did not reach are left out")
+        fault(f"error: {ran.reason}; indices that the run did not reach are left out")
         raise Exit(1)
 
 
@@ -204,7 +204,7 @@ def range_(
     answer(_judged(ran, ran.document()), json)
     if not ran.met:
         missed = [f"{one.name}{f' of {one.where}' if one.where else ''}" for one in ran.judged if not one.met]
-        note(f"error: {ran.failure or 'not met: ' + ', '.join(missed)}")
+        fault(f"error: {ran.failure or 'not met: ' + ', '.join(missed)}")
         raise Exit(1)
 
 

@@ -21,6 +21,7 @@ KINDS: Mapping[str, tuple[str, str]] = MappingProxyType({
     "seatrial-sea": ("a sea", "seatrial simulate SHIP zigzag --waves {file}"),
     "seatrial-yardstick": ("a set of the yardstick", "seatrial yardstick {file}"),
     "seatrial-sets": ("a file of sets of recordings", "the key data.sets of a study"),
+    "seatrial-project": ("defaults of a project", "any command, as seatrial.toml in the folder where it is run"),
     "seatrial-published": ("results of a publication", "the key published of a table of fits"),
     "seatrial-printed": ("what a paper prints, no input of a fit",
                          "the report of its study: seatrial identify {beside} -o RUN"),

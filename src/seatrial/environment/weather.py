@@ -90,7 +90,7 @@ class OchiShin:
         return self.kappa * U * U * shape / f
 
 
-_SPECTRA: Mapping[str, Spectrum] = {
+SPECTRA: Mapping[str, Spectrum] = {
     "davenport": Davenport(), "harris": Harris(), "froya": Froya(), "ochi-shin": OchiShin(),
 }  # fmt: skip
 _LINES = 400
@@ -125,8 +125,8 @@ class Gust:
     high: float = 1.0
 
     def __post_init__(self) -> None:
-        if isinstance(self.spectrum, str) and self.spectrum not in _SPECTRA:
-            raise WeatherError(unknown(self.spectrum, _SPECTRA, "gust spectrum"))
+        if isinstance(self.spectrum, str) and self.spectrum not in SPECTRA:
+            raise WeatherError(unknown(self.spectrum, SPECTRA, "gust spectrum"))
         if not 0.0 < self.low < self.high < math.inf:
             raise WeatherError(f"gusts between {self.low:g} and {self.high:g} Hz; give 0 < low < high")
         if not self.across >= 0.0:
@@ -134,7 +134,7 @@ class Gust:
 
     def bands(self, U: float) -> tuple[Array, Array]:
         """Edges [Hz] of the bands, shape (401,), and the variance [m^2/s^2] of each in a mean wind of U [m/s]."""
-        spectrum = _SPECTRA[self.spectrum] if isinstance(self.spectrum, str) else self.spectrum
+        spectrum = SPECTRA[self.spectrum] if isinstance(self.spectrum, str) else self.spectrum
         edges = np.geomspace(self.low, self.high, _LINES + 1)
         if U <= 0.0:
             return edges, np.zeros(_LINES)

@@ -7,10 +7,31 @@ imported here, as `--help` needs no more.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
+
+Given = Mapping[str, Any]
+Offers = Callable[[Given], list[str]]
+"""What a shell completes: names, from what else the command has been given so far."""
+
+
+def _spectra(_: Given) -> list[str]:
+    from ..environment.weather import SPECTRA
+
+    return list(SPECTRA)
+
+
+def charts(_: Given) -> list[str]:
+    """The charts of the library."""
+    from ..environment.geojson import library
+
+    return list(library())
+
+
+def _sides(_: Given) -> list[str]:
+    return ["port", "starboard"]
 
 
 @dataclass(frozen=True)
@@ -20,13 +41,13 @@ class Argument:
     Attributes:
         help: an imperative sentence of at most 80 characters.
         metavar: its name in the usage; that of the parameter in capitals unless given.
-        offers: values that a shell completes.
+        offers: values that a shell completes; files where none of them begins with what is typed.
         first: the line that the command begins with for a value, if any; a request that is wrong does not show it.
     """
 
     help: str
     metavar: str | None = None
-    offers: Callable[[], list[str]] | None = None
+    offers: Offers | None = None
     first: Callable[[str], str | None] | None = None
 
 
@@ -38,14 +59,31 @@ class Option:
         flags: such as ``-o, --out``; the name of the field with two dashes unless given.
         help: an imperative sentence of at most 80 characters.
         metavar: what stands for the value; its type unless given.
+        offers: values that a shell completes; files where none of them begins with what is typed.
     """
 
     flags: tuple[str, ...]
     help: str
     metavar: str | None
+    offers: Offers | None
 
-    def __init__(self, *flags: str, help: str, metavar: str | None = None) -> None:
-        vars(self).update(flags=flags, help=help, metavar=metavar)
+    def __init__(self, *flags: str, help: str, metavar: str | None = None, offers: Offers | None = None) -> None:
+        vars(self).update(flags=flags, help=help, metavar=metavar, offers=offers)
+
+
+@dataclass(frozen=True)
+class Project:
+    """The file `seatrial.toml` of a working folder: what its commands take where they are not told.
+
+    Attributes:
+        data: stands for $SEATRIAL_DATA where the shell has none.
+        quiet: as `--quiet`.
+        options: of commands, by command and option without its dashes.
+    """
+
+    data: Path | None = None
+    quiet: bool = False
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -56,6 +94,7 @@ class Always:
     trust: Annotated[
         tuple[str, ...], Option(metavar="MODULE", help="Import classes of files from MODULE. Repeatable.")
     ] = ()
+    quiet: Annotated[bool, Option(help="Print results and errors only: no notes, no progress.")] = False
 
 
 @dataclass(frozen=True)
@@ -63,7 +102,7 @@ class Around:
     """Around the ship."""
 
     wind: Annotated[str | None, Option(help="Set the true wind M/S,DEG: speed and direction it comes from.")] = None
-    gusts: Annotated[str | None, Option(help="Add gusts of a spectrum such as davenport.")] = None
+    gusts: Annotated[str | None, Option(help="Add gusts of a spectrum such as davenport.", offers=_spectra)] = None
     current: Annotated[
         str | None, Option(help="Set the current M/S,DEG: speed and direction it flows towards.")
     ] = None
@@ -102,7 +141,7 @@ class Orders:
     rudder: Annotated[float | None, Option(help="Set the rudder angle, magnitude [deg].")] = None
     steer: Annotated[float | None, Option(help="Set the steering demand of a craft without rudder [%].")] = None
     heading: Annotated[float | None, Option(help="Set the heading change, such as of a zigzag [deg].")] = None
-    side: Annotated[str | None, Option(help="Turn first to port or starboard.")] = None
+    side: Annotated[str | None, Option(help="Turn first to port or starboard.", offers=_sides)] = None
     seed: Annotated[int | None, Option(help="Seed a random manoeuvre and the gusts.")] = None
 
 
@@ -228,7 +267,9 @@ class RealTime:
     hold: Annotated[
         float | None, Option(help="Release command after this silence [s] (default: page 5, wire 10).")
     ] = None
-    chart: Annotated[str | None, Option(help="Set the chart to sail on: a name, or a file (.geojson).")] = None
+    chart: Annotated[
+        str | None, Option(help="Set the chart to sail on: a name, or a file (.geojson).", offers=charts)
+    ] = None
     anywhere: Annotated[bool, Option(help="Allow addresses beyond this machine.")] = False
     out: Annotated[
         Path | None, Option("-o", "--out", help="Record to this .csv file; of the page to this folder.")
