@@ -222,6 +222,32 @@ def test_an_interval_is_that_of_clopper_and_pearson(hits: int, runs: int) -> Non
     assert Proportion(hits, runs).value == hits / runs
 
 
+def test_runs_of_one_part_count_as_alike_as_parts_differ() -> None:
+    """Beta-binomial parts: the interval holds the truth where that of independent runs misses it far too often."""
+    rng = np.random.default_rng(4)
+    p, alike, parts, each = 0.7, 0.3, 12, 20
+    held = {"alike": 0, "independent": 0}
+    for _ in range(400):
+        own = rng.beta(p * (1 / alike - 1), (1 - p) * (1 / alike - 1), parts)
+        shares = rng.binomial(each, own) / each
+        for name, one in (("alike", Proportion.of_parts(shares.tolist(), [each] * parts)),
+                          ("independent", Proportion(shares.mean() * parts * each, parts * each))):  # fmt: skip
+            low, high = one.interval
+            held[name] += low <= p <= high
+    assert held["alike"] >= 0.9 * 400 > 0.75 * 400 > held["independent"]
+
+
+def test_parts_that_tell_nothing_of_their_runs_count_all() -> None:
+    assert Proportion.of_parts([0.25], [4]) == Proportion(1.0, 4)
+    assert Proportion.of_parts([1.0, 1.0], [3, 5]) == Proportion(8.0, 8)
+    assert Proportion.of_parts([0.5, 0.5], [4, 4]) == Proportion(4.0, 8), "as alike as if independent, or more"
+    assert Proportion.of_parts([], []).interval == (0.0, 1.0)
+    assert Proportion.of_parts([1.0, 0.0], [50, 50]).runs == 2.0, "of each part all hit or none: one run a part"
+    mixed = Proportion.of_parts([0.9, 0.5, 0.7], [10, 10, 10])
+    assert mixed.runs == pytest.approx(0.21 / (1.5 * 100 * 0.08 / 900))
+    assert mixed.value == pytest.approx(0.7)
+
+
 def test_runs_that_an_accuracy_needs() -> None:
     p, accuracy = 0.04, 0.1
     n = Proportion(40, 1000).needed(accuracy)

@@ -356,11 +356,13 @@ def test_widths_of_bands_are_told_in_degrees_and_shares_in_percent() -> None:
     groups = {name: 0.5 + 0.1 * k for k, name in enumerate(GROUPS)}
     width = dict(zip(("x", "y", "psi", "u", "v_m", "r"), (11.0, 12.0, math.radians(3.0), 0.4, 0.5, math.radians(0.6)),
                      strict=True))  # fmt: skip
-    row = Held("turning", 60.0, 12, 3, groups, width, width)
+    row = Held("turning", 60.0, 12, 3, groups, dict.fromkeys(groups, (0.21, 0.89)), width, width)
     cells = re.findall(r"<td[^>]*>([^<]*)</td>", html(fans.held_table([row])))
     assert cells[0] == "turning"
     assert [float(cell) for cell in cells[1:3]] == [60.0, 12.0]
-    shares = [float(cell.rstrip(" %")) for cell in cells[3 : 3 + len(groups)]]
+    shares = [float(cell.removesuffix(" % (21–89)")) for cell in cells[3 : 3 + len(groups)]]
     assert shares == pytest.approx([100.0 * share for share in groups.values()])
     assert [float(cell) for cell in cells[3 + len(groups) :]] == pytest.approx([11.0, 12.0, 3.0, 0.4, 0.5, 0.6])
-    assert fans.words([row], 0.9).startswith("bands of 90 % held at least in 50 % at 60 s")
+    assert fans.words([row], 0.9) == (
+        "bands of 90 % held at least in 50 % (21–89) at 60 s (turning); that is less often than they say")  # fmt: skip
+    assert not fans.words([row], 0.85).endswith("say")

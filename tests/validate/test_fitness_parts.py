@@ -88,7 +88,7 @@ def test_an_error_at_the_limit_asks_for_more_trials_and_for_no_number(value: flo
 
 def test_a_purpose_is_met_where_all_is_met() -> None:
     def found(*verdicts: str) -> str:
-        return Fitness("", "", tuple(Found(LIMIT, {}, 0.0, 0.0, 0.0, one, "") for one in verdicts)).verdict
+        return Fitness("", "", tuple(Found(LIMIT, {}, 0.0, 0.0, 0.0, one, "") for one in verdicts), 1.0).verdict
 
     assert found(FIT, FIT) == FIT
     assert found(FIT, OPEN) == OPEN

@@ -96,11 +96,18 @@ class Found:
 
 @dataclass(frozen=True)
 class Fitness:
-    """Verdicts on all limits of a purpose; `left_out` are trials that the model was fitted to."""
+    """Verdicts on all limits of a purpose.
+
+    Attributes:
+        purpose, title: in a word and in words.
+        unit_time: L_pp over the approach speed, in which horizons count [s].
+        left_out: trials that the model was fitted to.
+    """
 
     purpose: str
     title: str
     found: tuple[Found, ...]
+    unit_time: float
     left_out: tuple[str, ...] = ()
 
     @property
@@ -129,7 +136,8 @@ def judge(
         pool = {trial.name: _errors(limit, ship, trial, smooth_start) for trial in unseen if shows(limit, ship, trial)}
         floor = max((_noise(limit, ship, trial) for trial in unseen if trial.name in pool), default=0.0)
         found.append(verdict(limit, {name: some for name, some in pool.items() if some}, floor))
-    return Fitness(purpose, title, tuple(found), tuple(trial.name for trial in trials if trial not in unseen))
+    left_out = tuple(trial.name for trial in trials if trial not in unseen)
+    return Fitness(purpose, title, tuple(found), ship.L_pp / ship.speed, left_out)
 
 
 def shows(limit: Limit, ship: Ship, trial: Trial) -> bool:

@@ -44,21 +44,20 @@ def numbers_of(html: str) -> Any:
 
 
 LIMITS = (
-    Found(Limit("drift", "off the track", "position", 2.0, "m", "5.1"), {"a": (1.0, 3.0), "b": (0.0, math.inf, 0.5)},
-        1.0,
-          0.5, 3.0, OPEN, "wide"),
-    Found(Limit("turn", "in a turn", "heading", 10.0, "deg", "a guess"), {"a": (1.0,)}, 20.0, 15.0, math.inf,
+    Found(Limit("drift", "off the track", "position", 2.0, "m", "5.1", "low speed", 3.0),
+        {"a": (1.0, 3.0), "b": (0.0, math.inf, 0.5)}, 1.0, 0.5, 3.0, OPEN, "wide"),
+    Found(Limit("turn", "in a turn", "overshoot", 10.0, "deg", "a guess"), {"a": (1.0,)}, 20.0, 15.0, math.inf,
         NOT_FIT, "far"),
     Found(Limit("stop", "stopping", "stopping", 0.5, "share", "IMO"), {}, math.nan, math.nan, math.nan, OPEN,
         "no trial"),
-    Found(Limit("way", "speed", "speed", 0.1, "U", "5.2"), {"a": (0.01, 0.02), "c": (0.03,)}, 0.05, 0.0, 0.06, FIT,
-        "near"),
+    Found(Limit("way", "speed", "tactical_diameter", 0.1, "U", "5.2"), {"a": (0.01, 0.02), "c": (0.03,)}, 0.05, 0.0,
+        0.06, FIT, "near"),
 )  # fmt: skip
 
 
 @pytest.mark.slow
 def test_errors_stand_beside_what_a_use_accepts() -> None:
-    one = Fitness("p", "berthing", LIMITS, ("seen",))
+    one = Fitness("p", "berthing", LIMITS, 2.0, ("seen",))
     made = fitness.section(one)
     (rows,) = tables(made.html)
     assert rows[1:] == [
@@ -68,9 +67,16 @@ def test_errors_stand_beside_what_a_use_accepts() -> None:
         ["way: speed", "0.100", "0.0500", "0 … 0.0600", "U", "2", "3", "✓ fit", "near"],
     ]
     assert "For berthing: not fit." in words(made.html)
-    assert items(made.html) == ["drift: 2.00 m; Sawada 2024 section 5.1", "turn: 10.0 deg; a guess",
-        "stop: 0.500 share; IMO",
-                                "way: 0.100 U; Sawada 2024 section 5.2", "left out, used in the fit: seen"]  # fmt: skip
+    windows, slow = "after a start in the measured state, in windows", "at low speed (F_n below 0.05)"
+    assert items(made.html) == [
+        f"drift: off the track; error of the place 3 L/U (6 s) {windows} {slow}; at most 2.00 m "
+        "(Sawada 2024 section 5.1)",
+        "turn: in a turn; error of the highest heading of a leg, predicted from the reversal of the rudder on; "
+        "at most 10.0 deg (a guess)",
+        "stop: stopping; error of the way from the engine's order to a fifth of the speed; at most 0.500 share (IMO)",
+        "way: speed; error of tactical diameter in a run of the whole manoeuvre; at most 0.100 U "
+        "(Sawada 2024 section 5.2)",
+        "left out, used in the fit: seen"]  # fmt: skip
     # over the limit, from the bottom: way, stop, turn, drift
     (drawn,) = numbers_of(made.html)
     points = sorted(
@@ -93,7 +99,7 @@ def test_errors_stand_beside_what_a_use_accepts() -> None:
 def test_the_drawing_of_a_use_has_bars_from_end_to_end(monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[Any] = []
     monkeypatch.setattr(fitness.figures, "svg", lambda drawn, name: kept.append(drawn) or "")
-    fitness._drawn(Fitness("p", "berthing", LIMITS))
+    fitness._drawn(Fitness("p", "berthing", LIMITS, 2.0))
     (ax,) = kept[0].axes
     lines = [(line.get_marker(), np.column_stack([line.get_xdata(), line.get_ydata()]).tolist()) for line in ax.lines]
     bars = [points for mark, points in lines if mark == "None" and len(points) == 2 and points[0][1] == points[1][1]]

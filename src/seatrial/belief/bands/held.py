@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...campaign.analysis.proportion import Proportion
 from ...data import Array, Trial, unwrapped
 from ...models import STATES
 from .prediction import Fan
@@ -29,6 +30,7 @@ class Held:
         horizon: [s].
         windows, trials: their numbers.
         inside: share of the measurements within their bands by group.
+        between: its interval of 95 %, where windows of one trial are as alike as the trials differ.
         width: mean half width of each state, SI units.
         error: root mean square error of each state, SI units.
     """
@@ -38,6 +40,7 @@ class Held:
     windows: int
     trials: int
     inside: Mapping[str, float]
+    between: Mapping[str, tuple[float, float]]
     width: Mapping[str, float]
     error: Mapping[str, float]
 
@@ -123,13 +126,22 @@ def _row(kind: str, some: Sequence[Windows], j: int) -> Held | None:
     if not here.any():
         return None
     shares = {name: inside[here][:, [STATES.index(one) for one in group]] for name, group in GROUPS.items()}
+    between = {name: _between([one.inside[:, j, [STATES.index(state) for state in group]] for one in some])
+               for name, group in GROUPS.items()}  # fmt: skip
     return Held(
         kind, float(np.median([one.horizons[j] for one in some])), int(here.sum()),
         sum(bool(np.isfinite(one.error[:, j]).any()) for one in some),
-        {name: float(_mean(share.reshape(-1, 1))[0]) for name, share in shares.items()},
+        {name: float(_mean(share.reshape(-1, 1))[0]) for name, share in shares.items()}, between,
         dict(zip(STATES, _mean(half[here]).tolist(), strict=True)),
         dict(zip(STATES, np.sqrt(_mean(error[here] ** 2)).tolist(), strict=True)),
     )  # fmt: skip
+
+
+def _between(trials: Sequence[Array]) -> tuple[float, float]:
+    """Interval of a share; of each trial whether states lie within their bands, shape (windows, states)."""
+    counted = [one[np.isfinite(one).any(axis=1)] for one in trials]
+    some = [one for one in counted if len(one)]
+    return Proportion.of_parts([float(np.nanmean(one)) for one in some], [len(one) for one in some]).interval
 
 
 def _mean(found: Array) -> Array:

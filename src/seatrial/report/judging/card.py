@@ -32,15 +32,14 @@ from ..blocks import (
 )
 from ..page import Page, Section
 from .bands import channel, span
-from .fans import held_table
+from .fans import SHARE, held_table, narrow, share
+from .fitness import REMARK, definitions, sized
 from .fitness import numbers as fitness_numbers
 
 _DEGREES = math.degrees(1.0)
-# Bands of 95 % are called too narrow where they hold in less than 90 %, and by more than chance: three deviations of
-# the share that so many windows would show.
-_CLAIMED, _HOLDS, _CHANCE = 0.95, 0.9, 3.0
+_CLAIMED = 0.95
 _BANDS = (
-    "Held: share of the measurements within bands of 95 %, drawn from the posterior of the parameters with the noise "
+    f"{SHARE} Bands of 95 % are drawn from the posterior of the parameters with the noise "
     "of the instruments at the start and at the reading. Errors of the form of the model, of weather and controls are "
     "in these bands only as far as trials left out of the fit in turn have widened it (seatrial calibrate): where "
     "they hold less often than 95 %, take the errors, not the bands."
@@ -154,11 +153,11 @@ def _head(card: Card) -> Body:
         warned.insert(0, "The model does not explain the trials of its fit: its sigmas are too narrow"
                       + ("." if card.widened else ", and its bands."))  # fmt: skip
     best = [row for row in card.rows if row.horizon == card.rows[-1].horizon][-1:]
-    shown = [(f"{number(row.distance, 2)} m", f"position error after {row.horizon:.4g} s") for row in best]
-    shown += [(f"{number(_DEGREES * row.error['psi'], 2)}°", "heading error") for row in best]
+    shown = [(f"{number(row.distance, 2)} m", f"position error (rms) {row.horizon:.4g} s after a start")
+             for row in best]  # fmt: skip
+    shown += [(f"{number(_DEGREES * row.error['psi'], 2)}°", "heading error (rms)") for row in best]
     inside = card.calibrated.unseen if card.calibrated else ()
-    shown += [(_percent(inside[-1].inside["position"] if inside else row.inside["position"]),
-               "of positions within bands of 95 %") for row in best]  # fmt: skip
+    shown += [(share(inside[-1] if inside else row, "position"), "of positions within bands of 95 %") for row in best]
     return lead(words) + note("", warned) + (tiles(shown) if shown else ())
 
 
@@ -206,7 +205,7 @@ def _calibrated(card: Card) -> Body:
         else soft("No unseen trial is at hand, or none that bands could be made for."),
         heading("On the recordings of the calibration, each judged by the others"), held_table(found.left_out)
         if found.left_out else soft("Too few recordings: without one of them the others cannot show 95 %."),
-        soft("Held: share of the measurements within their bands, so long after a start; ±: mean half width."),
+        soft(f"{SHARE} ±: mean half width."),
     ))  # fmt: skip
 
 
@@ -227,14 +226,14 @@ def _sizes(row: Held) -> dict[str, float]:
 
 def _row_numbers(row: Held) -> dict[str, object]:
     return {"kind": row.kind, "horizon": row.horizon, "windows": row.windows, "trials": row.trials,
-            "error": _sizes(row), "held": row.inside}  # fmt: skip
+            "error": _sizes(row), "held": row.inside, "held_between": row.between}  # fmt: skip
 
 
 def _row(row: Held) -> list[str]:
     turned = {name: _DEGREES if name in ("heading", "r") else 1.0 for name in _sizes(row)}
     return [row.kind, f"{row.horizon:.4g}", str(row.trials), str(row.windows),
             *(number(turned[name] * size, 2) for name, size in _sizes(row).items()),
-            *(_percent(share) for share in row.inside.values())]  # fmt: skip
+            *(share(row, name) for name in row.inside)]  # fmt: skip
 
 
 def _percent(share: float) -> str:
@@ -244,13 +243,15 @@ def _percent(share: float) -> str:
 def _purposes(card: Card) -> Body:
     rows = [(use.title, use.verdict, "; ".join(_limits(use))) for use in card.uses]
     rows += [(title, "not judged", why) for title, why in card.unjudged.items()]
-    return table(("purpose", "verdict", "why"), rows, words=(1, 2), wide=True)
+    defined = joined(heading(f"Figures of {use.title}") + bullets(definitions(use)) for use in card.uses)
+    return table(("purpose", "verdict", "why"), rows, words=(1, 2), wide=True) + (
+        soft(REMARK) + defined if card.uses else ())
 
 
 def _limits(use: Fitness) -> Iterator[str]:
     for one in use.found:
-        size = "" if not one.errors else f" {number(one.value, 2)} of {number(one.limit.size, 2)} {one.limit.unit}"
-        yield f"{one.limit.key}{size}: {one.verdict}"
+        found = sized(one)
+        yield f"{one.limit.key}: {one.verdict} ({found or one.reason})"
 
 
 def forbidden(card: Card) -> tuple[str, ...]:
@@ -290,12 +291,12 @@ def _by_range(covered: Ranges) -> Iterator[str]:
 def _by_evidence(card: Card) -> Iterator[str]:
     if not card.rows:
         yield "where an error must be known: no unseen trial has been judged"
-    held = [(row.windows, row.inside) for row in pooled(card)]
-    if card.calibrated:
-        every = [row for row in card.calibrated.unseen if row.kind == card.calibrated.unseen[-1].kind]
-        held = [(row.windows, row.inside) for row in every]
-    if narrow := [share for windows, shares in held for share in shares.values() if share < _least(windows)]:
-        yield f"with its bands as a margin: where 95 % are claimed, {_percent(min(narrow))} held"
+    rows = pooled(card.rows) if card.calibrated is None else pooled(card.calibrated.unseen)
+    failed = [(row, name) for row in rows if (name := narrow(row, _CLAIMED))]
+    if failed:
+        row, name = min(failed, key=lambda one: one[0].inside[one[1]])
+        yield (f"with its bands as a margin: where 95 % are claimed, {share(row, name)} of {row.windows} windows held "
+               f"({name}, {row.horizon:.4g} s ahead)")  # fmt: skip
     own = [v for v in card.fit.verdicts if v.subject in card.fit.vector.paths]
     weak = [v for v in own if v.status not in ("identified", "conditional")]
     if weak:
@@ -304,14 +305,9 @@ def _by_evidence(card: Card) -> Iterator[str]:
         yield "to read its numbers as physics: the residuals contradict the model"
 
 
-def pooled(card: Card) -> tuple[Held, ...]:
+def pooled(rows: Sequence[Held]) -> tuple[Held, ...]:
     """The lines of all kinds together."""
-    return tuple(row for row in card.rows if row.kind == card.rows[-1].kind)
-
-
-def _least(windows: int) -> float:
-    """Lowest share held that is no ground to call the bands too narrow."""
-    return min(_HOLDS, _CLAIMED - _CHANCE * math.sqrt(_CLAIMED * (1.0 - _CLAIMED) / windows))
+    return tuple(row for row in rows if row.kind == rows[-1].kind)
 
 
 def _signature(card: Card) -> Body:

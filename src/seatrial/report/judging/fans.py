@@ -16,6 +16,12 @@ from .. import figures
 from ..blocks import Body, bullets, figure, gallery, number, soft, table
 from ..page import Section
 
+SHARE = (
+    "Held: share of the measurements within their bands, so long after a start, and in brackets its interval of 95 % "
+    "(Clopper and Pearson; windows of one trial count as fewer where trials differ)."
+)
+"""What a share of bands that held is, in words."""
+_HOLDS = 0.9
 _DEGREES = math.degrees(1.0)
 _UNITS = {"x": ("m", 1.0), "y": ("m", 1.0), "psi": ("°", _DEGREES), "u": ("m/s", 1.0), "v_m": ("m/s", 1.0),
           "r": ("°/s", _DEGREES)}  # fmt: skip
@@ -44,8 +50,8 @@ class BandsHeld:
 def section(found: BandsHeld) -> Section:
     """Table of coverage and widths, and fans."""
     remark = (
-        f"Bands of {100 * found.level:g} %, calibrated on {found.recordings} recordings that fits left out. Held: "
-        "share of the measurements within their bands, at these times after a start; ±: mean half width."
+        f"Bands of {100 * found.level:g} %, calibrated on {found.recordings} recordings that fits left out. {SHARE} "
+        "±: mean half width."
     )
     notes = [f"{made.predicted.name}: {line}" for made, _ in found.fans for line in made.notes]
     drawn = gallery(*(figure(fan(made, trial), f"{trial.name}: measured, predicted and its band")
@@ -58,9 +64,26 @@ def held_table(rows: Sequence[Held]) -> Body:
     head = ["kind", "ahead [s]", "windows", *(f"{name} held" for name in GROUPS),
             *(f"{name} ± [{unit}]" for name, (unit, _) in _UNITS.items())]  # fmt: skip
     return table(head, ([one.kind, number(one.horizon), str(one.windows),
-                         *(f"{100 * one.inside[name]:.0f} %" for name in GROUPS),
+                         *(share(one, name) for name in GROUPS),
                          *(number(factor * one.width[name], 2) for name, (_, factor) in _UNITS.items())]
                         for one in rows))  # fmt: skip
+
+
+def share(row: Held, name: str) -> str:
+    """How often the bands of a group held, with its interval, such as ``33 % (1–91)``."""
+    if not math.isfinite(row.inside[name]):
+        return "–"
+    low, high = row.between[name]
+    return f"{100 * row.inside[name]:.0f} % ({100 * low:.0f}–{100 * high:.0f})"
+
+
+def narrow(row: Held, level: float) -> str:
+    """The group whose bands held least, where that is clearly less often than the level says; else empty.
+
+    Clearly: the whole interval of the share is below the level, and the share is below nine tenths.
+    """
+    least = min(row.inside, key=lambda name: row.inside[name] if math.isfinite(row.inside[name]) else 1.0)
+    return least if row.inside[least] < _HOLDS and row.between[least][1] < level else ""
 
 
 def fan(made: Fan, measured: Trial) -> str:
@@ -91,5 +114,7 @@ def numbers(found: BandsHeld) -> Mapping[str, Any]:
 def words(rows: Sequence[Held], level: float) -> str:
     """One line on how often bands held."""
     last = [one for one in rows if one.kind == rows[-1].kind]
-    found = ", ".join(f"{100 * min(one.inside.values()):.0f} % at {one.horizon:.3g} s" for one in last)
-    return f"bands of {100 * level:g} % held at least in {found} ({rows[-1].kind})"
+    least = [(one, min(one.inside, key=lambda name: one.inside[name])) for one in last]
+    found = ", ".join(f"{share(one, name)} at {one.horizon:.3g} s" for one, name in least)
+    less = "; that is less often than they say" if any(narrow(one, level) for one in last) else ""
+    return f"bands of {100 * level:g} % held at least in {found} ({rows[-1].kind}){less}"

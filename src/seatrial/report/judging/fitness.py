@@ -5,11 +5,23 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...validate.fitness import FIT, NOT_FIT, SIZE, Fitness, Found
+from ...validate.fitness import FIT, NOT_FIT, SIZE, Fitness, Found, Limit
 from .. import figures
 from ..blocks import Body, bullets, figure, gallery, lead, number, soft, table
 from ..page import Section
 
+REMARK = (
+    f"Found: {SIZE:g} times the root mean square error, so nine of ten errors are smaller where they are normal. "
+    "Interval: of 95 %, by a studentised bootstrap over trials; of fewer than five trials its lower end only, by "
+    "chi-squared. A limit is kept if the interval is below it, exceeded if the interval is above it; else it cannot be "
+    "told. m: of the ship at full scale, so the errors of a model times its scale. L: its length; U: its approach "
+    "speed; share: of what was measured."
+)
+"""What a figure of fitness, its interval and its units are."""
+_OF = {"turn": "the change of heading", "position": "the place", "speed": "the speed ahead"}
+_WHEN = {"low speed": "at low speed (F_n below 0.05)", "turning": "that turn by 10° or more",
+         "large rudder angle": "with 20° of rudder or more", "propeller reversed": "with the propeller reversed",
+         "under way": "above low speed (F_n of 0.05)"}  # fmt: skip
 _MARK = {FIT: "✓ fit", NOT_FIT: "✗ not fit"}
 _HEAD = ("error", "accepted", "found", "95 % interval", "unit", "trials", "errors", "verdict", "why")
 
@@ -17,19 +29,26 @@ _HEAD = ("error", "accepted", "found", "95 % interval", "unit", "trials", "error
 def section(found: Fitness) -> Section:
     """The verdict, the table of limits with intervals, a drawing of both, and where the limits come from."""
     body = brief(found) + gallery(figure(_drawn(found), _CAPTION))
-    remark = (
-        f"Found: {SIZE:g} times the root mean square error, so nine of ten errors are smaller where they are normal. "
-        "Interval: studentised bootstrap over trials. A limit is kept if the interval is below it, exceeded if the "
-        "interval is above it; else it cannot be told. Errors of position, heading, speed and turn are those at the "
-        "end of windows that start in the measured state."
-    )
-    sources = [f"{one.limit.key}: {number(one.limit.size)} {one.limit.unit}; Sawada 2024 section {one.limit.source}"
-               if one.limit.source[:1].isdigit() else
-               f"{one.limit.key}: {number(one.limit.size)} {one.limit.unit}; {one.limit.source}"
-               for one in found.found]  # fmt: skip
-    if found.left_out:
-        sources.append(f"left out, used in the fit: {', '.join(found.left_out)}")
-    return Section("Fit for purpose", body + soft(remark) + bullets(sources))
+    left_out = [f"left out, used in the fit: {', '.join(found.left_out)}"] * bool(found.left_out)
+    return Section("Fit for purpose", body + soft(REMARK) + bullets((*definitions(found), *left_out)))
+
+
+def definitions(found: Fitness) -> list[str]:
+    """What each figure is an error of, where, after how long, and where its limit comes from, a line each."""
+    return [f"{one.key}: {one.about}; {_where(one, found.unit_time)}; at most {number(one.size)} {one.unit} "
+            f"({'Sawada 2024 section ' * one.source[:1].isdigit()}{one.source})"
+            for one in (some.limit for some in found.found)]  # fmt: skip
+
+
+def _where(limit: Limit, unit_time: float) -> str:
+    if limit.horizon:
+        after = f"{limit.horizon:g} L/U ({limit.horizon * unit_time:.3g} s) after a start in the measured state"
+        return f"error of {_OF.get(limit.of, limit.of)} {after}, in windows {_WHEN.get(limit.when, limit.when)}"
+    if limit.of == "stopping":
+        return "error of the way from the engine's order to a fifth of the speed"
+    if limit.of == "overshoot":
+        return "error of the highest heading of a leg, predicted from the reversal of the rudder on"
+    return f"error of {limit.of.replace('_', ' ')} in a run of the whole manoeuvre"
 
 
 def brief(found: Fitness) -> Body:
@@ -57,6 +76,17 @@ def _row(one: Found) -> list[str]:
     span = f"{_sized(one.low)} … {_sized(one.high)}" if one.errors else "–"
     return [f"{limit.key}: {limit.about}", number(limit.size), _sized(one.value), span, limit.unit,
             str(len(one.errors)), str(errors), _MARK.get(one.verdict, f"? {one.verdict}"), one.reason]  # fmt: skip
+
+
+def sized(one: Found) -> str:
+    """What was found of a limit, with its interval and on what, in a phrase; empty where no trial shows it."""
+    if not one.errors:
+        return ""
+    errors, trials = sum(map(len, one.errors.values())), len(one.errors)
+    ends = [_sized(end) if math.isfinite(end) else "?" for end in (one.low, one.high)]
+    span = f", 95 %: {ends[0]} to {ends[1]}" if ends != ["?", "?"] else ""
+    return (f"{_sized(one.value)} {one.limit.unit} of {number(one.limit.size)} {one.limit.unit}{span}; "
+            f"{errors} error{'s' * (errors != 1)} in {trials} trial{'s' * (trials != 1)}")  # fmt: skip
 
 
 def _sized(value: float) -> str:

@@ -24,6 +24,7 @@ from ...engine import SimulationError
 from ...identify.noise import noise
 from ...report.blocks import Body, fields, joined, line, table
 from ...report.judging.card import Card, page
+from ...report.judging.fans import share
 from ...report.page import write
 from ...simulate.approach import rounded_down
 from ...study.grounds import kind_of, trial_digest
@@ -225,7 +226,7 @@ def _shown(found: Card) -> Body:
     """The summary for a terminal."""
     rows = tuple(
         (row.kind, figure(row.horizon, 3), str(row.trials), str(row.windows), figure(row.distance, 3),
-         *(f"{100 * share:.0f} %" for share in row.inside.values())) for row in found.rows
+         *(share(row, name) for name in row.inside)) for row in found.rows
     )  # fmt: skip
     head = ("unseen trials", "ahead [s]", "trials", "windows", "error [m]", "position held", "heading", "speeds")
     said = [f"for {use.title}: {use.verdict}" for use in found.uses]
