@@ -1,4 +1,7 @@
-"""Write the tables of papers.md from papers.toml: where each item of the papers is, what tests it, how it stands."""
+"""Write the tables of papers.md: references, and of each item of four papers where it is, what tests it, how it stands.
+
+The references are those of the package (`seatrial cite`), the items stand in papers.toml.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,9 @@ from typing import Any
 
 HERE = Path(__file__).parent
 PAGE, DATA = HERE / "papers.md", HERE / "papers.toml"
+REFERENCES = HERE.parent / "src" / "seatrial" / "workflow" / "evidence" / "references.toml"
 BEGIN, END = "<!-- written by make_papers.py from papers.toml: begin -->", "<!-- end -->"
+FIRST, LAST = "<!-- written by make_papers.py from references.toml: begin -->", "<!-- end of references -->"
 STATUS = ("implemented", "reproduced", "departed", "not done")
 
 
@@ -26,8 +31,24 @@ def numbers(span: str) -> range:
 
 def page() -> str:
     """The page with its tables written anew."""
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-    return f"{before}{BEGIN}\n{''.join(map(_paper, papers()))}{END}{rest.partition(END)[2]}"
+    text = _between(PAGE.read_text(encoding="utf-8"), FIRST, "".join(map(_section, sections())), LAST)
+    return _between(text, BEGIN, "".join(map(_paper, papers())), END)
+
+
+def sections() -> list[dict[str, Any]]:
+    """The references by section: title, what was read, papers by key with reference and DOI."""
+    return tomllib.loads(REFERENCES.read_text(encoding="utf-8"))["section"]
+
+
+def _between(text: str, begin: str, made: str, end: str) -> str:
+    before, _, rest = text.partition(begin)
+    return f"{before}{begin}\n{made}{end}{rest.partition(end)[2]}"
+
+
+def _section(one: dict[str, Any]) -> str:
+    about = f"{one['about']}\n\n" if one["about"] else ""
+    rows = "".join(f"| `{key}` | {said} | {doi}{' ' if doi else ''}|\n" for key, (said, doi) in one["papers"].items())
+    return f"\n## {one['title']}\n\n{about}| key | reference | DOI |\n|---|---|---|\n{rows}"
 
 
 def _paper(paper: dict[str, Any]) -> str:

@@ -28,7 +28,7 @@ def test_every_source_key_is_in_the_list_of_papers(path: Path) -> None:
     sources = SOURCE.findall(text) if path.suffix == ".toml" else [text]
     cited = {key for source in sources for key in KEY.findall(source)}
     missing = sorted(key for key in cited if f"| `{key}` |" not in PAPERS)
-    assert not missing, f"{', '.join(missing)}: add a row to docs/papers.md, with what was read and what not"
+    assert not missing, f"{missing}: belong in references.toml (docs/make_papers.py), with what was read and what not"
 
 
 @pytest.mark.parametrize("page", sorted(p.name for p in (ROOT / "docs").glob("*.md")))

@@ -35,7 +35,7 @@ _SECTIONS = {
     "Data": (data.import_, folders.trials, fits.check, data.mend, data.resample, data.convert),
     "Fit": (judging.design, folders.study, fits.identify, evidence.calibrate, ships.captive, data.thrust_map,
             data.servo),
-    "Judge": (fits.predict, fits.validate, evidence.card, evidence.yardstick, evidence.case, judging.imo,
+    "Judge": (fits.predict, fits.validate, evidence.card, evidence.cite, evidence.yardstick, evidence.case, judging.imo,
               judging.requirements, evidence.paper),
     "Drive": (simulation.simulate, simulation.harbour, campaign.campaign, simulation.steer, simulation.bridge,
               simulation.range_, simulation.twin),

@@ -28,6 +28,13 @@ def card(
     show(run(model, out=out, trials=trials, restart=restart, sink=Terminal()), json)
 
 
+def cite(run: o.RunOrShip, json: bool = False) -> None:
+    """Print what a result owes to whom: papers, data sets, programs."""
+    from ..workflow.evidence.cited import cite as work
+
+    show(work(run), json)
+
+
 def calibrate(
     model: o.FittedModel, parts: o.LeftOutParts = None, folds: o.Folds = None, horizon: o.BandHorizon = None,
     history: o.CalibratedHistory = None, fit_first: o.CalibratedFirst = None, dask: o.Dask = None,

@@ -225,6 +225,9 @@ Unseen = Annotated[
 ]  # fmt: skip
 Windows = Annotated[float | None, Option("--restart", help="Judge windows of N seconds (default: of the study).")]
 
+RunOrShip = Annotated[
+    str, Argument(metavar="RUN", help="Name the folder of a run, a ship file or a ship.", offers=_ships)
+]  # fmt: skip
 CasePath = Annotated[Path, Argument(metavar="CASE", help="Name the file of a case (.toml).")]
 CaseFolder = Annotated[Path, Option("-o", "--out", help="Write parts, page and numbers to this folder.")]
 YardstickSets = Annotated[

@@ -11,6 +11,10 @@ Open = Annotated[float, Limits(above=0.0, infinite=True)]
 """A standard deviation that may be infinite: no prior."""
 
 
+USUAL = "shooting:Trajectory"
+"""The estimator of a study that names none."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class SmootherTable:
     """A Kalman smoother on the study's ship that gives the motion; noises in m and rad, walks per root second."""
@@ -169,7 +173,7 @@ class StudyFile:
     free: dict[str, Any] = field(default_factory=dict[str, Any])
     loss: LossTable = field(default_factory=LossTable)
     nuisance: NuisanceTable = field(default_factory=NuisanceTable)
-    estimator: dict[str, Any] = field(default_factory=lambda: {"type": "shooting:Trajectory"})
+    estimator: dict[str, Any] = field(default_factory=lambda: {"type": USUAL})
     report: ReportTable = field(default_factory=ReportTable)
     virtual: VirtualTable | None = None
     rival: RivalTable | None = None
