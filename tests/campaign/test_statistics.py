@@ -438,6 +438,18 @@ def test_balanced_revolutions_leave_no_force_along_the_ship() -> None:
     assert (np.diff(n_P) > 0.0).all()
 
 
+def test_of_two_revolutions_that_balance_those_are_taken_from_which_more_push_and_none_are_none() -> None:
+    """A parabola of thrust that turns up at small revolutions balances twice; one that pushes at rest never does."""
+    speed = np.full(3, 1.1)
+    n_P = balanced(SHIP, {"ship.propeller.k_2": np.array([float(SHIP.model.propeller.k_2), 0.3, 5.0])}, speed)
+    assert np.isfinite(n_P).tolist() == [True, True, False]
+    for k_2, turns in ((float(SHIP.model.propeller.k_2), n_P[0]), (0.3, n_P[1])):
+        model = SHIP.having({"propeller.k_2": k_2}).model
+        surge = [model.derivative((0.0, 0.0, 0.0, 1.1, 0.0, 0.0), (n, 0.0), CALM)[3] for n in (turns, 1.05 * turns)]
+        assert abs(surge[0]) < 1e-9
+        assert surge[1] > 0.0
+
+
 @pytest.mark.slow
 def test_a_search_numbers_its_runs_over_the_cases_and_counts_what_it_sailed(tmp_path: Path) -> None:
     """A tenth of each further level are the points that it begins with, which are not sailed again."""

@@ -165,8 +165,11 @@ def ready(campaign: Campaign, at: int, first: int, last: int, cube: Array | None
     around = _around(campaign, case, columns, first, lanes)
     vary = {name: v for name, v in columns.items() if name not in WEATHER and name not in STATES}
     if campaign.balanced:
-        vary["policy.n_P"] = balanced(case.ship, vary, columns.get("u", np.full(lanes, case.speed)))
-        columns["policy.n_P"] = vary["policy.n_P"]
+        speed = columns.get("u", np.full(lanes, case.speed))
+        vary["policy.n_P"] = columns["policy.n_P"] = balanced(case.ship, vary, speed)
+        if (lost := np.flatnonzero(np.isnan(vary["policy.n_P"]))).size:
+            told = f"{speed[lost[0]]:g} m/s (run {first + lost[0]} of the case)"
+            raise CampaignError(f"{case.ship.name}: no revolutions hold {told}")
     return Runs(case, columns, vary, _start(case, columns, around[:, 0]), around, lanes)
 
 

@@ -76,3 +76,31 @@ def test_bands_hold_as_often_as_they_say() -> None:
         inside = (own.indices[name] >= low) & (own.indices[name] <= high)
         held += inside.tolist()
     assert 0.90 <= np.mean(held) <= 0.98
+
+
+def test_a_draw_whose_propeller_drags_nothing_fails_at_once_and_takes_no_band_from_the_others() -> None:
+    """Thrust that rises again where the propeller hardly turns: k_2 so large that u_P alone pushes the ship on."""
+    paths = (*PATHS, "propeller.k_2")
+    draws = np.tile(np.append(MEAN, float(read(truth().model, "propeller.k_2"))), (20, 1))
+    draws[:3, -1] = 3.0
+    found = bands(truth(), Turning(0.0, 35 * DEGREE), paths, draws, speed=truth().speed, duration=40.0, dt=0.1,
+                  weather=Uniform(), threads=2)  # fmt: skip
+    assert np.flatnonzero(np.isfinite(found.failed)).tolist() == [0, 1, 2]
+    assert np.isnan(found.indices["advance"][:3]).all()
+    low, high = found.edges("advance", 0.95)
+    assert low == pytest.approx(found.indices["advance"][3], rel=1e-9)
+    assert high == pytest.approx(low, rel=1e-9)
+
+
+def test_a_band_of_fewer_than_half_of_the_draws_is_none() -> None:
+    """Failed draws leave the count; those that go on and do not reach an index stay in it."""
+    reached = np.append(np.arange(1.0, 12.0), np.full(9, np.nan))
+    over = np.full(20, np.nan)
+    standing = np.where(np.isnan(reached), 5.0, np.nan)
+    t, tracks = np.zeros(1), np.zeros((20, 1, 6))
+    assert np.isnan(Bands(t, tracks, {"advance": reached}, over).edges("advance", 0.9)).all()
+    low, high = Bands(t, tracks, {"advance": reached}, standing).edges("advance", 0.8)
+    assert (low, high) == pytest.approx((2.0, 10.0))
+    fewer = np.where(reached > 9.5, np.nan, reached)
+    failed = np.where(np.isnan(fewer), 5.0, np.nan)
+    assert np.isnan(Bands(t, tracks, {"advance": fewer}, failed).edges("advance", 0.8)).all()

@@ -34,6 +34,8 @@ _LONGER = (20, 10, 5, 2)
 _STORED = 8_000_000
 # A run of fewer samples has no indices.
 _LEAST = 3
+STANDING = 0.5
+"""Share of the draws that must not fail for the others to have a band."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +55,15 @@ class Bands:
     failed: Array
 
     def edges(self, name: str, level: float) -> tuple[float, float]:
-        """Lower and upper edge of an index at a level of 0 to 1; NaN where too many runs did not reach it."""
+        """Lower and upper edge of an index at a level of 0 to 1; NaN where too many runs did not reach it.
+
+        A run that failed before it is of a ship that there is not, and the others have the band; that of fewer than
+        half of all would be one of the law of the draws, and not of the trials.
+        """
         found = self.indices.get(name, np.full(len(self.failed), np.nan))
         reached = found[np.isfinite(found)]
-        if len(reached) < level * len(found):
+        missed = np.isnan(found) & np.isnan(self.failed)
+        if len(reached) < max(level * (len(reached) + int(missed.sum())), STANDING * len(found)):
             return float("nan"), float("nan")
         low, high = np.quantile(reached, sides(level))
         return float(low), float(high)
@@ -89,8 +96,7 @@ def bands(
         held: whether each draw starts with the revolutions that hold its speed; else all have those of `policy`.
         threads: of the processor; 0 takes all of them.
 
-    Raises:
-        CampaignError: no revolutions hold the speed of a draw.
+    A draw whose speed no revolutions hold fails at once.
     """
     step, threads = step_of(ship, policy, dt), threads or processors()
     around = weather.series(step, round(duration / step) + 1)[None]

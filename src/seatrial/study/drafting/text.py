@@ -13,7 +13,8 @@ from ...identify.trajectory.suspects import level_of
 _WINDOW, _SECONDS = 10.0, 10.0
 """Length of a prediction between restarts, in times in which the ship covers its length, and its least [s]."""
 
-_WHY = {"high": "water takes energy, and gives none", "low": "at least that of the water displaced"}
+_WHY = {"high": "water takes energy, and gives none",
+        "low": "at least that of the water displaced, or of the ellipsoid in its box"}  # fmt: skip
 
 OWN = 0.0
 """Stands for the priors that the ship file states."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...belief.bands.calibration import Calibration, beside, load
 from ...belief.bands.conformal import unsure
-from ...belief.bands.manoeuvring import Bands, bands, read, step_of
+from ...belief.bands.manoeuvring import STANDING, Bands, bands, read, step_of
 from ...belief.bands.prediction import Runs, manoeuvre, scale_of
 from ...belief.posterior import Posterior
 from ...belief.reading import drawn_from
@@ -194,8 +194,10 @@ class Drawing:
         if kinds and kind not in kinds:
             lines.append(f"no trial of the fit is of this kind ({kind}); they are {', '.join(kinds)}")
         if lost := int(np.isfinite(made.failed).sum()):
-            lines.append(f"{lost} of {len(made.failed)} draws left the validity of the ship file or blew up on their "
-                         "way")  # fmt: skip
+            whose = "bands are of the others" if lost <= (1.0 - STANDING) * len(made.failed) else (
+                "an index that fewer than half of all reach has no band: fix some of what the trials leave open")
+            lines.append(f"{lost} of {len(made.failed)} draws have no revolutions that hold the speed, left the "
+                         f"validity of the ship file or blew up on their way; {whose}")  # fmt: skip
         return lines
 
     def _open_there(self, basis: Basis) -> str:
