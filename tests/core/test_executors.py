@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from seatrial.core.errors import ClusterError, RequestError, RunError
-from seatrial.core.executors import Pool, at_version, dask, parted, threads
+from seatrial.core.executors import Pool, at_version, dask, parted, processes, threads
 from seatrial.core.version import __version__
 
 
@@ -121,3 +127,35 @@ def test_a_lost_result_is_told_and_a_failed_one_raises_its_own() -> None:
     with pytest.raises(ZeroDivisionError):
         pool.result(pool.submit(divmod, 1, 1))
     assert checks == [1]
+
+
+@pytest.mark.slow
+def test_processes_compute_elsewhere_and_one_that_is_killed_is_a_line() -> None:
+    with processes(2) as pool:
+        pids = set(pool.each(_pid, ((k,) for k in range(6))))
+    assert pids
+    assert os.getpid() not in pids
+    with pytest.raises(RunError, match="was killed, or ran out of memory; what is done is kept"), processes(1) as pool:
+        list(pool.each(os.kill, [(next(iter(pool.each(_pid, [(0,)]))), signal.SIGKILL)]))
+
+
+def _pid(_: int) -> int:
+    return os.getpid()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="asks /proc")
+def test_processes_do_not_outlive_a_killed_parent() -> None:
+    code = ("import os, time\nfrom seatrial.core.executors import processes\nif __name__ == '__main__':\n"
+            "    with processes(1) as pool:\n        print(pool.submit(os.getpid).result(), flush=True)\n"
+            "        time.sleep(60)\n")  # fmt: skip
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        about = Path(f"/proc/{int(parent.stdout.readline())}/stat")
+        assert about.exists()
+        parent.kill()
+    for _ in range(200):  # it ends by itself, and is waited for here no longer than it has to
+        if not about.exists() or about.read_text().split()[2] == "Z":
+            return
+        time.sleep(0.05)
+    pytest.fail(f"{about}: the process is still there")

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from seatrial.core.errors import RequestError
-from seatrial.encounters.conduct import CONDUCTS, Orders, Scene, Watch
+from seatrial.encounters.conduct import CONDUCTS, Conduct, Orders, Scene, Watch
 from seatrial.encounters.meeting import Meeting, drawn, imazu
 from seatrial.encounters.rules import Limits, Role, judge
-from seatrial.encounters.sailing import STEP, Sea, _Others, sail
+from seatrial.encounters.sailing import STEP, Sea, _Fleet, sail
 from seatrial.environment import Environment
+from seatrial.manoeuvres import Settings
+from seatrial.manoeuvres.autopilot import CourseKeeping, usual_gains
+from seatrial.models.arx import Arx
 from seatrial.ships.files import load
+from seatrial.simulate.approach import approach, time_step
+from seatrial.simulate.run import campaign
 
 SHIP = load("kvlcc2_l7")
 V = SHIP.speed
@@ -105,24 +111,63 @@ def test_a_current_carries_the_ship() -> None:
 
 
 def test_other_ships_slow_and_turn_with_lags_of_their_length() -> None:
-    L = np.array([SHIP.L_pp, SHIP.L_pp])
-    others = _Others(problem(1), L)
-    others.share[:] = 0.5
-    psi, pace = others.wanted.copy(), V / SHIP.L_pp
+    fleet = _Fleet(SHIP, problem(1), np.array([SHIP.L_pp, SHIP.L_pp]), Sea(60.0), {})
+    psi, pace = fleet.motion[2, 0, 1], V / SHIP.L_pp
+    fleet.order(1, Orders(np.array([psi]), np.array([0.5])))
     steps = round(8.0 / pace / STEP)  # one lag of surge
     for _ in range(steps):
-        others.advance()
-    assert others.motion[3] == pytest.approx(V * (0.5 + 0.5 * math.exp(-steps * STEP * pace / 8.0)))
-    others.wanted += math.radians(60.0)
+        fleet.advance()
+    assert fleet.motion[3, 0, 1] == pytest.approx(V * (0.5 + 0.5 * math.exp(-steps * STEP * pace / 8.0)))
+    fleet.order(1, Orders(np.array([psi + math.radians(60.0)]), np.array([0.5])))
     turned = []
     for _ in range(round(30.0 / pace / STEP)):
-        others.advance()
-        turned.append(float((others.motion[2] - psi)[0, 0]))
+        fleet.advance()
+        turned.append(float(fleet.motion[2, 0, 1] - psi))
     assert turned[-1] == pytest.approx(math.radians(60.0), abs=1e-3)
     assert max(turned) < math.radians(60.5)  # no overshoot to speak of
     rate = np.diff(turned).max() / STEP
     assert rate <= 0.25 * pace * (1.0 + 1e-9)
     assert rate > 0.2 * pace
+
+
+def test_a_turn_is_that_of_the_ship_by_small_steps() -> None:
+    """The own ship's way over 60 s of a course change, against the plain simulation with a tenth of its step."""
+    ordered = math.radians(60.0)
+    found = sail(SHIP, problem(1), Sea(60.0, every=10.0), lambda scene: Ordered(ordered, 1.0)).tracks
+    U, n_P = approach(SHIP, V)
+    steer = CourseKeeping(n_P, ordered, *usual_gains(Settings(n_P, U, SHIP.L_pp, 0.6)), math.radians(20.0))
+    dt = 0.1 * time_step(SHIP)
+    fine = campaign(SHIP, steer, {"policy.K_i": np.zeros(1)}, speed=U, duration=60.0, dt=dt, every=round(10.0 / dt),
+                    threads=1).values[0]  # fmt: skip
+    assert np.abs(found.x[0, 0] - fine[:, 0]).max() < 0.02 * SHIP.L_pp
+    assert np.abs(found.y[0, 0] - fine[:, 1]).max() < 0.02 * SHIP.L_pp
+    assert np.abs(found.psi[0, 0] - fine[:, 2]).max() < math.radians(1.0)
+
+
+def test_conducts_of_one_ship_differ_by_run_as_if_each_were_alone() -> None:
+    """Six runs of two ships that run straight at the ship: each conduct orders what it does in a batch of its own."""
+    known = [CONDUCTS[name] for name in ("rules", "ignores", "late", "small", "port")]
+    chosen = np.array([0, 1, 2, 3, 4, 0])
+    met = imazu(V, T)[4]
+
+    def scene(t: float, runs: int) -> Scene:
+        north, east = met.U_target * np.cos(met.psi), met.U_target * np.sin(met.psi)
+        x, y = np.array([V * t, *(met.x + north * t)]), np.array([0.0, *(met.y + east * t)])
+        psi = np.array([0.0, *met.psi])
+        rows = [np.tile(one, (runs, 1)) for one in (x, y, psi, np.array([V, *north]), np.array([0.0, *east]))]
+        return Scene(t, *rows, np.full(3, SHIP.L_pp))
+
+    def watch(ways: list[Conduct], of: list[int]) -> Watch:
+        return Watch(ways, np.array(of), 0, scene(0.0, len(of)), np.full(len(of), V), Limits())
+
+    mixed, alone = watch(known, chosen.tolist()), [watch([known[k]], [0]) for k in chosen]
+    swings = set()
+    for t in np.arange(0.0, 1.5 * T, 5.0):
+        orders, single = mixed.look(scene(t, 6)), [one.look(scene(t, 1)) for one in alone]
+        assert orders.psi.tolist() == [float(one.psi[0]) for one in single]
+        assert orders.speed.tolist() == [float(one.speed[0]) for one in single]
+        swings.add(tuple(np.round(orders.psi, 6)))
+    assert len({tuple(column) for column in np.array(sorted(swings)).T}) >= 4  # who ignores, and three that act
 
 
 @pytest.mark.slow
@@ -165,7 +210,7 @@ def test_room_is_what_is_left_beyond_the_distance_aimed_at() -> None:
     L, aside = np.array([SHIP.L_pp, SHIP.L_pp]), 2.0 * passing
     scene = Scene(0.0, np.array([[0.0, 300.0]]), np.array([[0.0, aside]]), np.array([[0.0, math.pi]]),
                   np.array([[V, -V]]), np.zeros((1, 2)), L)  # fmt: skip
-    watch = Watch(CONDUCTS["rules"], 0, scene, np.array([V]), Limits())
+    watch = Watch((CONDUCTS["rules"],), np.array([0]), 0, scene, np.array([V]), Limits())
     rows = np.array([0])
     room = watch._room(scene, np.array([0.0]), np.array([1.0]), rows)
     assert room == pytest.approx(aside - 1.3 * passing)
@@ -191,6 +236,7 @@ def test_conducts_differ_where_their_names_say_so() -> None:
     (lambda: sail(SHIP, problem(1), Sea(15.0)), "two rows"),
     (lambda: sail(load("otter"), problem(1), Sea(100.0)), "no rudder delta and revolutions n_P"),
     (lambda: sail(SHIP, problem(1), Sea(100.0), draws={"hull.N_q": np.ones(1)}), "no parameter 'hull.N_q'"),
+    (lambda: sail(replace(SHIP, model=Arx(dt=1.0)), problem(1), Sea(100.0)), "a model in discrete time"),
 ])  # fmt: skip
 def test_what_cannot_be_sailed_is_a_line(wrong, said) -> None:
     with pytest.raises(RequestError, match=said):

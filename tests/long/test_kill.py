@@ -1,6 +1,6 @@
-"""kill -9 at random moments over nine kinds of long work: begun again, it ends with the same results.
+"""kill -9 at random moments over ten kinds of long work: begun again, it ends with the same results.
 
-``SEATRIAL_KILLS`` sets how many kills each kind suffers (5: forty-five together).
+``SEATRIAL_KILLS`` sets how many kills each kind suffers (5: fifty together).
 """
 
 from __future__ import annotations
@@ -116,6 +116,13 @@ def imported(folder: Path, out: Path) -> list[str | Path]:
     return ["import", "csv", logs, "--mapping", folder / "logs.toml", "-o", out]
 
 
+def case(folder: Path, out: Path) -> list[str | Path]:
+    """Four parts, by as many processes as there are processors."""
+    (folder / "case.toml").write_text('schema = "seatrial-case/1"\nclaim = "it keeps clear"\nship = "kvlcc2_l7"\n'
+                                      '[encounters]\nroles = ["give-way", "stand-on"]\nruns = 3200\n')  # fmt: skip
+    return ["case", folder / "case.toml", "-o", out]
+
+
 KINDS: dict[str, Callable[[Path, Path], list[str | Path]]] = {
     "trajectory": identify("trajectory.toml", STUDY + TRAJECTORY.replace("starts = 2", "starts = 4")),
     "evolution": identify("evolution.toml", EVOLUTION),
@@ -126,6 +133,7 @@ KINDS: dict[str, Callable[[Path, Path], list[str | Path]]] = {
     "campaign": campaign,
     "sampling": sampling,
     "import": imported,
+    "case": case,
 }
 
 

@@ -61,11 +61,18 @@ def yardstick(
     end(run(sets, method, out=out, sink=Terminal()), json)
 
 
-def case(file: o.CasePath, out: o.CaseFolder, json: bool = False) -> None:
+def case(
+    file: o.CasePath, out: o.CaseFolder, shard: o.Shard = None, dask: o.Dask = None, json: bool = False
+) -> None:  # fmt: skip
     """Judge an autonomy stack in many encounters: a safety case."""
+    from ..core.executors import processors
     from ..workflow.evidence.case import case as run
+    from ..workflow.request import Stopped
 
-    end(run(file, out, sink=Terminal()), json)
+    try:
+        end(run(file, out, workers=processors(), shard=shard, dask=dask, sink=Terminal()), json)
+    except KeyboardInterrupt:
+        raise Stopped("interrupted; run the same command again to go on") from None
 
 
 def paper(key: o.PaperKey, out: o.PaperPage, table: o.PaperTable = None, json: bool = False) -> None:

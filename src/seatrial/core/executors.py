@@ -1,4 +1,4 @@
-"""Where independent pieces of work are computed: threads of this process, or the workers of a Dask cluster.
+"""Where independent pieces of work are computed: threads of this process, processes, or workers of a Dask cluster.
 
 One door: a `Pool` has `submit` as `concurrent.futures` has it, and knows whether a failed piece was lost with a worker
 and may be sent again.  Dask (extra `cluster`) is configured by its own files and variables: TLS, timeouts,
@@ -11,9 +11,19 @@ import os
 import re
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from typing import Any, Protocol, TypeVar
 
 from .errors import ClusterError, RequestError, RunError, first_line
@@ -171,6 +181,35 @@ def threads(number: int | None = None) -> Generator[Pool, None, None]:
         yield Pool(executor, lambda: count)
     finally:
         executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def processes(number: int) -> Generator[Pool, None, None]:
+    """Processes of their own, for work that holds Python's lock; they end with this one, also when it is killed.
+
+    Raises:
+        RunError: one of them was killed.
+    """
+    executor = ProcessPoolExecutor(number, get_context("spawn"), initializer=_end_with_parent)
+    try:
+        yield Pool(executor, lambda: number, away=True)
+    except BrokenExecutor:
+        raise RunError("a process that computes was killed, or ran out of memory; what is done is kept: "
+                       "run the same command again") from None  # fmt: skip
+    finally:
+        executor.shutdown(cancel_futures=True)
+
+
+def _end_with_parent() -> None:
+    """A killed parent leaves the pipe of its workers open, on which they would wait for ever."""
+    parent = parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+        os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
 
 
 @contextmanager

@@ -10,8 +10,9 @@ method test agreement, so a case mixes conducts.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array
-from .rules.geometry import Bools, approach, wrapped
+from .rules.geometry import STILL, Bools, approach, wrapped
 from .rules.limits import Limits
 from .rules.roles import MUST_ACT, Role, classes
 
@@ -56,6 +57,11 @@ class Scene:
     north: Array
     east: Array
     L: Array
+
+    @cached_property
+    def bow(self) -> tuple[Array, Array]:
+        """Cosine and sine of the headings."""
+        return np.cos(self.psi), np.sin(self.psi)
 
 
 class Master(Protocol):
@@ -98,93 +104,107 @@ CONDUCTS: Mapping[str, Conduct] = MappingProxyType({
 
 
 class Watch:
-    """A conduct at work aboard one ship in many runs.
+    """Conducts at work aboard one ship in many runs.
 
     Attributes:
         role: part towards each ship, shape (runs, ships).
         risk: whether risk of collision has begun and is not over, same shape.
     """
 
-    def __init__(self, conduct: Conduct, ship: int, scene: Scene, speed: Array, limits: Limits) -> None:
+    def __init__(
+        self, known: Sequence[Conduct], chosen: NDArray[np.intp], ship: int, scene: Scene, speed: Array, limits: Limits
+    ) -> None:
         """Begin at a scene.
 
         Args:
+            known: conducts.
+            chosen: number of the one of each run.
             ship: its number in the scene.
             speed: its speed at the start [m/s], shape (runs,).
         """
         runs, ships = scene.x.shape
-        self._conduct, self._ship, self._limits, self._speed = conduct, ship, limits, speed
+        self._ship, self._limits, self._speed = ship, limits, speed
         self._course = scene.psi[:, ship].copy()
         self._psi, self._share, self._off = self._course.copy(), np.ones(runs), np.zeros(runs, dtype=bool)
         self.role = np.full((runs, ships), int(Role.NONE))
         self.risk = np.zeros((runs, ships), dtype=bool)
+        self._others = np.arange(ships) != ship
         lengths = np.maximum(scene.L, scene.L[ship])
         self._passing, self._horizon = limits.passing.of(lengths), limits.horizon.of(lengths)
-        self._alone = limits.alone.of(lengths)
-        self._others = np.arange(ships) != ship
+        act = np.array([one.act if one.gives_way else -1.0 for one in known])
+        helps = np.array([one.helps or -1.0 for one in known])
+        self._act_at = act[chosen, None] * self._horizon
+        self._help_at = helps[chosen, None] * limits.alone.of(lengths)
+        most = max(len(one.alterations) for one in known)
+        tried = [[one.side * turn for turn in one.alterations] for one in known]
+        # the last one again is never better than itself
+        self._tried = np.array([turns + turns[-1:] * (most - len(turns)) for turns in tried])[chosen]
+        self._until = np.full((runs, ships), -1.0)
+        """Time left at which it acts for each ship [s]; below zero where it never does."""
 
     def look(self, scene: Scene) -> Orders:
         """Settle parts, act, hold, or go back."""
-        own = self._ship
-        place = scene.x - scene.x[:, own : own + 1], scene.y - scene.y[:, own : own + 1]
-        relative = scene.north - scene.north[:, own : own + 1], scene.east - scene.east[:, own : own + 1]
-        dcpa, tcpa = approach(*place, *relative)
-        bearing = np.arctan2(place[1], place[0])
-        beta = wrapped(bearing - scene.psi[:, own : own + 1])
-        alpha = wrapped(bearing + math.pi - scene.psi)
-        closing = (tcpa > 0.0) & self._others
-        self._settle(scene, dcpa, tcpa, beta, alpha, closing)
-        abaft = np.abs(beta) > 0.5 * math.pi
-        act = self._acts(tcpa, closing & (dcpa < self._passing))
-        rows = np.flatnonzero(act & ~self._off | self._off & act & ~self._clear(scene, self._psi, self._share, None))
-        if rows.size:
-            self._choose(scene, rows)
-        back = np.flatnonzero(self._off & (~self.risk | abaft | ~closing).all(axis=1))
+        own = slice(self._ship, self._ship + 1)
+        x, y = scene.x - scene.x[:, own], scene.y - scene.y[:, own]
+        north, east = scene.north - scene.north[:, own], scene.east - scene.east[:, own]
+        square, toward = north**2 + east**2, -(x * north + y * east)
+        closing = (toward > 0.0) & (square >= STILL**2)
+        tcpa = np.divide(toward, square, out=np.zeros_like(toward), where=closing)
+        danger = closing & ((x + tcpa * north) ** 2 + (y + tcpa * east) ** 2 < self._passing**2)
+        near = danger & (tcpa <= self._horizon)
+        self._settle(scene, x, y, near & ~self.risk)
+        cos, sin = scene.bow
+        abaft = x * cos[:, own] + y * sin[:, own] < 0.0
+        self.risk = (self.risk | near) & (closing | ~(abaft & (x * cos + y * sin > 0.0)))
+        self._alter(scene, np.asarray((self.risk & danger & (tcpa <= self._until)).any(axis=1)))
+        back = np.flatnonzero(self._off)
+        back = back[(~self.risk[back] | abaft[back] | ~closing[back]).all(axis=1)]
         if back.size:
-            clear = self._clear(scene, self._course, np.ones(len(self._course)), back)
-            home = back[clear]
+            home = back[self._room(scene, self._course[back], np.ones(back.size), back) >= 0.0]
             self._psi[home], self._share[home], self._off[home] = self._course[home], 1.0, False
         return Orders(self._psi, self._share)
 
-    def _settle(self, scene: Scene, dcpa: Array, tcpa: Array, beta: Array, alpha: Array, closing: Bools) -> None:
-        """Parts towards those with whom risk begins, and an end to those that are past and clear."""
-        near = closing & (dcpa < self._passing) & (tcpa <= self._horizon)
-        new = near & ~self.risk
-        if new.any():
-            rows, ships = np.nonzero(new)
-            b, a = beta[rows, ships], alpha[rows, ships]
-            may = classes(b, a, wrapped(scene.psi[rows, ships] - scene.psi[rows, self._ship]), self._limits)
-            doubt = [may[:, one] for one in (Role.OVERTAKING, Role.HEAD_ON, Role.OVERTAKEN)]
-            crossing = np.where(b > 0.0, int(Role.GIVE_WAY), int(Role.STAND_ON))
-            self.role[rows, ships] = np.select(
-                doubt, [int(Role.OVERTAKING), int(Role.HEAD_ON), int(Role.OVERTAKEN)], crossing)  # fmt: skip
-        past = ~closing & (np.abs(beta) > 0.5 * math.pi) & (np.abs(alpha) > 0.5 * math.pi)
-        self.risk = (self.risk | near) & ~past
+    def _settle(self, scene: Scene, x: Array, y: Array, new: Bools) -> None:
+        """Parts towards those with whom risk begins, and when to act for them."""
+        if not new.any():
+            return
+        rows, ships = np.nonzero(new)
+        bearing, psi = np.arctan2(y[rows, ships], x[rows, ships]), scene.psi[rows, ships]
+        own = scene.psi[rows, self._ship]
+        b, a = wrapped(bearing - own), wrapped(bearing + math.pi - psi)
+        may = classes(b, a, wrapped(psi - own), self._limits)
+        doubt = [may[:, one] for one in (Role.OVERTAKING, Role.HEAD_ON, Role.OVERTAKEN)]
+        crossing = np.where(b > 0.0, int(Role.GIVE_WAY), int(Role.STAND_ON))
+        role = np.select(doubt, [int(Role.OVERTAKING), int(Role.HEAD_ON), int(Role.OVERTAKEN)], crossing)
+        self.role[rows, ships] = role
+        must = np.isin(role, MUST_ACT)
+        self._until[rows, ships] = np.where(must, self._act_at[rows, ships], self._help_at[rows, ships])
 
-    def _acts(self, tcpa: Array, danger: Bools) -> Bools:
-        """Runs in which it has to act now, as it sees it: for somebody who will pass too near on present courses."""
-        must = np.isin(self.role, MUST_ACT) & (tcpa <= self._conduct.act * self._horizon)
-        help_at = self._alone * self._conduct.helps if self._conduct.helps else np.zeros_like(self._alone)
-        helps = np.isin(self.role, (Role.STAND_ON, Role.OVERTAKEN)) & (tcpa <= help_at)
-        return np.asarray((self.risk & danger & (must & self._conduct.gives_way | helps)).any(axis=1))
+    def _alter(self, scene: Scene, act: Bools) -> None:
+        """Runs that have to act, and do not yet, or whose manoeuvre is no longer clear of everybody."""
+        holding = np.flatnonzero(act & self._off)
+        if holding.size:
+            clear = self._room(scene, self._psi[holding], self._share[holding], holding) >= 0.0
+            act[holding[clear]] = False
+        rows = np.flatnonzero(act)
+        if rows.size:
+            self._choose(scene, rows)
 
     def _choose(self, scene: Scene, rows: NDArray[np.intp]) -> None:
         """The first manoeuvre that keeps clear of everybody, else that with the greatest distance."""
-        course, conduct = self._course[rows], self._conduct
-        tried = [(course + conduct.side * one, 1.0) for one in conduct.alterations]
-        tried += [(course, one) for one in _SLOWER]
-        best, psi, share = np.full(rows.size, -np.inf), self._psi[rows].copy(), self._share[rows].copy()
-        found = np.zeros(rows.size, dtype=bool)
-        for heading, factor in tried:
-            room = self._room(scene, heading, np.full(rows.size, factor), rows)
-            take = ~found & ((room >= 0.0) | (room > best))
-            psi, share = np.where(take, heading, psi), np.where(take, factor, share)
-            best, found = np.where(take, room, best), found | (room >= 0.0)
-        self._psi[rows], self._share[rows], self._off[rows] = psi, share, True
-
-    def _clear(self, scene: Scene, psi: Array, share: Array, rows: NDArray[np.intp] | None) -> Bools:
-        rows = np.arange(len(psi)) if rows is None else rows
-        return self._room(scene, psi[rows], share[rows], rows) >= 0.0
+        best = np.full(rows.size, -np.inf)
+        turns, slower = self._tried.shape[1], len(_SLOWER)
+        for k in range(turns + slower):
+            heading = self._course[rows] + (self._tried[rows, k] if k < turns else 0.0)
+            share = np.full(rows.size, 1.0 if k < turns else _SLOWER[k - turns])
+            room = self._room(scene, heading, share, rows)
+            take = (room >= 0.0) | (room > best)
+            at = rows[take]
+            self._psi[at], self._share[at], self._off[at] = heading[take], share[take], True
+            left = room < 0.0
+            rows, best = rows[left], np.maximum(best, room)[left]
+            if not rows.size:
+                return
 
     def _room(self, scene: Scene, psi: Array, share: Array, rows: NDArray[np.intp]) -> Array:
         """Least distance to anybody beyond the passing distance that it aims at [m], after a turn of its own."""

@@ -10,23 +10,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import RequestError
-from ..core.parameters import unknown
+from ..core.parameters import Scalar, Scalars, spec, unknown
+from ..core.symbolic import clip, cos, exp, sin
 from ..data import Array
 from ..environment import CALM, CHANNELS, Environment
-from ..manoeuvres import Helm
-from ..manoeuvres.autopilot import K_PRIME, OMEGA_PRIME, T_PRIME, ZETA, gains
+from ..manoeuvres import Policy
+from ..manoeuvres.autopilot import K_PRIME, OMEGA_PRIME, T_PRIME, ZETA, gains, wrapped
+from ..models import Sampled, Stepped
 from ..ships import Ship
-from ..simulate.approach import approach, time_step
+from ..simulate.approach import approach, substeps
 from ..simulate.lanes import Kernel
 from ..simulate.loop import closed_loop, loop_memory, loop_values
-from .conduct import CONDUCTS, Conduct, Master, Scene, Watch
+from .conduct import CONDUCTS, Conduct, Master, Orders, Scene, Watch
 from .meeting import Meeting
-from .rules.geometry import wrapped
 from .rules.limits import Limits
 from .tracks import Tracks
 
@@ -99,28 +101,28 @@ def sail(
     known = [_conduct(one) for one in traffic]
     runs, targets = np.atleast_2d(meeting.x).shape
     L = np.array([ship.L_pp, *[sea.L or ship.L_pp] * targets], dtype=np.float64)
-    speed = np.broadcast_to(np.asarray(meeting.U, dtype=np.float64), (runs,))
-    own, others = _Own(ship, speed, sea, draws or {}), _Others(meeting, L)
-    scene = _scene(0.0, own, others, L)
-    master = _master(stack, scene, speed, sea.limits)
+    fleet = _Fleet(ship, meeting, L, sea, draws or {})
+    scene = fleet.scene(0.0)
+    master = _master(stack, scene, fleet.first[:, 0], sea.limits)
     rng = np.random.default_rng(seed)
     chosen = rng.integers(len(known), size=(runs, targets))
-    watches = [[Watch(one, k + 1, scene, others.first[:, k], sea.limits) for one in known] for k in range(targets)]
+    watches = [Watch(known, chosen[:, k], k + 1, scene, fleet.first[:, k + 1], sea.limits) for k in range(targets)]
     phase = int(rng.integers(round(LOOK / STEP)))
-    kept, orders = [_kept(own, others)], master.look(scene)
+    kept, orders = [fleet.motion], master.look(scene)
     keep, look = round(sea.every / STEP), round(LOOK / STEP)
     for k in range(1, (rows - 1) * keep + 1):
         if (k + phase) % look == 0 or k == 1:
-            _watched(others, watches, chosen, scene)
-        own.steer(orders.psi, orders.speed)
-        others.advance()
-        scene = _scene(k * STEP, own, others, L)
+            for number, watch in enumerate(watches):
+                fleet.order(number + 1, watch.look(scene))
+        fleet.order(0, orders)
+        fleet.advance()
+        scene = fleet.scene(k * STEP)
         orders = master.look(scene)
         if k % keep == 0:
-            kept.append(_kept(own, others))
+            kept.append(fleet.motion)
     whole: Array = np.stack(kept, axis=-1)
     x, y, psi, u, v_m = whole
-    good = np.isfinite(x).all(axis=(1, 2)) & own.valid
+    good = np.isfinite(x).all(axis=(1, 2)) & fleet.valid
     B = np.array([float(ship.model.breadth) or _BREADTH * ship.L_pp, *(_BREADTH * L[1:])])
     t = np.linspace(0.0, (rows - 1) * sea.every, rows)
     tracks = Tracks(t, x[good], y[good], psi[good], u[good], v_m[good], L, B)
@@ -145,43 +147,86 @@ def _conduct(name: str) -> Conduct:
 def _master(stack: str | Conduct | Command, scene: Scene, speed: Array, limits: Limits) -> Master:
     conduct = _conduct(stack) if isinstance(stack, str) else stack
     if isinstance(conduct, Conduct):
-        return Watch(conduct, 0, scene, speed, limits)
+        return Watch((conduct,), np.zeros(len(speed), dtype=np.intp), 0, scene, speed, limits)
     return conduct(scene)
 
 
-def _watched(others: _Others, watches: list[list[Watch]], chosen: NDArray[np.intp], scene: Scene) -> None:
-    """Orders of the other ships after a look around, each by its own conduct."""
-    for k, of_ship in enumerate(watches):
-        for number, watch in enumerate(of_ship):
-            orders, mine = watch.look(scene), chosen[:, k] == number
-            others.wanted[mine, k], others.share[mine, k] = orders.psi[mine], orders.speed[mine]
+@dataclass(frozen=True)
+class _Orders(Policy):
+    """Ships under headings and speeds that are ordered from outside: the own one, and others that follow with lags.
 
-
-def _scene(t: float, own: _Own, others: _Others, L: Array) -> Scene:
-    x, y, psi, u, v_m = (np.column_stack([one, other]) for one, other in zip(own.motion, others.motion, strict=True))
-    c, s = np.cos(psi), np.sin(psi)
-    return Scene(t, x, y, psi, u * c - v_m * s, u * s + v_m * c, L)
-
-
-def _kept(own: _Own, others: _Others) -> Array:
-    """Shape (5, runs, ships)."""
-    return np.stack([np.column_stack([one, other]) for one, other in zip(own.motion, others.motion, strict=True)])
-
-
-class _Own:
-    """The own ship in all runs, under its autopilot.
-
-    Attributes:
-        valid: runs that have been within the validity of the model so far.
+    An other ship has three lags of yaw for its heading, which leave no overshoot; rate of turn and speed follow
+    exactly over a step, and the place by the mean heading and speed.
     """
 
-    def __init__(self, ship: Ship, speed: Array, sea: Sea, draws: Mapping[str, Array]) -> None:
-        names, runs, U = ship.model.controls, len(speed), float(speed[0])
-        if "delta" not in names or "n_P" not in names:
-            raise RequestError(f"{ship.name} has no rudder delta and revolutions n_P; encounters are sailed by these")
-        self._steps = max(1, math.ceil(STEP / time_step(ship) - 1e-9))
+    memory: ClassVar[tuple[str, ...]] = ()
+
+    n_P: Scalar = spec("1/s", "revolutions at the start")
+    K_p: Scalar = spec("-", "rudder per heading error")
+    K_d: Scalar = spec("s", "rudder against yaw rate")
+    step: Scalar = spec("s", "time step", (0.0, math.inf))
+    given: tuple[str, ...] = ()
+
+    def schedule(self, dt: float, steps: int) -> Array:
+        """Nothing fixed beforehand; shape (steps, orders)."""
+        return np.zeros((steps, len(self.given)))
+
+    def begin(self, state: Scalars) -> Scalars:
+        """Others are put in their places afterwards."""
+        return (0.0,) * len(self.memory)
+
+    def command(self, t: Scalar, state: Scalars, memory: Scalars, given: Scalars = ()) -> tuple[Scalars, Scalars]:
+        """Revolutions [1/s] and rudder [rad], and the others after the step."""
+        delta = self.K_p * wrapped(given[0] - state[2]) - self.K_d * state[5]
+        after: list[Scalar] = []
+        for k in range(len(memory) // 5):
+            after += self._follows(memory[5 * k : 5 * k + 5], *given[3 * k + 2 : 3 * k + 5])
+        return (given[1], clip(delta, -_RUDDER, _RUDDER)), tuple(after)
+
+    def _follows(self, motion: Scalars, wanted: Scalar, speed: Scalar, pace: Scalar) -> Scalars:
+        """x, y, psi, u, r of an other ship after the step; pace is its U/L at the start [1/s]."""
+        x, y, psi, u, r = motion
+        turn = clip(wrapped(wanted - psi) * pace / (3.0 * _T), -_MOST * pace, _MOST * pace)
+        r_1 = turn + (r - turn) * exp(-self.step * pace / _T)
+        u_1 = speed + (u - speed) * exp(-self.step * pace / _SURGE)
+        psi_1 = psi + 0.5 * (r + r_1) * self.step
+        way, middle = 0.5 * (u + u_1) * self.step, 0.5 * (psi + psi_1)
+        return x + way * cos(middle), y + way * sin(middle), psi_1, u_1, r_1
+
+
+def _policy(ship: Ship, others: int, U: float, n_P: float, step: float) -> _Orders:
+    """Who obeys, for a number of other ships."""
+    motions = tuple(f"{name}_{k}" for k in range(others) for name in ("x", "y", "psi", "u", "r"))
+
+    class Ordered(_Orders):
+        memory: ClassVar[tuple[str, ...]] = motions
+
+    given = ("psi", "n_P", *(f"{name}_{k}" for k in range(others) for name in ("psi", "U", "pace")))
+    pace = U / ship.L_pp
+    steer = gains(K_PRIME * pace, T_PRIME / pace, OMEGA_PRIME * pace, ZETA)
+    return Ordered(n_P, steer.K_p, steer.K_d, step, given)
+
+
+class _Fleet:
+    """All ships in all runs: the own one by its model under a heading autopilot, the others with lags.
+
+    Attributes:
+        first: speeds at the start, the own one through the water [m/s], shape (runs, ships).
+        motion: x, y, psi, u, v_m, shape (5, runs, ships); the others do not drift.
+        valid: runs whose own ship has been within the validity of its model so far.
+    """
+
+    def __init__(self, ship: Ship, meeting: Meeting, L: Array, sea: Sea, draws: Mapping[str, Array]) -> None:
+        _can(ship)
+        places = [np.atleast_2d(np.asarray(one, dtype=np.float64))
+                  for one in (meeting.x, meeting.y, meeting.psi, meeting.U_target)]  # fmt: skip
+        runs, others = places[0].shape
+        speed = np.broadcast_to(np.asarray(meeting.U, dtype=np.float64), (runs,))
+        self.first = np.column_stack([speed, places[3]])
+        self.valid = np.ones(runs, dtype=bool)
+        self._L, self._steps, U = L, substeps(ship, STEP), float(speed[0])
         self._dt, self._turns = STEP / self._steps, approach(ship, U)[1]
-        policy = Helm(names, self._turns)
+        policy = _policy(ship, others, U, self._turns, self._dt)
         system, values = closed_loop(ship, policy, self._dt), loop_values(ship, policy)
         for name in draws:
             if f"ship.{name}" not in values:
@@ -195,68 +240,54 @@ class _Own:
         self._state[:, 3], self._state[:, 4] = speed + drift.current_x, drift.current_y
         memory = loop_memory(ship, policy, self._dt, {"policy.n_P": self._turns}, tuple(self._state[0, :6]))
         self._memory = np.tile(np.array(memory, dtype=np.float64), (runs, 1))
+        theirs = self._memory[:, -5 * others :].reshape(runs, others, 5)
+        for k, one in enumerate(places):
+            theirs[:, :, k] = one
         self._series = np.zeros((runs, 1, len(system.series)))
         self._series[:, 0, : len(CHANNELS)] = around
-        self._at = {name: system.series.index(name) for name in ("delta", "n_P")}
-        pace = U / ship.L_pp
-        self._gains = gains(K_PRIME * pace, T_PRIME / pace, OMEGA_PRIME * pace, ZETA)
+        for ship_, (psi, pace) in enumerate(zip(places[2].T, (places[3] / L[1:]).T, strict=True), 1):
+            self.order(ship_, Orders(psi, np.ones(runs)))
+            self._series[:, 0, len(CHANNELS) + 3 * ship_ + 1] = pace
         self._bounds = [(k, *ship.validity[name]) for k, name in enumerate(system.states)
                         if name in ship.validity and name not in ("u", "v_m")]  # fmt: skip
-        self.valid = np.ones(runs, dtype=bool)
+        self._moved()
 
-    @property
-    def motion(self) -> tuple[Array, ...]:
-        """x, y, psi, u, v_m, shape (runs,)."""
-        return tuple(self._state[:, k] for k in range(5))
+    def _moved(self) -> None:
+        runs, ships = self.first.shape
+        self.motion = np.zeros((5, runs, ships))
+        self.motion[:, :, 0] = self._state[:, :5].T
+        self.motion[:4, :, 1:] = np.moveaxis(self._memory[:, -5 * (ships - 1) :].reshape(runs, ships - 1, 5), 2, 0)[:4]
 
-    def steer(self, psi: Array, share: Array) -> None:
-        """One step towards a heading, with a share of the revolutions of the approach."""
-        error = wrapped(psi - self._state[:, 2])
-        delta = self._gains.K_p * error - self._gains.K_d * self._state[:, 5]
-        self._series[:, 0, self._at["delta"]] = np.clip(delta, -_RUDDER, _RUDDER)
-        self._series[:, 0, self._at["n_P"]] = share * self._turns
-        states = self._state.shape[1]
-        out = self._code.stored(
-            self._state, self._series, self._shared, dt=self._dt, steps=self._steps + 1, memory0=self._memory,
-            lanewise=self._lanewise, every=self._steps,
-        )[:, -1]  # fmt: skip
-        self._state = out[:, :states].copy()
-        self._memory = out[:, states : states + self._memory.shape[1]].copy()
-        for k, low, high in self._bounds:
-            self.valid &= (self._state[:, k] >= low) & (self._state[:, k] <= high)
+    def scene(self, t: float) -> Scene:
+        """All ships now, as they are."""
+        x, y, psi, u, v_m = self.motion
+        c, s = np.cos(psi), np.sin(psi)
+        scene = Scene(t, x, y, psi, u * c - v_m * s, u * s + v_m * c, self._L)
+        scene.__dict__.update(bow=(c, s))
+        return scene
 
-
-class _Others:
-    """The other ships in all runs; arrays of shape (runs, others).
-
-    Attributes:
-        first: speeds at the start [m/s].
-        wanted: headings that are steered [rad].
-        share: of the speed at the start that is ordered.
-    """
-
-    def __init__(self, meeting: Meeting, L: Array) -> None:
-        self._x, self._y, self._psi, self._u = (
-            np.atleast_2d(one).astype(np.float64) for one in (meeting.x, meeting.y, meeting.psi, meeting.U_target)
-        )
-        self.first, self._r = self._u.copy(), np.zeros_like(self._u)
-        self._pace = self._u / L[1:]
-        self.wanted, self.share = self._psi.copy(), np.ones_like(self._u)
-
-    @property
-    def motion(self) -> tuple[Array, ...]:
-        """x, y, psi, u, v_m; they do not drift."""
-        return self._x, self._y, self._psi, self._u, np.zeros_like(self._u)
+    def order(self, ship: int, orders: Orders) -> None:
+        """Give a ship its heading and share of the revolutions, or of the speed at the start."""
+        at = len(CHANNELS) + (3 * ship - 1 if ship else 0)
+        self._series[:, 0, at] = orders.psi
+        self._series[:, 0, at + 1] = orders.speed * (self.first[:, ship] if ship else self._turns)
 
     def advance(self) -> None:
-        """One step: rate of turn and speed follow with lags, exactly; the place by the mean heading and speed."""
-        most = _MOST * self._pace
-        # three lags of yaw for the heading leave no overshoot
-        turn = np.clip(wrapped(self.wanted - self._psi) * self._pace / (3.0 * _T), -most, most)
-        r = turn + (self._r - turn) * np.exp(-STEP * self._pace / _T)
-        u = self.share * self.first
-        u = u + (self._u - u) * np.exp(-STEP * self._pace / _SURGE)
-        psi = self._psi + 0.5 * (r + self._r) * STEP
-        way, middle = 0.5 * (u + self._u) * STEP, 0.5 * (psi + self._psi)
-        self._x, self._y = self._x + way * np.cos(middle), self._y + way * np.sin(middle)
-        self._psi, self._u, self._r = psi, u, r
+        """One `STEP`."""
+        out = self._code.stored(
+            self._state, self._series, self._shared, dt=self._dt, steps=self._steps + 1, memory0=self._memory,
+            lanewise=self._lanewise, every=self._steps, threads=1,
+        )[:, -1]  # fmt: skip
+        states = self._state.shape[1]
+        self._state, self._memory = out[:, :states], out[:, states : states + self._memory.shape[1]]
+        for k, low, high in self._bounds:
+            self.valid &= (self._state[:, k] >= low) & (self._state[:, k] <= high)
+        self._moved()
+
+
+def _can(ship: Ship) -> None:
+    """Refuse ships that cannot be steered so."""
+    if not {"delta", "n_P"} <= set(ship.model.controls):
+        raise RequestError(f"{ship.name} has no rudder delta and revolutions n_P; encounters are sailed by these")
+    if isinstance(ship.model, Sampled | Stepped):
+        raise RequestError(f"{ship.name} is a model in discrete time; encounters are sailed by one in continuous time")

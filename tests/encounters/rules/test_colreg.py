@@ -56,6 +56,22 @@ def test_roles_of_both_ships(heading: float, k: float, own: Role, other: Role) -
     assert (Role(int(one.role)), Role(int(two.role))) == (own, other)
 
 
+def test_the_own_ship_judged_alone_has_the_verdicts_of_the_whole() -> None:
+    """Also of Rule 17, which knows whom the own ship has to act for; other ships that touch are not its concern."""
+    rows = [Sailed(0, 0, 0, U, STARBOARD)]
+    rows += [Sailed(*meeting(heading, T, U, 1.0, 0.0), heading, U, ()) for heading in (180.0, -90.0, 90.0)]
+    made = tracks(rows, T=3600.0)
+    whole, own = judge(made), judge(made, own=True)
+    assert [(one.ship, one.other) for one in own] == [(0, 1), (0, 2), (0, 3)]
+    for one, same in zip(own, whole, strict=False):
+        assert numbers(one) == numbers(same)
+        assert (one.role, one.gap) == (same.role, same.gap)
+    twice = tracks([*rows, rows[-1]], T=3600.0)
+    with pytest.raises(RequestError, match="target 3 and target 4 touch"):
+        judge(twice)
+    assert numbers(judge(twice, own=True)[3]) == numbers(own[2])
+
+
 @pytest.mark.parametrize("heading", [-130.0, -90.0, -30.0])
 @pytest.mark.parametrize("own", [(), STARBOARD, PORT])
 def test_the_mirror_exchanges_the_roles_of_rule_15(heading: float, own: Orders) -> None:

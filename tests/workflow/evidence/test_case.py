@@ -74,7 +74,7 @@ def test_a_run_that_failed_is_none_and_the_others_keep_their_places(monkeypatch:
         return SimpleNamespace(ship=0, margins={"15": np.array([1.0, -1.0])}, contact=np.array([False, False]),
                                broken=lambda where: broken if where == (1,) else ())  # fmt: skip
 
-    monkeypatch.setattr(module, "judge", lambda tracks: [one("15")])
+    monkeypatch.setattr(module, "judge", lambda tracks, own: [one("15")])
     sailed: Any = SimpleNamespace(tracks=None, runs=np.array([0, 2]))
     broken, applied = module._broken(sailed, slice(10, 13))
     assert broken == ((), None, ("15",))
@@ -89,7 +89,7 @@ def test_each_part_has_its_own_draws_of_the_ship(monkeypatch: pytest.MonkeyPatch
     met = imazu(5.0, 600.0)[1]
     some = module.Meeting(np.full(6, 5.0), *(np.tile(np.atleast_2d(one), (6, 1))
                                              for one in (met.x, met.y, met.psi, met.U_target)))  # fmt: skip
-    setup = module._Setup(CaseFile(claim="c", ship="s"), Any, posterior, some, "rules", module.Rules(), "d")
+    setup = module.Setup(CaseFile(claim="c", ship="s"), Any, posterior, some, "rules", module.Rules(), "d")
     for rows, plain in ((slice(4, 6), False), (slice(4, 6), True)):
         setup.sailed(rows, 4, plain)
     assert taken[0][-1]["a"].tolist() == [8.0, 10.0]
@@ -106,8 +106,8 @@ def test_a_case_is_run_once_and_goes_on(tmp_path: Path, monkeypatch: pytest.Monk
     assert [part.first for part in whole.parts] == [0, 2]
     (out / "part-0000002.json").unlink()
     sailed: list[int] = []
-    real = module._Setup.sailed
-    monkeypatch.setattr(module._Setup, "sailed", lambda self, rows, first, plain: sailed.append(first)
+    real = module.Setup.sailed
+    monkeypatch.setattr(module.Setup, "sailed", lambda self, rows, first, plain: sailed.append(first)
                         or real(self, rows, first, plain))  # fmt: skip
     again = case(path, out).result
     assert again == whole
@@ -120,6 +120,23 @@ def test_a_case_is_run_once_and_goes_on(tmp_path: Path, monkeypatch: pytest.Monk
     written(tmp_path, runs=5)
     with pytest.raises(RequestError, match=r"part-0000000\.json: is of another case"):
         case(path, out)
+
+
+@pytest.mark.slow
+def test_two_shards_write_the_bytes_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def parts(folder: str) -> dict[str, bytes]:
+        return {one.name: one.read_bytes() for one in sorted((tmp_path / folder).glob("part-*"))}
+
+    path = written(tmp_path, runs=1001)
+    monkeypatch.setattr(module, "_LONG", 0.05)  # of each run the beginning
+    case(path, tmp_path / "one")
+    first = case(path, tmp_path / "shards", shard="2/2")
+    assert first.result.parts[0].first == 1000
+    assert not (tmp_path / "shards" / "case.html").exists()
+    case(path, tmp_path / "shards", shard="1/2")
+    assert (tmp_path / "shards" / "case.html").read_bytes() == (tmp_path / "one" / "case.html").read_bytes()
+    assert parts("shards") == parts("one")
+    assert sorted(parts("one")) == ["part-0000000.json", "part-0001000.json"]
 
 
 @pytest.mark.slow
@@ -145,7 +162,7 @@ def test_who_does_not_give_way_breaks_the_rules_and_is_drawn(tmp_path: Path) -> 
 def test_weather_is_within_its_range_and_from_all_sides() -> None:
     file = CaseFile(claim="c", ship="s", weather=module.Around(wind=(3.0, 9.0), current=(1.0, 1.0)))
     setup: Any = SimpleNamespace(file=file)
-    around = module._Setup._around(setup, 0, 4000)
+    around = module.Setup._around(setup, 0, 4000)
     speed = np.hypot(around[:, 0], around[:, 1])
     assert (speed.min() >= 3.0, speed.max() <= 9.0) == (True, True)
     assert speed.mean() == pytest.approx(6.0, abs=0.1)
@@ -153,7 +170,7 @@ def test_weather_is_within_its_range_and_from_all_sides() -> None:
     assert np.hypot(around[:, 2], around[:, 3]) == pytest.approx(np.ones(4000))
     assert np.abs(np.mean(around[:, 2:4], axis=0)).max() < 0.06
     assert not around[:, 4:].any()
-    assert (module._Setup._around(setup, 500, 10) != around[:10]).any()
+    assert (module.Setup._around(setup, 500, 10) != around[:10]).any()
 
 
 @pytest.mark.parametrize(("change", "said"), [
@@ -166,7 +183,7 @@ def test_weather_is_within_its_range_and_from_all_sides() -> None:
 ])  # fmt: skip
 def test_what_cannot_be_asked_is_a_line(tmp_path: Path, change: dict[str, Any], said: str) -> None:
     with pytest.raises(RequestError, match=said):
-        module._Setup.of(CaseFile(claim="c", ship="kvlcc2_l7", **change), tmp_path)
+        module.Setup.of(CaseFile(claim="c", ship="kvlcc2_l7", **change), tmp_path)
 
 
 def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: Any) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-_STILL = 1e-3
+STILL = 1e-3
 """Relative speed below which two ships keep their distance [m/s]."""
 
 
@@ -110,7 +110,7 @@ def approach(north: Array, east: Array, v_north: Array, v_east: Array) -> tuple[
     A closest approach in the past counts with the present distance.
     """
     square = v_north**2 + v_east**2
-    still = square < _STILL**2
+    still = square < STILL**2
     t = -(north * v_north + east * v_east) / np.where(still, np.nan, square)
     ahead = np.where(t > 0.0, t, 0.0)
     return np.hypot(north + ahead * v_north, east + ahead * v_east), t

@@ -71,22 +71,25 @@ def motion(tracks: Tracks, ship: int) -> Motion:
     return Motion(x, y, psi, u, v_m, tracks.L[ship : ship + 1], tracks.B[ship : ship + 1])
 
 
-def judge(tracks: Tracks, limits: Limits | None = None, *, restricted: bool = False) -> tuple[Judged, ...]:
+def judge(
+    tracks: Tracks, limits: Limits | None = None, *, restricted: bool = False, own: bool = False
+) -> tuple[Judged, ...]:
     """Judge every ship towards every other, the own ship first.
 
     Args:
         tracks: of one run or of many.
         limits: thresholds; those of coastal waters unless given.
         restricted: whether visibility is (Rule 19 in place of Rules 11 to 18).
+        own: judge the own ship only.
 
     Raises:
-        RequestError: ships that touch in the first row.
+        RequestError: ships that touch in the first row, one of which is judged.
     """
     limits = limits or Limits()
     ships = [motion(tracks, k) for k in range(len(tracks.L))]
     pairs: dict[tuple[int, int], Pair] = {}
     gaps: dict[tuple[int, int], Array] = {}
-    for i, j in permutations(range(len(ships)), 2):
+    for i, j in ((i, j) for i, j in permutations(range(len(ships)), 2) if i == 0 or not own):
         pairs[i, j] = pairs[j, i].swapped if i > j else Pair(tracks.t, ships[i], ships[j])
         gaps[i, j] = gaps[j, i] if i > j else touch(pairs[i, j])
         _apart(pairs[i, j], tracks.names[i], tracks.names[j])

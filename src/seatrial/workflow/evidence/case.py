@@ -9,8 +9,9 @@ from __future__ import annotations
 import importlib.util
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Literal, cast
@@ -20,7 +21,9 @@ import numpy as np
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
 from ...campaign.analysis.proportion import Proportion
-from ...core.files import write_whole
+from ...campaign.running import Shard
+from ...core import executors
+from ...core.files import held_alone, write_whole
 from ...core.records import Limits, NotNegative, Positive, digest, from_json, json_of, read_record, to_json
 from ...data import Array
 from ...encounters.conduct import CONDUCTS
@@ -39,7 +42,7 @@ from .. import SILENT, Outcome, RequestError, Sink
 from ..request import ship_of
 
 SCHEMA, PART = "seatrial-case/1", "seatrial-case-part/1"
-_TOGETHER = 500
+_TOGETHER = 1000
 """Runs of a part."""
 _PICTURES = 4
 _LONG = 2.2
@@ -126,25 +129,75 @@ class Case:
         return Proportion(sum(rule in one for one in mine), len(mine))
 
 
-def case(path: Path, out: Path, *, sink: Sink = SILENT) -> Outcome[Case]:
+def case(
+    path: Path, out: Path, *, workers: int = 1, shard: str | None = None, dask: str | None = None, sink: Sink = SILENT
+) -> Outcome[Case]:  # fmt: skip
     """Run a case, or go on with it, and write its page and numbers into a folder.
+
+    Args:
+        workers: processes that compute, of this machine.
+        shard: ``K/N``, the parts of this call among N that share the folder; the one that finds all writes the page.
+        dask: a scheduler whose workers compute instead, or ``local:N``; they find the case under the same path.
 
     Raises:
         RequestError: what is wrong in the file, or a folder of another case.
+        BusyError: another process computes the same shard of this folder.
     """
     file = read_record(path, CaseFile, SCHEMA)
-    setup = _Setup.of(file, path.parent)
+    setup, mine = Setup.of(file, path.parent), Shard() if shard is None else Shard.read(shard)
+    firsts = range(0, setup.runs, _TOGETHER)
     out.mkdir(parents=True, exist_ok=True)
-    parts = [_part(setup, first, out, sink) for first in range(0, setup.runs, _TOGETHER)]
-    found = Case(file, setup.digest, tuple(parts), setup.posterior.digest if setup.posterior else "")
-    page = _page(found, setup, path)
-    write(out / "case.html", page)
+    with held_alone(out / ".shards" / f"{mine.index + 1}-of-{mine.count}"):
+        known = {first: part for first in firsts if (part := _read(out, first, setup.digest))}
+        own = mine.of(list(range(len(firsts))))
+        todo = [firsts[k] for k in own if firsts[k] not in known]
+        for part in _computed(path, setup, todo, workers, dask, sink):
+            write_whole(_place(out, part.first), to_json(part, PART))
+            known[part.first] = part
+            sink.note(f"runs {part.first + 1} to {part.first + len(part.broken)} of {setup.runs}")
+        known |= {first: part for first in firsts if first not in known and (part := _read(out, first, setup.digest))}
+    parts = tuple(known[first] for first in firsts if first in known)
+    found = Case(file, setup.digest, parts, setup.posterior.digest if setup.posterior else "")
+    if len(parts) < len(firsts):
+        said = f"{len(parts)} of {len(firsts)} parts are there; the page is written by the shard that ends last"
+        document = {"schema": SCHEMA, "digest": setup.digest, "parts": len(parts), "of": len(firsts)}
+        return Outcome(found, fields(document, lead(said)))
+    write(out / "case.html", _page(found, setup, path))
     sink.note(f"wrote {out / 'case.html'}")
     return Outcome(found, fields(_document(found), _answer(found) + _results(found)))
 
 
+def _computed(
+    path: Path, setup: Setup, firsts: Sequence[int], workers: int, dask: str | None, sink: Sink
+) -> Iterator[Part]:
+    """Parts as they are done: here, or by processes or a cluster, which read the case anew."""
+    if not dask and min(workers, len(firsts)) < 2:
+        yield from (_part(setup, first) for first in firsts)
+        return
+    pieces = ((path.resolve(), setup.digest, first) for first in firsts)
+    with executors.dask(dask, sink.note) if dask else executors.processes(min(workers, len(firsts))) as pool:
+        yield from pool.each(part_of, pieces)
+
+
+def part_of(path: Path, mark: str, first: int) -> Part:
+    """Some runs of a case, of a file and its stack that are still the same.
+
+    Raises:
+        RequestError: they have changed.
+    """
+    setup = _setup(path, mark)
+    if setup.digest != mark:
+        raise RequestError(f"{path}: the case has changed while its runs were made; run it again")
+    return _part(setup, first)
+
+
+@lru_cache(maxsize=1)
+def _setup(path: Path, mark: str) -> Setup:
+    return Setup.of(read_record(path, CaseFile, SCHEMA), path.parent)
+
+
 @dataclass(frozen=True, eq=False)
-class _Setup:
+class Setup:
     """All that runs need."""
 
     file: CaseFile
@@ -160,7 +213,7 @@ class _Setup:
         return len(self.meeting.x)
 
     @staticmethod
-    def of(file: CaseFile, folder: Path) -> _Setup:
+    def of(file: CaseFile, folder: Path) -> Setup:
         ship = ship_of(folder / file.ship if file.ship.endswith(".toml") else file.ship)
         for name in file.traffic:
             _conduct(name, "traffic")
@@ -174,7 +227,7 @@ class _Setup:
         known = _posterior(folder / file.ship) if file.ship.endswith(".toml") else None
         code = (folder / file.stack.partition(":")[0]).read_text(encoding="utf-8") if callable(stack) else ""
         mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, code])
-        return _Setup(file, ship, known, met, stack, Rules(), mark)
+        return Setup(file, ship, known, met, stack, Rules(), mark)
 
     def sailed(self, rows: slice, first: int, plain: bool) -> Sailed:
         """Some runs; `plain` on the ship as it was fitted."""
@@ -217,17 +270,15 @@ def _meeting(file: CaseFile, speed: float) -> Meeting:
 
 def _alike(some: Sequence[Meeting], ships: int) -> Meeting:
     """Meetings of as many ships each: those that have fewer have more that sail away, far astern."""
-    def whole(one: Meeting, name: str, far: float) -> Array:
-        values = np.asarray(getattr(one, name), dtype=np.float64)
-        found: Array = np.full(ships, far)
-        found[: len(values)] = values
-        return found
-
     U = float(np.ravel(some[0].U)[0])
-    rows = [np.stack([whole(one, name, far) for one in some])
-            for name, far in (("x", -1e6), ("y", 0.0), ("psi", math.pi), ("U_target", U))]  # fmt: skip
-    rows[2] = np.where(rows[0] <= -1e6, math.pi, rows[2])
-    rows[3] = np.where(rows[0] <= -1e6, U, rows[3])
+    added: Array = np.tile([[-1e6], [0.0], [math.pi], [U]], ships)
+    added[0] -= 1e4 * np.arange(ships)  # apart from each other
+
+    def whole(values: Array, far: Array) -> Array:
+        return np.concatenate([values, far[len(values) :]])
+
+    rows = [np.stack([whole(getattr(one, name), far) for one in some])
+            for name, far in zip(("x", "y", "psi", "U_target"), added, strict=True)]  # fmt: skip
     return Meeting(np.full(len(some), U), *rows)
 
 
@@ -261,25 +312,31 @@ def _posterior(path: Path) -> Posterior | None:
         return None
 
 
-def _part(setup: _Setup, first: int, out: Path, sink: Sink) -> Part:
-    """Some runs: from the folder, else sailed and kept there.
+def _place(out: Path, first: int) -> Path:
+    return out / f"part-{first:07d}.json"
+
+
+def _read(out: Path, first: int, mark: str) -> Part | None:
+    """Runs that the folder has.
 
     Raises:
-        RequestError: the folder has runs of another case.
+        RequestError: they are of another case.
     """
-    path = out / f"part-{first:07d}.json"
-    if path.is_file():
-        known = from_json(Part, json_of(path, PART), path)
-        if known.case != setup.digest:
-            raise RequestError(f"{path}: is of another case; choose another folder, or remove it")
-        return known
+    path = _place(out, first)
+    if not path.is_file():
+        return None
+    known = from_json(Part, json_of(path, PART), path)
+    if known.case != mark:
+        raise RequestError(f"{path}: is of another case; choose another folder, or remove it")
+    return known
+
+
+def _part(setup: Setup, first: int) -> Part:
+    """Some runs, sailed."""
     rows = slice(first, min(first + _TOGETHER, setup.runs))
-    sink.note(f"runs {first + 1} to {rows.stop} of {setup.runs}")
     broken, judged = _broken(setup.sailed(rows, first, plain=False), rows)
     plain = _broken(setup.sailed(rows, first, plain=True), rows)[0] if setup.posterior else ()
-    made = Part(setup.digest, first, broken, judged, plain)
-    write_whole(path, to_json(made, PART))
-    return made
+    return Part(setup.digest, first, broken, judged, plain)
 
 
 def _broken(sailed: Sailed, rows: slice) -> tuple[tuple[tuple[str, ...] | None, ...], tuple[tuple[str, ...], ...]]:
@@ -287,7 +344,7 @@ def _broken(sailed: Sailed, rows: slice) -> tuple[tuple[tuple[str, ...] | None, 
     count = rows.stop - rows.start
     broken: list[tuple[str, ...] | None] = [None] * count
     applied: list[tuple[str, ...]] = [()] * count
-    own = [one for one in judge(sailed.tracks) if one.ship == 0] if len(sailed.runs) else []
+    own = judge(sailed.tracks, own=True) if len(sailed.runs) else ()
     for k, run in enumerate(sailed.runs.tolist()):
         broken[run] = _of_run(own, k)
         applied[run] = tuple(sorted({rule for one in own for rule, m in one.margins.items() if np.isfinite(m[k])}))
@@ -359,7 +416,7 @@ def _document(found: Case) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _page(found: Case, setup: _Setup, path: Path) -> Page:
+def _page(found: Case, setup: Setup, path: Path) -> Page:
     file = found.file
     where = file.encounters
     run = [
@@ -393,7 +450,7 @@ def _spread(met: Meeting) -> str:
     return ", ".join(f"{Role(one).name.lower().replace('_', '-')} {count}" for one, count in counts.most_common())
 
 
-def _failures(found: Case, setup: _Setup) -> Body:
+def _failures(found: Case, setup: Setup) -> Body:
     """Drawings of the first runs that fail, sailed again."""
     wrong = [k for k, one in enumerate(found.broken) if one]
     if not wrong:
