@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import Trial
-from ..prepare import Remedy, Step
+from ..prepare import Remedy, Step, at_one_rate
 from .attitude.heel import heel_faults
 from .bounds import scale_faults, whirl_faults
 from .controls.numbered import numbered_faults
@@ -29,6 +29,8 @@ from .symmetry import symmetry_faults
 from .track import made_faults, surge_faults, track_faults
 
 Severity = Literal["error", "warning", "info"]
+_MOTION = ("x", "y", "psi", "u", "v_m", "r")
+"""Channels whose slowest one sets the steps on which logs are held against each other."""
 _COMMON = ("x", "y", "psi", "u", "v_m", "r", "delta")
 _FEWEST = 10
 """Rows in common that exclude coincidence."""
@@ -146,7 +148,7 @@ def _alone(trial: Trial) -> tuple[list[Fault], Trial | None]:
 
 def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
     """Add what the logs of one ship say of each other."""
-    judged = accused(trials)
+    judged = accused([at_one_rate(trial, _MOTION) for trial in trials])
     common, sound = judged.faults, judged.trials
     for trial in trials:
         told[trial.name] = [one for one in told[trial.name] if not _repeats(one, common)] + common

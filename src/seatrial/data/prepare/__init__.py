@@ -12,6 +12,7 @@ from .made import derived, marked, measured, unsaid
 from .steps import Remedy, Step, derivable, mended, read_steps, steps_text
 from .timing import (
     ANGLES,
+    at_one_rate,
     between_readings,
     interpolate_gaps,
     nearest_rows,
@@ -22,7 +23,7 @@ from .timing import (
 )
 
 __all__ = [
-    "ANGLES", "BREAK", "Remedy", "Step", "between_readings", "complete", "cut", "derivable", "derived",
+    "ANGLES", "BREAK", "Remedy", "Step", "at_one_rate", "between_readings", "complete", "cut", "derivable", "derived",
     "drop_trailing_gaps", "froude_scaled", "integral", "interpolate_gaps", "marked", "measured", "mended",
     "nearest_rows", "read_steps", "resample", "resampling", "segments", "shifted", "split", "steps_text", "to_body",
     "to_earth", "true_wind", "turns", "unbroken", "unsaid", "without",

@@ -21,6 +21,12 @@ _TURNING = re.compile(r"alpha_\w+")
 
 # A new time this part of a step from a sample is on it, as the digits of a clock have it.
 _ON = 1e-6
+# A channel is read at nearly every row where its mean step is at most so many rows.
+_EACH = 1.2
+# Readings that are farther apart than this many mean steps have a gap between them.
+_REACH = 1.9
+SLOWEST = 5.0
+"""Steps of a channel beyond which nothing is judged on them [s]."""
 # Rows that a trial may have at most when its steps are chosen.
 _ROWS = 10_000_000
 
@@ -110,6 +116,48 @@ def shifted(trial: Trial, lag: float, *names: str) -> Trial:
         moved[name] = np.full(len(trial), np.nan)
         moved[name][known] = _resampled(trial.t, _continuous(name, trial[name]), (trial.t + lag)[known])
     return trial.having(**moved).rows(known).noting(f"{', '.join(names)} shifted by {-lag:g} s")
+
+
+def at_one_rate(trial: Trial, names: Sequence[str]) -> Trial:
+    """The trial on even steps of the channel that is read least often, all on lines between their own readings.
+
+    A log of a compass at 10 Hz and a receiver at 1 Hz has no two rows in succession that hold both, and what compares
+    them finds nothing to compare.  Nothing is put into gaps: where a channel's own readings are missing it has none.
+
+    Args:
+        trial: of any rates.
+        names: channels that the steps are of; one slower than `SLOWEST` is none of them.
+
+    Returns:
+        The trial itself where each of its channels is read at nearly every row.
+    """
+    every = {name: _usual(trial.t[np.isfinite(values)]) for name, values in trial.channels.items()}
+    slower = [step for step in every.values() if step > _EACH * trial.dt]
+    step = max((every[name] for name in names if every.get(name, math.inf) <= SLOWEST), default=trial.dt)
+    if not slower or step > SLOWEST:
+        return trial
+    t = trial.t[0] + step * np.arange(math.floor(trial.duration / step + 1e-9) + 1)
+    channels = {name: _between(trial.t, _continuous(name, values), t, every[name])
+                for name, values in trial.channels.items()}  # fmt: skip
+    return replace(trial, t=t, channels=channels)
+
+
+def _usual(at: Array) -> float:
+    """Mean step between readings without those over gaps [s]; infinite for fewer than three readings."""
+    steps = np.diff(at)
+    return float(np.mean(steps[steps <= 2.5 * np.median(steps)])) if steps.size > 1 else math.inf
+
+
+def _between(t: Array, values: Array, new: Array, step: float) -> Array:
+    """Values on lines between readings that are about `step` apart; none elsewhere."""
+    good = np.flatnonzero(np.isfinite(values))
+    if good.size < 2:
+        return np.full(new.size, math.nan)
+    after = np.clip(np.searchsorted(t[good], new), 1, good.size - 1)
+    apart = t[good][after] - t[good][after - 1]
+    out = np.interp(new, t[good], values[good], left=math.nan, right=math.nan)
+    near = np.minimum(np.abs(new - t[good][after - 1]), np.abs(new - t[good][after]))
+    return np.where((apart <= _REACH * step) | (near <= _ON * step), out, math.nan)
 
 
 def resampling(dt: float, *trials: Trial) -> str:
