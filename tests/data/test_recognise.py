@@ -101,3 +101,15 @@ def test_a_voyage_recorder_is_named_and_noise_is_not(seed: int, tmp_path: Path) 
     for byte in (b"\x00", b"\xff\x00"):
         path.write_bytes(byte * 3000)
         assert recognise(path) is None
+
+
+@pytest.mark.parametrize("line", [
+    "05/01/2026,12:00:00.250,$GPGLL,3507.407,N,13945.925,E,,A", "$HEHDT,101.3,T",
+    "!AIVDM,1,1,,A,13u?etPv2;0n:dDPwUM1U,0",
+    "2026-05-01T12:00:00.250Z $INHDT,101.3,T*29",
+])  # fmt: skip
+@pytest.mark.parametrize("name", ["scs.raw", "gyro.dat", "log"])
+def test_sentences_are_told_by_their_form(line: str, name: str, tmp_path: Path) -> None:
+    file = tmp_path / name
+    file.write_text(f"{line}\r\n" * 5, encoding="utf-8")
+    assert importing(str(file), None, tmp_path)[0] == "nmea"

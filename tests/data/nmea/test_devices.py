@@ -500,3 +500,58 @@ def test_a_gyro_that_speaks_for_less_than_half_of_the_log_is_not_taken(tmp_path:
 )  # fmt: skip
 def test_fields_beyond_their_range_are_no_readings(sentence: str, said: dict[str, float]) -> None:
     assert readings(hear(signed(sentence).encode())) == pytest.approx(said)
+
+
+def tagged(source: str, t: float, sentence: str) -> str:
+    content = f"s:{source},c:{round(1000.0 * t) + 1_790_000_000_000}"
+    return f"\\{signed(content)[1:]}\\{sentence}"
+
+
+@pytest.mark.parametrize("lead", ["HE0001", "HE0002"])
+def test_tag_blocks_part_two_gyros_of_one_talker(tmp_path: Path, lead: str) -> None:
+    """One of them says 1.7 deg less, half a second later; and the second receiver is 22 m to the north."""
+    path = tmp_path / "net.txt"
+    first, second = ("HE0001", "HE0002") if lead == "HE0001" else ("HE0002", "HE0001")
+    path.write_text("\n".join(
+        line for t in range(120) for line in (
+            tagged("GP0001", t, gga(t)), tagged("GP0002", t + 0.02, gga(t, north=22.0)), tagged(first, t, hdt(t)),
+            tagged(second, t + 0.5, hdt(t + 0.5, off=-1.7)))))  # fmt: skip
+    mapping = tmp_path / "m.toml"
+    sources = f'prefer = {{ heading = "{lead}/HEHDT", position = "GP0001/GPGGA" }}'
+    mapping.write_text(f'schema = "seatrial-nmea/1"\n{sources}\n')
+    trial = read(path, read_mapping(mapping))
+    true(trial if lead == first else trial.having(psi=trial["psi"] + math.radians(1.7)))
+    said = trial.meta["sources"]
+    assert f"{second if lead == first else first}/HEHDT left aside, differs by" in said["heading"]
+    assert "GP0002/GPGGA left aside, 22 m away" in said["position"]
+
+
+def test_one_tag_block_a_talker_keeps_the_name_of_the_source(tmp_path: Path) -> None:
+    path = tmp_path / "net.txt"
+    path.write_text("\n".join(
+        line for t in range(60) for line in (tagged("GP0001", t, rmc(t)), tagged("HE0001", t, hdt(t)))))  # fmt: skip
+    assert read(path).meta["sources"]["heading"].startswith("HEHDT,")
+
+
+@pytest.mark.parametrize("copies", [2, 3])
+def test_sentences_that_are_logged_several_times_are_one(tmp_path: Path, copies: int) -> None:
+    """A rudder that is held repeats itself truly, and the sentences of one fix do not: 2 headings a fix are 2."""
+    rudder = ["$IIRSA,5.0,A,,V", "$IIRSA,5.5,A,,V"]
+    once_told = [[rmc(t), hdt(t), hdt(t + 0.5), rudder[t // 40]] for t in range(80)]
+    for name, count in (("once", 1), ("again", copies)):
+        lines = [line for told in once_told for line in told for _ in range(count)]
+        (tmp_path / name).write_text("\n".join(lines))
+    one, again = read(tmp_path / "once"), read(tmp_path / "again")
+    assert np.array_equal(one.t, again.t)
+    for name in one.channels:
+        assert np.array_equal(one[name], again[name], equal_nan=True), name
+    assert any(f"each sentence is logged {copies} times" in step for step in again.meta["processing"])
+
+
+def test_a_second_fix_with_the_same_time_is_no_copy(tmp_path: Path) -> None:
+    """RMC and GGA of one fix, and a ship at anchor whose headings repeat themselves."""
+    path = tmp_path / "anchored"
+    path.write_text("\n".join(line for t in range(60) for line in (rmc(t), gga(t), "$HEHDT,90.0,T", "$HEHDT,90.0,T")))
+    trial = read(path)
+    assert len(trial) == 120
+    assert not any("is logged" in step for step in trial.meta["processing"])

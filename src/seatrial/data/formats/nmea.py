@@ -37,7 +37,7 @@ from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..n2k.groups import finished
-from ..nmea.clocks import Timed, parted, timed
+from ..nmea.clocks import Timed, once, parted, timed
 from ..nmea.lines import Lines, listen
 from ..nmea.readings import KINDS
 from ..nmea.sources import GROUPS, Choice, Series, chosen
@@ -276,7 +276,7 @@ def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[s
     of = "rpm_S_" if any(name.startswith("rpm_S_") for name in shafts) else "rpm_E_"
     numbers = [int(name.removeprefix(of)) for name in shafts if name.startswith(of)]
     if shafts and of == "rpm_E_":
-        steps.append("revolutions are those of the engine; the shaft is taken to turn as fast")
+        steps.append("doubt: revolutions are those of the engine, before its gear; the shaft is taken to turn as fast")
     elif len(numbers) < len(shafts):
         steps.append("revolutions are those of the shaft; those of the engine are left out")
     for place, number in enumerate(sorted(numbers, key=lambda k: k if k % 2 else -k), 1):
@@ -350,7 +350,9 @@ def _read_log(path: Path, aboard: Aboard) -> list[Log]:
         steps.append(f"stamps of lines: {read.about}")
     if read.order:
         steps.append(read.order)
-    pieces = parted(path, read.found, read.dated)
+    found, copied = once(read.found)
+    steps += [copied] if copied else []
+    pieces = parted(path, found, read.dated)
     return [_log(path, aboard, read, timed(path, one, read.dated), [*steps]) for one in pieces]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -87,6 +88,8 @@ def guess(src: str | Path) -> Guess:
     )
 
 
+_SENTENCE = re.compile(rb"[$!][A-Z0-9]{4,15},")
+"""The address that a sentence of NMEA 0183 begins with, behind a stamp or not."""
 _SOURCES = ("position", "ground", "log", "apparent", "heading")
 
 
@@ -464,7 +467,7 @@ def reader_of(src: Path) -> Reader | None:
     if known is not None and here.is_file():
         raise DataError(f"{here}: {known.told(here)}")
     for path in files:
-        if path.suffix.lower() in (".nmea", ".log", ".txt", ".csv", "") and _sentences(path):
+        if _sentences(path):
             return _said("nmea", here, "NMEA 0183 sentences", False)
     for path in files:
         try:
@@ -484,5 +487,5 @@ def _sentences(path: Path) -> bool:
     """Whether most of the first lines are sentences of NMEA 0183."""
     with path.open("rb") as file:
         lines = [line for line in file.read(4000).splitlines()[:-1] if line.strip()]
-    marked = sum((b"$" in line[:40] and b"*" in line[-6:]) or b"!AIVD" in line for line in lines)
+    marked = sum(_SENTENCE.search(line[:80]) is not None for line in lines)
     return len(lines) > 1 and marked > 0.5 * len(lines)

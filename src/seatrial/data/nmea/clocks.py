@@ -37,6 +37,8 @@ _LONG = 60.0
 """A piece of a log is a trial where it is at least so long [s]."""
 _MANY = 50
 """Pieces of a log at most."""
+_WHOLE, _COPIES = 0.05, 1.5
+"""How far from a whole number the copies of a fix may be, as a part of it, and how many make a log of copies."""
 _NO_CLOCK = ("ZDA",)
 """Its time is that of a pulse or of sending, and not of a fix: it serves where no fix has a clock."""
 
@@ -119,6 +121,32 @@ class Piece:
     found: Sequence[Spoken]
     ahead: frozenset[_Key] = frozenset()
     steps: tuple[str, ...] = ()
+
+
+def once(found: Sequence[Spoken]) -> tuple[list[Spoken], str]:
+    """The log without copies of its lines, and what is said of them; as it is where it has none.
+
+    A logger that listens on two ports writes each sentence twice.  A fix that is told again with its time, digit by
+    digit, is a copy; where all clocks of a log are told so many times, so are the sentences without one.
+    """
+    clocks = [one for one in found if "time_of_day" in one.names]
+    copies = [len(one) / int(np.count_nonzero(~_again(one))) for one in clocks if len(one) > 1]
+    many = round(float(np.median(copies))) if copies else 1
+    if min(copies, default=1.0) < _COPIES or any(abs(one - many) > _WHOLE * many for one in copies):
+        return list(found), ""
+    out = list[Spoken]()
+    for one in found:
+        again = _again(one)
+        begun = np.flatnonzero(~again)
+        kept = one.rows((np.arange(len(one)) - begun[np.cumsum(~again) - 1]) % many == 0)
+        out.append(kept if abs(many * len(kept) - len(one)) <= _WHOLE * many * len(kept) + many else one)
+    lost = sum(map(len, found)) - sum(map(len, out))
+    return out, f"each sentence is logged {many} times: {lost} copies left out"
+
+
+def _again(one: Spoken) -> NDArray[np.bool_]:
+    """Readings that are those of the line before of the same source, all digits."""
+    return np.append(False, (one.values[:, 1:] == one.values[:, :-1]).all(axis=0))
 
 
 def parted(where: object, found: Sequence[Spoken], dated: bool) -> list[Piece]:

@@ -15,6 +15,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import Array
 from .digits import HEX, NOUGHTS, Bytes, Places, alike, mapped, rows_of, wholes
@@ -31,6 +32,9 @@ LARGEST = 1472
 
 _BLOCK = re.compile(rb"\\([ -)+-\[\]-~]{3,120})\*([0-9A-Fa-f]{2})\\")
 _SOURCE = re.compile(r"[A-Za-z0-9]{1,15}")
+SOURCES = "S15"
+"""Sources of many TAG blocks as an array."""
+Texts = NDArray[np.bytes_]
 # Codes of a TAG block: time, destination, group, line number, relative time, source, text, version.
 _CODES = "cdgnrstv"
 MILLISECONDS = 10**11
@@ -141,15 +145,16 @@ def _tag(text: str) -> Tag:
     return Tag(said.get("s"), None if number is None else int(number), since)
 
 
-def tag_times(data: Bytes, start: Places, width: Places) -> tuple[Array, Places]:
-    """Times of the TAG blocks that texts end with, many at a time [s], and where each block begins.
+def tag_times(data: Bytes, start: Places, width: Places) -> tuple[Array, Places, Texts]:
+    """Times of the TAG blocks that texts end with, many at a time [s], where each block begins, and its source.
 
     Returns:
-        Times, NaN where a block has none, infinite where it is wrong (then see `read_line`); and first bytes.
+        Times, NaN where a block has none, infinite where it is wrong (then see `read_line`); first bytes; sources,
+        empty where a block names none.
     """
-    times, begins = np.full(len(start), np.inf), start + width
+    times, begins, sources = np.full(len(start), np.inf), start + width, np.zeros(len(start), SOURCES)
     if not len(start):
-        return times, begins
+        return times, begins, sources
     plain = mapped(data, NOUGHTS).copy()
     star = np.flatnonzero(data == ord("*"))
     plain[star + 1] = plain[star + 2] = 48
@@ -173,4 +178,8 @@ def tag_times(data: Bytes, start: Places, width: Places) -> tuple[Array, Places]
             whole = wholes(data, at + 1 + time.start(1), len(time[1]))
             told = np.where(whole > MILLISECONDS, whole / 1000.0, whole)
         times[rows], begins[rows] = np.where(good, told, np.inf), at
-    return times, begins
+        source = re.search(rb"(?:^|,)s:([A-Za-z0-9]+)", found[1])
+        if source is not None:
+            letters = rows_of(data, at + 1 + source.start(1), len(source[1]))
+            sources[rows] = np.ascontiguousarray(letters).view(f"S{len(source[1])}").ravel()
+    return times, begins, sources

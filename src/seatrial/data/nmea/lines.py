@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ from . import carried
 from .clocks import PIECES, Spoken
 from .columns import Columns
 from .digits import HEX, WIDEST, Bytes, Places, alike, mapped, rows_of
-from .framing import TAGGED, TOKEN, read_line, tag_times
+from .framing import SOURCES, TAGGED, TOKEN, Texts, read_line, tag_times
 from .heard import LONGEST, Piece, addressed, hear, pieces
 from .readings import KINDS, readings
 from .sentences import NmeaError
@@ -187,8 +187,10 @@ def _sentences(data: Bytes, commas: Places, begin: Places, end: Places) -> _Plai
     return _Plain(line, begin, end, dollar, stop, checked, comma, address).only(good)
 
 
-_Said = dict[tuple[str, tuple[str, ...]], list[tuple[int, list[float], float]]]
-"""Place, values and stamp of readings, by source and names."""
+_Key = tuple[str, str, tuple[str, ...]]
+"""Source of the TAG block, empty where there is none; talker and kind; names of the readings."""
+_Said = dict[_Key, list[tuple[int, list[float], float]]]
+"""Place, values and stamp of readings."""
 
 
 class _Ear:
@@ -198,14 +200,14 @@ class _Ear:
         self._form, self._tagged = form, False
         self._frames = list[carried.Carried]()
         self._said = Lines(about=form.about if form else "")
-        self._kept: dict[tuple[str, tuple[str, ...]], list[Spoken]] = defaultdict(list)
+        self._kept: dict[_Key, list[Spoken]] = defaultdict(list)
 
     def heard(self) -> Lines:
         """All of it."""
         said = self._said
         said.dated = self._tagged or (self._form is not None and self._form.dated)
         spoken, said.order = carried.told(self._frames) if self._frames else ([], "")
-        said.found = [*(_joined(parts) for parts in self._kept.values()), *spoken]
+        said.found = [*map(_joined, _by_source(self._kept)), *spoken]
         said.sentences = sum(len(one.place) for one in said.found)
         return said
 
@@ -218,21 +220,20 @@ class _Ear:
         left = np.ones(len(end), bool)
         commas = np.flatnonzero(raw == ord(","))
         found = _sentences(data, commas, begin, end)
-        stamp, good = self._stamps(data, found)
-        found, stamp = found.only(good), stamp[good]
+        stamp, tags, good = self._stamps(data, found)
         begun = bool(self._kept or self._said.wrong)
-        early = self._columns(data, commas, found, stamp, left)
+        early = self._columns(data, commas, found.only(good), (stamp[good], tags[good]), left)
         rest = np.flatnonzero(left).tolist()
         self._line_by_line([(k, block[begin[k] : end[k]]) for k in rest], -1 if begun else early)
         self._said.all += len(end)
 
-    def _stamps(self, data: Bytes, found: _Plain) -> tuple[Array, NDArray[np.bool_]]:
-        """Stamps of plain lines, and whether their TAG blocks are right."""
+    def _stamps(self, data: Bytes, found: _Plain) -> tuple[Array, Texts, NDArray[np.bool_]]:
+        """Stamps of plain lines, sources in their TAG blocks, and whether these are right."""
         before = np.stack([found.begin, found.dollar - found.begin], axis=1)
-        times = np.full(len(before), np.nan)
+        times, tags = np.full(len(before), np.nan), np.zeros(len(before), SOURCES)
         ends = data[np.maximum(found.dollar - 1, 0)]
         tagged = np.flatnonzero((before[:, 1] > 0) & (ends == ord("\\")))
-        times[tagged], begins = tag_times(data, *before[tagged].T)
+        times[tagged], begins, tags[tagged] = tag_times(data, *before[tagged].T)
         before[tagged, 1] = begins - before[tagged, 0]
         good = ~np.isinf(times)
         slashes = np.flatnonzero(data == ord("\\"))
@@ -245,9 +246,11 @@ class _Ear:
             behind = np.where(found.checked, found.stop + 3, found.end)
             spans = np.stack([behind, found.end - behind], axis=1)
             times[bare] = self._form.seconds(Around(data, before[bare], spans[bare]))
-        return times, good
+        return times, tags, good
 
-    def _columns(self, data: Bytes, commas: Places, found: _Plain, stamp: Array, left: NDArray[np.bool_]) -> int:
+    def _columns(
+        self, data: Bytes, commas: Places, found: _Plain, before: tuple[Array, Texts], left: NDArray[np.bool_]
+    ) -> int:
         """Take in plain sentences, and say in `left` which lines these were not; the line of the first reading."""
         known, which = np.unique(found.address, return_inverse=True)
         names = [addressed(one.tobytes().rstrip(b"\0").decode()) for one in known]
@@ -256,7 +259,7 @@ class _Ear:
         for k in np.flatnonzero(strange).tolist():
             self._said.others[names[k][1]] += int(np.count_nonzero(which == k))
         left[found.line[strange[which]]] = False
-        found, stamp, which = found.only(wanted), stamp[wanted], which[wanted]
+        found, stamp, tags, which = found.only(wanted), before[0][wanted], before[1][wanted], which[wanted]
         letters = np.flatnonzero(mapped(data, _LETTER))
         shape = data[letters]
         start, stop = np.searchsorted(letters, found.dollar), np.searchsorted(letters, found.stop)
@@ -270,21 +273,22 @@ class _Ear:
             columns = Columns(kind, data, at + 1, np.vstack([at[1:], found.stop[rows][None]]), tuple(words), rows)
             for row, said in columns.read():
                 left[found.line[row]] = False
-                early = min(early, self._take(talker + kind, said, found.only(row), stamp[row]))
+                early = min(early, self._take(talker + kind, said, found.only(row), stamp[row], tags[row]))
         return early
 
-    def _take(self, source: str, said: Mapping[str, float | Array], found: _Plain, stamp: Array) -> int:
+    def _take(self, source: str, said: Mapping[str, float | Array], found: _Plain, stamp: Array, tags: Texts) -> int:
         """Readings of sentences of one kind; the line of the first one that has any."""
         if not said:
             return _NEVER
         values = np.stack([np.broadcast_to(one, len(stamp)) for one in said.values()])
         has = ~np.isnan(values)
         pattern = (1 << np.arange(len(values))) @ has
-        for one in np.unique(pattern[pattern > 0]).tolist():
-            rows, which = np.flatnonzero(pattern == one), has[:, int(np.argmax(pattern == one))]
+        for one, tag in sorted(set(zip(pattern[pattern > 0].tolist(), tags[pattern > 0].tolist(), strict=True))):
+            rows, which = np.flatnonzero((pattern == one) & (tags == tag)), has[:, int(np.argmax(pattern == one))]
             names = tuple(name for name, there in zip(said, which.tolist(), strict=True) if there)
             place = (self._said.all + found.line[rows] + 1) * PIECES
-            self._kept[source, names].append(Spoken(source, names, place, values[which][:, rows], stamp[rows]))
+            spoken = Spoken(source, names, place, values[which][:, rows], stamp[rows])
+            self._kept[tag.decode(), source, names].append(spoken)
         self._said.bare += int(np.count_nonzero(~found.checked & (pattern > 0)))
         return int(found.line[pattern > 0].min(initial=_NEVER))
 
@@ -311,27 +315,27 @@ class _Ear:
                 continue
             if tag is not None and tag.time is not None:
                 stamp, self._tagged = tag.time, True
+            by = (tag.source if tag else None) or ""
             for number, part in enumerate(parts):
-                self._sentence(k, number, part.sentence, stamp, said)
-        for (source, names), kept in said.items():
+                self._sentence(k, number, part.sentence, (stamp, by), said)
+        for key, kept in said.items():
             places, values, times = zip(*kept, strict=True)
-            spoken = Spoken(source, names, np.array(places), np.array(values).T, np.array(times))
-            self._kept[source, names].append(spoken)
+            self._kept[key].append(Spoken(*key[1:], np.array(places), np.array(values).T, np.array(times)))
 
-    def _sentence(self, k: int, number: int, sentence: bytes, stamp: float, said: _Said) -> None:
+    def _sentence(self, k: int, number: int, sentence: bytes, before: tuple[float, str], said: _Said) -> None:
         try:
             heard = hear(sentence)
         except NmeaError as error:
             self._refuse(k, error)
             return
-        values, place = readings(heard), (self._said.all + k + 1) * PIECES + number
+        values, place, (stamp, by) = readings(heard), (self._said.all + k + 1) * PIECES + number, before
         frame = carried.carried(heard, place, stamp) if heard.kind in carried.KINDS else None
         if frame is not None and frame.frame.pgn in PGNS:
             self._frames.append(frame)
         elif frame is not None:
             self._said.others[f"PGN {frame.frame.pgn}"] += 1
         elif values:
-            said[heard.source, tuple(values)].append((place, list(values.values()), stamp))
+            said[by, heard.source, tuple(values)].append((place, list(values.values()), stamp))
             self._said.bare += not heard.checked
         elif heard.kind not in KINDS:
             self._said.others[heard.kind] += 1
@@ -340,6 +344,22 @@ class _Ear:
         """Count what is no sentence."""
         self._said.wrong += 1
         self._said.first = self._said.first or f"line {self._said.all + k + 1}: {why}"
+
+
+def _by_source(kept: Mapping[_Key, Sequence[Spoken]]) -> list[list[Spoken]]:
+    """What each source tells; TAG blocks part those of one talker where they name several for one kind.
+
+    Two gyros on one network are both HE, and a name like HE0001 before the talker keeps them apart.
+    """
+    tags: dict[str, set[str]] = defaultdict(set)
+    for tag, source, _ in kept:
+        tags[source] |= {tag} - {""}
+    several = {source[:-3] for source, some in tags.items() if len(some) > 1}
+    out: dict[tuple[str, tuple[str, ...]], list[Spoken]] = defaultdict(list)
+    for (tag, source, names), parts in kept.items():
+        full = f"{tag}/{source}" if tag and source[:-3] in several else source
+        out[full, names] += [replace(one, source=full) for one in parts]
+    return list(out.values())
 
 
 def _joined(parts: Sequence[Spoken]) -> Spoken:

@@ -45,9 +45,10 @@ Series = tuple[Array, Array]
 
 def rank(group: str, source: str) -> int:
     """Place of a source in the documented order of its quantity; the least is taken."""
-    talker, kind = source[:-3], source[-3:]
+    plain = source.rpartition("/")[2]  # without what a TAG block calls it
+    talker, kind = plain[:-3], plain[-3:]
     if group == "heading":
-        if source in _INERTIAL:
+        if plain in _INERTIAL:
             return 2
         later = {"Imu": 1, "HDG": 3, "HDM": 4, "VHW": 5, "Num": 6, "Hud": 7}
         return later.get(kind, 1 if talker in _SATELLITES else 0)
