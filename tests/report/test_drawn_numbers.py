@@ -24,10 +24,11 @@ from seatrial.report.campaign.shown import Unit
 from seatrial.report.drawing import Frame, _short, _ticks
 from seatrial.report.identifiability import band, correlations, restarts, tracks
 from seatrial.report.judging import bands as judged
-from seatrial.report.judging import coverage, fans
+from seatrial.report.judging import coverage, fans, tested
 from seatrial.report.page import html
 from seatrial.report.report import _marginal
-from seatrial.study.grounds import Beyond
+from seatrial.study.grounds import Beyond, Grounds
+from seatrial.study.hulls import Plane
 
 LABEL = re.compile(r'<text x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]*)</text>')
 RECT = re.compile(r'<rect x="([-\d.]+)" y="([-\d.]+)" width="([-\d.]+)" height="([-\d.]+)"')
@@ -322,10 +323,33 @@ def test_bands_of_a_manoeuvre_are_the_quantiles_of_its_draws(kept: list[Any]) ->
     ],
 )  # fmt: skip
 def test_ranges_are_told_in_the_units_of_people(name: str, ends: tuple[float, float], words: str) -> None:
-    assert judged.span(name, ends) == words
-    told = judged.reach(Beyond(name, ends, ends))
+    assert tested.span(name, ends) == words
+    told = tested.reach(Beyond(name, ends, ends))
     assert told.startswith(words.split(" to ")[0].rstrip("°").rstrip())
     assert "(trials: " in told
+
+
+def test_what_was_not_tested_together_is_told_with_what_it_stood_beside() -> None:
+    one = Beyond("r", (0.0, math.radians(0.5)), (math.radians(2.0),) * 2, (("u", 7.5),))
+    assert tested.reached([one]) == "rate of turn 2.00 °/s (trials: 0 to 0.500 there) at surge speed 7.50 m/s"
+
+
+def test_planes_are_drawn_with_their_hull_inside_the_box_of_ranges(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Any] = []
+    monkeypatch.setattr(tested.figures, "svg", lambda figure, name: drawn.append(figure) or "drawn")
+    ranges = {"u": (0.0, 2.0), "r": (-0.1, 0.1), "delta": (-0.5, 0.5), "n_P": (1.0, 2.0)}
+    diamond = ((0.0, 0.0), (1.0, -0.1), (2.0, 0.0), (1.0, 0.1))
+    flat = ((1.0, 0.0), (2.0, 0.0))
+    planes = (Plane("delta", "n_P", flat), Plane("r", "delta", diamond), Plane("u", "r", diamond))
+    found = Grounds(covered=ranges, tested=planes)
+    assert tested.picture(found) == "drawn"
+    first = drawn[0].axes[0]
+    assert (first.get_xlabel(), first.get_ylabel()) == ("surge speed [m/s]", "rate of turn [°/s]"), "motion comes first"
+    hull, box = (np.column_stack([line.get_xdata(), line.get_ydata()]) for line in first.lines)
+    np.testing.assert_allclose(hull, [[x, math.degrees(y)] for x, y in (*diamond, diamond[0])])
+    assert (box[:, 0].min(), box[:, 0].max()) == (0.0, 2.0)
+    assert box[:, 1].max() == pytest.approx(math.degrees(0.1))
+    assert tested.picture(Grounds(covered=ranges)) == ""
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from fitted_run import DEGREE, PATHS, covariance, saved, trial
 from seatrial.belief.reading import posterior
 from seatrial.data import Trial
 from seatrial.identify import StudyError
-from seatrial.study.grounds import beyond, covered, trial_digest
+from seatrial.study.grounds import covered, of_trials, trial_digest
 from seatrial.study.store import write_summary
 
 CONTROLS = ("n_P", "delta")
@@ -25,26 +25,26 @@ def test_a_digest_follows_the_readings_and_not_the_name() -> None:
 
 
 def test_a_run_of_greater_rudder_angle_is_beyond_the_trials() -> None:
-    found = covered([trial(20), trial(20, side=-1)], CONTROLS)
-    assert not beyond(found, trial(20, seed=1), CONTROLS)
-    out = {one.channel: one for one in beyond(found, trial(35), CONTROLS)}
+    found = of_trials([trial(20), trial(20, side=-1)], CONTROLS)
+    assert not found.beyond(trial(20, seed=1), CONTROLS)
+    out = {one.channel: one for one in found.beyond(trial(35), CONTROLS)}
     assert out["delta"].reached[1] == pytest.approx(35 * DEGREE)
     assert "r" in out
 
 
 def test_trials_to_one_side_do_not_cover_the_other() -> None:
-    found = covered([trial(20)], CONTROLS)
-    assert {"delta", "r"} <= {one.channel for one in beyond(found, trial(20, side=-1), CONTROLS)}
+    found = of_trials([trial(20)], CONTROLS)
+    assert {"delta", "r"} <= {one.channel for one in found.beyond(trial(20, side=-1), CONTROLS)}
 
 
 @pytest.mark.parametrize("channel", ["U_T", "H_S", "depth"])
 def test_what_no_trial_had_around_it_is_beyond(channel: str) -> None:
     run = trial(20)
     around = run.having(**{channel: np.full(len(run), 5.0)})
-    assert [one.channel for one in beyond(covered([run], CONTROLS), around, CONTROLS)] == [channel]
+    assert [one.channel for one in of_trials([run], CONTROLS).beyond(around, CONTROLS)] == [channel]
     # and trials in shallow water, such as those, do not cover deep water
     if channel == "depth":
-        (one,) = beyond(covered([around], CONTROLS), run, CONTROLS)
+        (one,) = of_trials([around], CONTROLS).beyond(run, CONTROLS)
         assert one.channel == "depth"
         assert math.isinf(one.reached[0])
 

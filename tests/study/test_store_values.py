@@ -20,7 +20,7 @@ from seatrial.identify import StudyError
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.models import STATES
 from seatrial.study import grounds, study
-from seatrial.study.grounds import Beyond, beyond, covered, kind_of
+from seatrial.study.grounds import Beyond, Grounds, Ranges, covered, kind_of
 from seatrial.study.store import (
     Parameter,
     check_covariance,
@@ -205,21 +205,25 @@ def test_a_range_is_that_of_all_trials_without_a_thousandth_at_either_end() -> N
     assert "n_P" not in covered([moved()], ("delta",))
 
 
+def beyond(found: Ranges, **channels: Any) -> tuple[Beyond, ...]:
+    return Grounds(covered=found).beyond(moved(**channels), ())
+
+
 def test_a_run_may_leave_a_range_by_a_tenth_of_its_width_or_a_twentieth_of_its_size() -> None:
     for span, outside, inside in (((0.0, 2.0), 2.21, 2.19), ((10.0, 10.2), 10.72, 10.70), ((-2.0, 0.0), -2.21, -2.19),
                                   ((-10.2, -10.0), -10.72, -10.70)):  # fmt: skip
         found = {"u": span}
         middle = sum(span) / 2.0
-        assert beyond(found, moved(u=np.where(T == 4, inside, middle)), ()) == ()
-        (one,) = beyond(found, moved(u=np.where(T == 4, outside, middle)), ())
+        assert beyond(found, u=np.where(T == 4, inside, middle)) == ()
+        (one,) = beyond(found, u=np.where(T == 4, outside, middle))
         assert one == Beyond("u", span, (min(middle, outside), max(middle, outside)))
     gap = np.where(T == 4, np.nan, 1.0)
-    assert beyond({"u": (0.0, 2.0)}, moved(u=gap), ()) == ()
-    assert beyond({"v_m": (0.0, 0.0)}, moved(v_m=2e-9), ())[0].channel == "v_m"
-    assert beyond({"v_m": (0.0, 0.0)}, moved(v_m=5e-10), ()) == ()
+    assert beyond({"u": (0.0, 2.0)}, u=gap) == ()
+    assert beyond({"v_m": (0.0, 0.0)}, v_m=2e-9)[0].channel == "v_m"
+    assert beyond({"v_m": (0.0, 0.0)}, v_m=5e-10) == ()
     deep = {"depth": (math.inf, math.inf)}
-    assert beyond(deep, moved(), ()) == ()
-    assert beyond(deep, moved(depth=20.0), ())[0].reached == (20.0, 20.0)
+    assert beyond(deep) == ()
+    assert beyond(deep, depth=20.0)[0].reached == (20.0, 20.0)
 
 
 def test_drift_is_the_angle_of_the_way_and_counts_above_a_tenth_of_the_greatest_speed() -> None:

@@ -60,7 +60,8 @@ def _named(kind: type) -> Callable[[Any], bool]:
 
 
 _RANGES: Mapping[str, tuple[float, float, str]] = MappingProxyType({
-    "scale": (0.01, 10_000.0, "ship over model"), "L_pp": (0.1, 600.0, "m"), "water_density": (900.0, 1100.0, "kg/m^3"),
+    "scale": (0.01, 10_000.0, "ship over model"), "L_pp": (0.1, 600.0, "m"), "draught": (1e-3, 40.0, "m"),
+    "water_density": (900.0, 1100.0, "kg/m^3"),
 })  # fmt: skip
 _TYPES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
     *((key, _is(str), "text") for key in ("ship", "kind", "source", "licence", "start", "epoch_utc")),
@@ -87,6 +88,7 @@ class Described:
     ship: str | None = None
     scale: float | None = None
     L_pp: float | None = None
+    draught: float | None = None
     kind: str | None = None
     source: str | None = None
     licence: str | None = None

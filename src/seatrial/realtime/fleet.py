@@ -44,7 +44,7 @@ class Event:
     Attributes:
         t: simulated time [s].
         ship: name in the loop; empty where the event concerns all ships.
-        kind: clipped, stale, heard, outside, inside, failed, slipped or dropped.
+        kind: clipped, stale, heard, outside, inside, untested, tested, failed, slipped or dropped.
         text: one line.
     """
 
@@ -63,6 +63,7 @@ class Vessel:
         stale: whether the last order is older than the longest silence of a commander.
         clipped: orders that are beyond the limits at present.
         outside: a state outside the range of validity, if any.
+        untested: whether it is beyond what the trials of its fit tested.
         readings: readings of the instruments during the last tick.
         altered: faults of the instruments: what the readings of a tick become; None without any.
         seen: the ship in a sea, as its instruments see it; None is calm.
@@ -78,13 +79,14 @@ class Vessel:
     def known(self) -> dict[str, Any]:
         """The status, for JSON."""
         return {"failure": self.failure, "heard": self.heard, "stale": self.stale,
-                "clipped": sorted(self.clipped), "outside": self.outside}  # fmt: skip
+                "clipped": sorted(self.clipped), "outside": self.outside, "untested": self.untested}  # fmt: skip
 
     def recall(self, known: Mapping[str, Any]) -> None:
         """Restore the result of `known`; missing entries are cleared."""
         self.failure: str | None = known.get("failure")
         self.heard: float | None = known.get("heard")
         self.outside: str | None = known.get("outside")
+        self.untested = bool(known.get("untested"))
         self.stale, self.clipped = bool(known.get("stale")), set[str](known.get("clipped", ()))
         self.readings: list[Reading] = []
 
@@ -215,6 +217,19 @@ class Fleet:
         elif vessel.outside and not name and vessel.failure is None:
             self.tell(vessel.name, "inside", "back in the range of validity")
         vessel.outside = name
+        if vessel.failure is None and self.k % max(round(self.rate), 1) == 0:  # each second is enough
+            self._look_beyond(vessel)
+
+    def _look_beyond(self, vessel: Vessel) -> None:
+        """Check whether the ship is where the trials of its fit were."""
+        found = vessel.plant.untested()
+        if found and not vessel.untested:
+            from ..report.judging.tested import reached
+
+            self.tell(vessel.name, "untested", f"beyond the trials of the fit: {reached(found)}; no error is known")
+        elif vessel.untested and not found:
+            self.tell(vessel.name, "tested", "back where the trials of the fit were")
+        vessel.untested = bool(found)
 
 
 def _named(plants: Sequence[Plant]) -> dict[str, Plant]:

@@ -34,6 +34,7 @@ from ..simulate.approach import approach, time_step
 from ..simulate.lanes import Kernel
 from ..simulate.loop import closed_loop, loop_memory, loop_values
 from ..simulate.place import Place
+from ..study.grounds import Beyond, Grounds
 from .helm import CommandError, Range, limits, obeying, ranges
 
 __all__ = ["CommandError", "Compiled", "Plant"]
@@ -102,7 +103,10 @@ class Plant:
         seed: of the random parts (sensors).
         linkage: what the gear of a control receives for an order to it; None without a fault between the two.
         place: what surrounds it; the depth of the weather is not used where this has a chart.
+        grounds: what the trials of its fit tested; None of a ship without a fit.
     """
+
+    grounds: Grounds | None = None
 
     def __init__(
         self, compiled: Compiled, environment: Weather, start: Sequence[float] | None, n_P: float | None, seed: int
@@ -248,6 +252,17 @@ class Plant:
             if not low <= value <= high:
                 return name, value
         return None
+
+    def untested(self) -> tuple[Beyond, ...]:
+        """Where motion, controls, wind and depth are beyond what the trials of its fit tested."""
+        if self.grounds is None:
+            return ()
+        per_depth = self["per_depth"]
+        u, v_m = self._in_water(self._stepper.now)
+        now = {"u": u, "v_m": v_m, "r": self["r"], **{name: self[name] for name in self.controls},
+               "U_T": math.hypot(self["wind_x"], self["wind_y"]),
+               "depth": 1.0 / per_depth if per_depth > 0.0 else math.inf}  # fmt: skip
+        return self.grounds.left_by({name: np.array([value]) for name, value in now.items()})
 
     def _in_water(self, state: Sequence[float]) -> tuple[float, float]:
         psi, u, v_m = state[2:5]

@@ -221,8 +221,8 @@ def canvas(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any
     return figure, tuple(axes[:, 0])
 
 
-def panels(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
-    """A figure in the style of the reports, and its axes, shape (rows, columns), a column over one abscissa.
+def panels(rows: int, columns: int, size: tuple[float, float], *, shared: bool = True) -> tuple[Any, Any]:
+    """A figure in the style of the reports, and its axes, shape (rows, columns); `shared`: a column over one abscissa.
 
     One column is placed by `svg`, as that asks for the texts once; several are by Matplotlib, which asks six times.
     """
@@ -231,7 +231,7 @@ def panels(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any
 
     with rc_context(STYLE):
         figure = Figure(figsize=size, layout="constrained" if columns > 1 else None)
-        axes = figure.subplots(rows, columns, sharex="col", squeeze=False)
+        axes = figure.subplots(rows, columns, sharex="col" if shared else False, squeeze=False)
     return figure, axes
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -16,6 +16,8 @@ import numpy as np
 from ..core.records import Limits
 from ..data import Array, Trial
 from ..data.kinds import recognised
+from ..manoeuvres.reading import through_water
+from .hulls import Plane, planes
 
 _End = Annotated[float, Limits(null=math.inf)]
 Ranges = Mapping[str, tuple[_End, _End]]
@@ -27,11 +29,15 @@ DRIFT = "drift"
 # So many of the samples at either end are outliers; a range reaches so much of its width, or of its greatest value,
 # beyond the others.
 _OUTLIERS, _MARGIN, _SAME = 1e-3, 0.1, 0.05
+# So many pairs of channels outside of what was tested together are told.
+_TOLD = 2
 # Drift and rate of turn over speed mean nothing below this share of the greatest speed.
 _SLOW = 0.1
 # What a trial that does not log it is taken to have: still air, no waves, deep water.
 _USUAL = {"U_T": 0.0, "H_S": 0.0, "depth": math.inf}
-SURROUNDINGS = tuple(_USUAL)
+DRAUGHT = "draught"
+"""Loading of a trial as its sidecar tells it, mean draught [m]."""
+SURROUNDINGS = (*_USUAL, DRAUGHT)
 """Channels of ranges that are no motion of the ship and no control."""
 
 
@@ -55,11 +61,23 @@ class Grounds:
     Attributes:
         trials: of the study.
         kinds, covered: of manoeuvre and of each channel, of the trials of the fit.
+        tested: motion and controls that they had together.
     """
 
     trials: tuple[Used, ...] = ()
     kinds: tuple[str, ...] = ()
     covered: Ranges = field(default_factory=dict[str, tuple[float, float]])
+    tested: tuple[Plane, ...] = ()
+
+    def beyond(self, run: Trial, controls: Sequence[str]) -> tuple[Beyond, ...]:
+        """Where a run leaves the trials of the fit: channels by themselves, then pairs not tested together."""
+        return self.left_by(_channels(run, controls))
+
+    def left_by(self, values: Mapping[str, Array]) -> tuple[Beyond, ...]:
+        """The same for values of channels; those of motion and controls are of one shape (samples,)."""
+        alone = _beyond(self.covered, values)
+        names = {one.channel for one in alone}
+        return *alone, *_apart(self, {name: some for name, some in values.items() if name not in names})
 
     def digests(self, role: str) -> dict[str, str]:
         """Digest by name of the trials of a role."""
@@ -73,11 +91,13 @@ class Beyond:
     Attributes:
         covered: by the trials.
         reached: in the run.
+        beside: another channel and its value, with which the trials covered no more; empty where it is of none.
     """
 
     channel: str
     covered: tuple[float, float]
     reached: tuple[float, float]
+    beside: tuple[tuple[str, float], ...] = ()
 
 
 def trial_digest(trial: Trial) -> str:
@@ -99,7 +119,18 @@ def grounds(
     roles = {"fit": train, "validation": validation, "kept back": test}
     trials = tuple(_used(trial, role) for role, some in roles.items() for trial in some)
     kinds = sorted({one.kind for one in trials if one.role == "fit"})
-    return Grounds(trials, tuple(kinds), covered(train, controls))
+    return of_trials(train, controls, trials, kinds)
+
+
+def of_trials(
+    train: Sequence[Trial], controls: Sequence[str], used: Sequence[Used] = (), kinds: Sequence[str] = ()
+) -> Grounds:  # fmt: skip
+    """What trials cover and test together."""
+    found, ranges = [_channels(trial, controls) for trial in train], covered(train, controls)
+    names = [name for name in ("u", "v_m", "r", *controls) if all(name in one for one in found)]
+    pools = {name: np.concatenate([one[name] for one in found]) for name in names} if found else {}
+    slack = {name: (*ends, _slack(ends)) for name, ends in ranges.items()}
+    return Grounds(tuple(used), tuple(kinds), ranges, planes(pools, slack))
 
 
 def _used(trial: Trial, role: str) -> Used:
@@ -124,29 +155,52 @@ def covered(trials: Sequence[Trial], controls: Sequence[str]) -> dict[str, tuple
     return {name: span for name, span in found.items() if span is not None}
 
 
-def beyond(found: Ranges, run: Trial, controls: Sequence[str]) -> tuple[Beyond, ...]:
-    """Channels in which a run leaves the ranges `found` in the trials of a fit, in the order of `found`."""
+def _beyond(found: Ranges, run: Mapping[str, Array]) -> tuple[Beyond, ...]:
+    """Channels that leave their ranges by themselves."""
     out: list[Beyond] = []
-    for name, values in _channels(run, controls).items():
+    for name, values in run.items():
         known = values[~np.isnan(values)]
         if name not in found or not known.size:
             continue
-        low, high = found[name]
+        (low, high), slack = found[name], _slack(found[name])
         reached = float(known.min()), float(known.max())
-        size = max(abs(low), abs(high))
-        slack = max(_MARGIN * (high - low), _SAME * size, 1e-9) if math.isfinite(size) else 0.0
         if reached[0] < low - slack or reached[1] > high + slack:
             out.append(Beyond(name, (low, high), reached))
     return tuple(out)
 
 
+def _apart(found: Grounds, run: Mapping[str, Array]) -> Iterator[Beyond]:
+    """Pairs of channels farthest outside of what was tested together, the farthest first."""
+    met: list[tuple[float, Beyond]] = []
+    for one in found.tested:
+        if one.x not in run or one.y not in run or one.x not in found.covered or one.y not in found.covered:
+            continue
+        over = one.excess(run[one.x], run[one.y], (_slack(found.covered[one.x]), _slack(found.covered[one.y])))
+        far = int(np.argmax(np.where(np.isnan(over), -np.inf, over))) if over.size else 0
+        if over.size and over[far] > 1.0:
+            x, y = float(run[one.x][far]), float(run[one.y][far])
+            met.append((float(over[far]), Beyond(one.y, one.across(x), (y, y), ((one.x, x),))))
+    met.sort(key=lambda pair: -pair[0])
+    yield from (pair[1] for pair in met[:_TOLD])
+
+
+def _slack(ends: tuple[float, float]) -> float:
+    """How far beyond a range its trials still hold."""
+    size = max(abs(end) for end in ends)
+    return max(_MARGIN * (ends[1] - ends[0]), _SAME * size, 1e-9) if math.isfinite(size) else 0.0
+
+
 def _channels(trial: Trial, controls: Sequence[str]) -> dict[str, Array]:
-    """What a range is kept of, by name: motion, controls as they act, wind, waves, depth."""
+    """What a range is kept of, by name: motion through the water, controls as they act, draught, wind, waves, depth."""
     found = {name: trial[name] for name in ("u", "v_m", "r", *controls) if name in trial}
     if "u" in trial and "v_m" in trial:
-        speed = np.hypot(trial["u"], trial["v_m"])
+        found["u"], found["v_m"] = u, v_m = through_water(trial)
+        speed = np.hypot(u, v_m)
         fast = speed > _SLOW * np.nanmax(speed, initial=0.0)
-        found[DRIFT] = np.where(fast, np.arctan2(-trial["v_m"], trial["u"]), np.nan)
+        found[DRIFT] = np.where(fast, np.arctan2(-v_m, u), np.nan)
+    loaded = trial.meta.get(DRAUGHT)
+    if isinstance(loaded, int | float) and math.isfinite(loaded):
+        found[DRAUGHT] = np.full(1, float(loaded))
     around = {name: trial[name] if name in trial else np.full(1, usual) for name, usual in _USUAL.items()}
     return found | {name: np.where(np.isnan(values), _USUAL[name], values) for name, values in around.items()}
 

@@ -6,15 +6,22 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..core.files import REACH, in_reach
-from ..data import DataError
+from ..data import DataError, Trial
 from ..environment import Uniform, Weather
 from ..forces.shallow import SHALLOWEST
+from ..models import STATES
 from ..ships import Ship
 from ..ships.felt import feels
 from . import RequestError
 from .asked import Around, Draws
+
+if TYPE_CHECKING:
+    from ..study.grounds import Grounds
 
 DEGREE = math.pi / 180.0
 
@@ -37,6 +44,38 @@ def ship_of(ship: str | Path | Ship) -> Ship:
     from ..ships.files import load
 
     return ship if isinstance(ship, Ship) else load(str(ship))
+
+
+def grounds_of(ship: str | Path | Ship, note: Note) -> Grounds | None:
+    """What the trials of a fitted ship tested, from the fit beside its file; None of any other ship.
+
+    Args:
+        note: told where the fit beside it is of other numbers.
+    """
+    from ..identify import StudyError
+    from ..study.store import summary_beside
+
+    try:
+        said = None if isinstance(ship, Ship) else summary_beside(ship)
+    except StudyError as error:
+        note(f"warning: what its trials tested is not known: {error}")
+        return None
+    return said.grounds if said is not None and said.grounds.covered else None
+
+
+def untested(grounds: Grounds | None, ship: Ship, run: Trial) -> list[str]:
+    """A warning where a run leaves the trials that its ship was fitted to; none where it does not."""
+    from ..report.judging.tested import reached
+
+    found = grounds.beyond(run, ship.model.controls) if grounds is not None else ()
+    return [f"warning: {run.name} goes beyond the trials of the fit: {reached(found)}; no error is known there"
+            for _ in found[:1]]  # fmt: skip
+
+
+def as_steered(trial: Trial, predicted: Trial) -> Trial:
+    """A prediction of a trial with the controls and surroundings of that."""
+    rows = np.clip(np.searchsorted(trial.t, predicted.t - 1e-9), 0, len(trial) - 1)
+    return trial.rows(rows).having(**{name: predicted[name] for name in STATES})
 
 
 def doubts(ship: Ship) -> list[str]:

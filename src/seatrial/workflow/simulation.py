@@ -29,7 +29,19 @@ from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.approach import approach, step_doubt, surge_balance, time_step
 from . import RequestError
 from .asked import Approach, Around, InWaves, Orders, Span
-from .request import DEGREE, Note, doubts, finite, make_folder, positive, ship_of, silent, surroundings
+from .request import (
+    DEGREE,
+    Note,
+    doubts,
+    finite,
+    grounds_of,
+    make_folder,
+    positive,
+    ship_of,
+    silent,
+    surroundings,
+    untested,
+)
 from .seaway import Motion, Seaway, bound_for
 
 # A manoeuvre that is not over after this many ship lengths of way never will be.
@@ -181,7 +193,7 @@ def simulate(
     options = {key: value for key, value in given.items() if value is not None}
     policy = manoeuvre if isinstance(manoeuvre, Manoeuvre) else order(manoeuvre, vessel, U, n_P, options)
     run, reason = _run(vessel, policy, U, span, place.weather, device, seaway)
-    for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run)):
+    for line in (*_unfelt(vessel, U, rps), *_beyond(vessel, run), *untested(grounds_of(ship, note), vessel, run)):
         note(line)
     run, motions = seaway.seen(run, note)
     if out is not None:

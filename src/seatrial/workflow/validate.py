@@ -41,7 +41,7 @@ from .comparing import (
     scales_asked,
 )
 from .reports import comparisons as table_of
-from .request import PAGES, banded, make_folder, positive, separate
+from .request import PAGES, as_steered, banded, grounds_of, make_folder, positive, separate, untested
 
 if TYPE_CHECKING:
     from ..belief.bands.prediction import Fan
@@ -262,6 +262,7 @@ def predict(
             predictions.append(one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state"))
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
+    _note_untested(model, ship, asked.trials, predictions, sink)
     make_folder(out)
     write_trials(predictions, out)
     from .evidence.fans import write_fan
@@ -272,6 +273,16 @@ def predict(
     document = {"model": ship.name, "restart": how.restart, **({} if how.history is None else {"history": how.history}),
                 "written": list(written), **begun, **spread_numbers(spread)}
     return Outcome(tuple(predictions), fields(document, joined(map(line, written))), tuple(failed))
+
+
+def _note_untested(
+    model: str, ship: Ship, trials: Sequence[Trial], predictions: Sequence[Trial], sink: Sink
+) -> None:  # fmt: skip
+    """Say which predictions leave what the trials of the fit tested."""
+    grounds, measured = grounds_of(model, sink.note), {trial.name: trial for trial in trials}
+    for one in predictions:
+        for told in untested(grounds, ship, as_steered(measured[one.name], one)):
+            sink.note(told)
 
 
 def _banding(model: str, bands: Bands, how: Predicting) -> Banding | None:

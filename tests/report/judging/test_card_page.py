@@ -15,6 +15,7 @@ from seatrial.campaign.analysis.proportion import Proportion
 from seatrial.identify import Verdict
 from seatrial.report.judging.card import Calibrated, Card, forbidden, page, pooled
 from seatrial.report.judging.fans import narrow
+from seatrial.study.hulls import Plane
 from seatrial.validate.fitness import FIT, NOT_FIT, OPEN, Fitness, Found, Limit
 from shown import items, tables, tiles, words
 from summaries import summary_of
@@ -50,7 +51,7 @@ def use(verdict: str, title: str = "berthing", value: float = 0.5) -> Fitness:
 
 
 def card(**changes: Any) -> Card:
-    own = replace(fit(), ship=SimpleNamespace(name="boat", L_pp=7.0))
+    own = replace(fit(), ship=SimpleNamespace(name="boat", L_pp=7.0, model=SimpleNamespace(draught=0.5)))
     summary = summary_of(grounds={"trials": TRIALS, "covered": COVERED, "kinds": ["zigzag", "turning"]},
                    provenance={"trained_on": ["a", "b", "c"]}, diagnosis={"explained": True})  # fmt: skip
     rows = (rows_of("zigzag", 10.0, 40, HELD), rows_of("zigzag", 20.0, 30, HELD),
@@ -117,9 +118,20 @@ def test_a_calibration_replaces_the_share_of_the_draws_at_the_head() -> None:
 def test_ranges_stand_in_two_halves_in_the_units_of_people() -> None:
     body = page(card()).sections[1].html
     left, right = (rows[1:] for rows in tables(body))
-    assert left == [["surge speed", "0.500", "2.00", "m/s"], ["rate of turn", "−1.15", "1.15", "°/s"],
-                    ["rudder", "−35.0", "20.0", "°"], ["propeller", "−1.00", "2.00", "1/s"]]  # fmt: skip
-    assert right == [["wind", "0", "8.00", "m/s"], ["wave height", "0", "0", "m"], ["depth", "deep", "deep", "m"]]
+    assert left == [["Froude number u/√(g L)", "0.0603", "0.241", "-"], ["surge speed", "0.500", "2.00", "m/s"],
+                    ["rate of turn", "−1.15", "1.15", "°/s"], ["rudder", "−35.0", "20.0", "°"]]  # fmt: skip
+    assert right == [["propeller", "−1.00", "2.00", "1/s"], ["wind", "0", "8.00", "m/s"],
+                     ["wave height", "0", "0", "m"], ["depth", "deep", "deep", "m"]]  # fmt: skip
+    one = card()
+    shallow = replace(one.grounds, covered={**one.grounds.covered, "depth": (1.0, math.inf)})
+    found = tables(page(replace(one, summary=replace(one.summary, grounds=shallow))).sections[1].html)
+    assert ["depth over draught", "2.00", "deep", "-"] in found[0]
+    drawn = replace(one.grounds, tested=(Plane("u", "r", ((0.5, 0.0), (2.0, -0.02), (2.0, 0.02))),))
+    told = page(replace(one, summary=replace(one.summary, grounds=drawn)))
+    assert "Tested together" in told.sections[1].html
+    assert any("not tested together" in line for line in told.document["must_not"])
+    assert not any("not tested together" in line for line in page(one).document["must_not"])
+    assert "Tested together" not in body
     assert "Kinds of manoeuvre: zigzag, turning." in body
     assert "seatrial simulate --bands refuses it" in body
     assert "refuses" not in page(card(widened=True)).sections[1].html
@@ -145,7 +157,7 @@ def test_purposes_have_the_error_beside_its_limit() -> None:
     one = page(card(uses=(use(FIT),), unjudged={"towing": "no trial"}))
     (rows,) = tables(next(s for s in one.sections if s.title.startswith("Fit for which")).html)
     assert rows[1:] == [
-        ["berthing", "fit", "drift: fit (0.500 m of 1.25 m, 95 %: 0.400 to 0.600; 1 error in 1 trial); "
+        ["berthing", "fit", "drift: fit (0.500 m of 1.25 m, 95 %: 0.400 to 0.600; 1 error in 1 trial; why); "
                             "stop: fit (why)"],
         ["towing", "not judged", "no trial"],
     ]  # fmt: skip

@@ -16,6 +16,7 @@ from seatrial.campaign.running import Shard
 from seatrial.core.errors import RequestError
 from seatrial.data import DataError, Trial
 from seatrial.models import STATES
+from seatrial.study.grounds import Grounds
 from seatrial.workflow import campaigns
 from seatrial.workflow.campaigns import analysing, beside, merged, replayed, status
 from seatrial.workflow.evidence import calibrate, carded
@@ -230,7 +231,7 @@ def bands(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
 
 
 def held_posterior(**covered: Any) -> Any:
-    return SimpleNamespace(ship=SimpleNamespace(), covered=covered)
+    return SimpleNamespace(ship=SimpleNamespace(model=SimpleNamespace(controls=())), grounds=Grounds(covered=covered))
 
 
 @pytest.mark.parametrize(("seconds", "horizons"), [(200.0, (8.0, 40.0, 80.0)), (50.0, (5.0, 25.0, 50.0))])
@@ -263,17 +264,14 @@ def test_what_has_no_bands_is_a_doubt_and_what_has_no_calibration_nothing(bands:
     assert heard.notes == ["warning: too few recordings"]
 
 
-def test_a_trial_beyond_those_of_the_fit_is_a_doubt(bands: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Any] = []
-    monkeypatch.setattr(carded, "beyond", lambda covered, trial, controls: asked.append((covered, trial.name, controls))
-                        or ["u above 5"])  # fmt: skip
-    monkeypatch.setattr(carded, "reach", str.upper)
+def test_a_trial_beyond_those_of_the_fit_is_a_doubt(bands: dict[str, Any]) -> None:
     held = held_posterior(u=(0.0, 5.0))
-    held.ship.model = SimpleNamespace(controls=("n_P",))
-    found = carded.calibrated_of("m", held, [Trial("t", np.arange(3.0), {})], 60.0, Heard())
-    assert found is not None
-    assert asked == [({"u": (0.0, 5.0)}, "t", ("n_P",))]
-    assert found.doubts[1] == "t leaves the trials of the fit: U ABOVE 5"
+    trials = [Trial("t", np.arange(3.0), {"u": np.array([1.0, u, 1.0])}) for u in (5.4, 6.0)]
+    within, over = (carded.calibrated_of("m", held, [one], 60.0, Heard()) for one in trials)
+    assert within is not None
+    assert not any("leaves" in line for line in within.doubts)
+    assert over is not None
+    assert over.doubts[1] == "t leaves the trials of the fit: surge speed 1.00 to 6.00 m/s (trials: 0 to 5.00)"
 
 
 def calibration(power: Any = None) -> Any:

@@ -17,6 +17,7 @@ from ...manoeuvres.autopilot import K_PRIME, T_PRIME
 from ...manoeuvres.track import Leg, legs
 from ...models.nomoto import Nomoto, from_prime
 from ...ships import Ship
+from ...study.grounds import Grounds
 from .schema import Ais, Kind
 
 _RUDDER, _RUDDER_RATE = math.radians(35.0), math.radians(2.5)
@@ -59,6 +60,7 @@ class Own:
         antenna: place of the antenna, forward and to starboard of midship [m]; None: midship, of usual instruments 0.4
             lengths abaft it.
         begun: initial (x, y, psi, u, v_m, r) over ground; None: those of `sailing`, ahead through the water.
+        grounds: what the trials of its fit tested; None of a ship without a fit.
     """
 
     ship: Ship
@@ -67,6 +69,7 @@ class Own:
     piloted: bool = True
     antenna: tuple[float, float] | None = None
     begun: tuple[float, ...] | None = None
+    grounds: Grounds | None = None
 
 
 @dataclass(frozen=True)

@@ -140,6 +140,7 @@ class Stage:
         self.scenario = scenario
         own, ticks = scenario.own, rate_of(scenario.own.ship, scenario.rate)
         plants = _plants(scenario, ticks)
+        plants[OWN].grounds = own.grounds
         self.fittings = self._fitted(plants[OWN], line)
         suite = usual(own.ship, own.antenna) if own.usual else exact(plants[OWN].controls, self.fittings, ticks)
         clock = clock or (None if page else LoneClock())

@@ -13,7 +13,6 @@ from ...belief.bands.manoeuvring import Bands
 from ...belief.posterior import Posterior
 from ...data import Trial
 from ...manoeuvres import Index
-from ...study.grounds import Beyond
 from .. import figures
 from ..blocks import fields, figure, gallery, note, number, soft, table
 from ..page import Page, Section, provenance
@@ -66,34 +65,7 @@ def basis_of(held: Posterior) -> Basis:
 
 
 _DEGREES = math.degrees(1.0)
-_SIGNS = {"u": ("surge speed", "m/s", 1.0), "v_m": ("sway speed", "m/s", 1.0), "r": ("rate of turn", "°/s", _DEGREES),
-          "delta": ("rudder", "°", _DEGREES), "drift": ("drift angle", "°", _DEGREES), "U_T": ("wind", "m/s", 1.0),
-          "H_S": ("wave height", "m", 1.0), "depth": ("depth", "m", 1.0), "n_P": ("propeller", "1/s", 1.0)}  # fmt: skip
 _DRAWN = 60
-
-
-def channel(name: str) -> tuple[str, str, float]:
-    """Words, unit and factor from SI units of a channel of `grounds.covered`."""
-    angle = name.startswith(("delta", "alpha"))
-    unit = "°" if angle else "1/s" if name.startswith("n_") else ""
-    return _SIGNS.get(name, (name, unit, _DEGREES if angle else 1.0))
-
-
-def span(name: str, ends: tuple[float, float]) -> str:
-    """A range of a channel in words, such as ``rudder −20 to 20 °``."""
-    words, unit, factor = channel(name)
-    low, high = (("deep" if math.isinf(end) else number(factor * end)) for end in ends)
-    return f"{words} {low}{'' if low == high else f' to {high}'} {'' if low == high == 'deep' else unit}".strip()
-
-
-def reach(one: Beyond) -> str:
-    """Where a run leaves the trials, in words."""
-    words, unit, factor = channel(one.channel)
-    reached, covered = (
-        " to ".join(dict.fromkeys("deep" if math.isinf(end) else number(factor * end) for end in ends))
-        for ends in (one.reached, one.covered)
-    )
-    return f"{words} {reached} {unit}".strip() + f" (trials: {covered})"
 
 
 def page(

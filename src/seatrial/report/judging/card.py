@@ -10,6 +10,7 @@ from typing import Any
 
 from ...belief.bands.held import GROUPS, Held
 from ...identify import Fit
+from ...models.rolling import GRAVITY
 from ...study.grounds import Grounds, Ranges
 from ...study.store import Summary
 from ...validate.fitness import FIT, NOT_FIT, Fitness
@@ -20,6 +21,8 @@ from ..blocks import (
     bullets,
     entries,
     fields,
+    figure,
+    gallery,
     heading,
     joined,
     lead,
@@ -31,10 +34,10 @@ from ..blocks import (
     tiles,
 )
 from ..page import Page, Section
-from .bands import channel, span
 from .fans import SHARE, held_table, narrow, share
 from .fitness import REMARK, definitions, sized
 from .fitness import numbers as fitness_numbers
+from .tested import CAPTION, channel, picture, span
 
 _DEGREES = math.degrees(1.0)
 _CLAIMED = 0.95
@@ -164,7 +167,7 @@ def _head(card: Card) -> Body:
 def _validity(card: Card) -> Body:
     if not card.grounds.covered:
         return soft("This fit did not keep the ranges of its trials (an older version): fit it again.")
-    rows = [_range(name, ends) for name, ends in card.grounds.covered.items()]
+    rows = [*_shares(card), *(_range(name, ends) for name, ends in card.grounds.covered.items())]
     refused = "" if card.widened else ", and seatrial simulate --bands refuses it"
     words = ("Lowest and highest value in the trials of the fit, without a thousandth of outliers at either end. "
              "Beyond them, and for other kinds of manoeuvre, the model extrapolates: no error is known there"
@@ -172,7 +175,20 @@ def _validity(card: Card) -> Body:
     kinds = ", ".join(card.grounds.kinds)
     half = -(-len(rows) // 2)
     halves = joined(table(("", "from", "to", "unit"), some, words=(3,)) for some in (rows[:half], rows[half:]))
-    return (Group(halves, None), *soft(f"Kinds of manoeuvre: {kinds}. {words}"))
+    drawn = picture(card.grounds)
+    together = gallery(figure(drawn, CAPTION)) if drawn else ()
+    return (Group(halves, None), *together, *soft(f"Kinds of manoeuvre: {kinds}. {words}"))
+
+
+def _shares(card: Card) -> Iterator[list[str]]:
+    """Froude number of the surge speed, and depth over draught where both are known."""
+    covered, ship = card.grounds.covered, card.fit.ship
+    if "u" in covered:
+        ends = [number(end / math.sqrt(GRAVITY * ship.L_pp)) for end in covered["u"]]
+        yield ["Froude number u/√(g L)", *ends, "-"]
+    draught, depth = float(ship.model.draught), covered.get("depth", (math.inf, math.inf))
+    if draught > 0.0 and not math.isinf(depth[0]):
+        yield ["depth over draught", *("deep" if math.isinf(end) else number(end / draught) for end in depth), "-"]
 
 
 def _range(name: str, ends: tuple[float, float]) -> list[str]:
@@ -250,13 +266,13 @@ def _purposes(card: Card) -> Body:
 
 def _limits(use: Fitness) -> Iterator[str]:
     for one in use.found:
-        found = sized(one)
-        yield f"{one.limit.key}: {one.verdict} ({found or one.reason})"
+        yield f"{one.limit.key}: {one.verdict} ({'; '.join(filter(None, (sized(one), one.reason)))})"
 
 
 def forbidden(card: Card) -> tuple[str, ...]:
     """What the model must not be used for, a line each."""
-    return *_by_purpose(card), *_by_range(card.grounds.covered), *_by_evidence(card)
+    apart = ("with speeds, rates of turn and controls that were not tested together (drawn above)",)
+    return *_by_purpose(card), *_by_range(card.grounds.covered), *apart[: len(card.grounds.tested)], *_by_evidence(card)
 
 
 def _by_purpose(card: Card) -> Iterator[str]:

@@ -23,7 +23,7 @@ from ...ships import Ship
 from .. import RequestError
 from ..asked import Around, Bands, Departure, InWaves, Page, RealTime, Wire
 from ..evidence.ahead import path_ahead
-from ..request import Note, positive, ship_of, silent
+from ..request import Note, grounds_of, positive, ship_of, silent
 from ..simulation import known, lacks, order
 from .scenarios import read_scenario
 from .scenes import alone, varied
@@ -83,6 +83,8 @@ def sail(
         played = alone(vessel, ghost)
     else:
         played = scenario if isinstance(scenario, Scenario) else read_scenario(scenario, vessel, departure.seed)
+    if ship is not None and (tested := grounds_of(ship, note)) is not None:
+        played = replace(played, own=replace(played.own, grounds=tested))
     played, situation = _charted(varied(played, departure, around, waves, note), scenario, run.chart)
     usual = _RATE_OF_ARDUPILOT if page.ardupilot else _RATE_OF_PAGE if page.page else played.rate
     record, folder = _recorded(run.out, page.page)

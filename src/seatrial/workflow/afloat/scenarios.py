@@ -35,7 +35,7 @@ from ...realtime.range.schema import (
 from ...ships import Ship
 from .. import RequestError
 from ..asked import Around, InWaves
-from ..request import DEGREE, Note, ship_of, silent, speed_of, surroundings
+from ..request import DEGREE, Note, grounds_of, ship_of, silent, speed_of, surroundings
 from ..seaway import Seaway, bound_for
 
 # So far from its origin a plane is no map of the sea any more [m].
@@ -66,7 +66,9 @@ def scenario_of(
     table = filled(ScenarioFile, of_schema(document, SCHEMA, path), path)
     table = table if seed is None else replace(table, seed=seed)
     try:
-        return _scenario(table, path, own or _ship(path, table.own.ship))
+        played = _scenario(table, path, own or _ship(path, table.own.ship))
+        tested = None if own is not None else grounds_of(_place(path, table.own.ship), silent)
+        return replace(played, own=replace(played.own, grounds=tested))
     except ValueError as error:
         about = str(error)
         raise RequestError(about if about.startswith(str(path)) else f"{path}: {about}") from None
@@ -131,8 +133,12 @@ def _chart(table: ScenarioFile, path: Path, datum: Datum | None) -> tuple[Chart 
 
 
 def _ship(path: Path, name: str) -> Ship:
+    return ship_of(_place(path, name))
+
+
+def _place(path: Path, name: str) -> str | Path:
     beside = path.parent / name
-    return ship_of(beside if name.endswith(".toml") and beside.exists() else name)
+    return beside if name.endswith(".toml") and beside.exists() else name
 
 
 def _datum(table: ScenarioFile) -> Datum | None:

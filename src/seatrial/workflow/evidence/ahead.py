@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...data import Trial
 from ...realtime.bridge.path import Open
-from ...report.judging.bands import reach
+from ...report.judging.tested import reached
 from ...ships import Ship
 from .. import RequestError
 from ..asked import Bands
@@ -34,6 +34,6 @@ def path_ahead(ship: str | Path | Ship | None, bands: Bands) -> Open | None:
 
     def refusal(path: Trial) -> str:
         out = asked.refused(path)
-        return f"beyond the trials of the fit in {'; '.join(map(reach, out))}" if out else ""
+        return f"beyond the trials of the fit in {reached(out)}" if out else ""
 
     return Open(asked.held, asked.found, asked.level, asked.count, refusal)

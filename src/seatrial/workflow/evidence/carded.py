@@ -13,10 +13,9 @@ from ...belief.posterior import Posterior
 from ...core.errors import SeatrialError
 from ...data import Trial
 from ...engine import SimulationError
-from ...report.judging.bands import reach
 from ...report.judging.card import Calibrated
+from ...report.judging.tested import reached
 from ...simulate.replay import replay
-from ...study.grounds import beyond
 from .. import Sink
 from .calibrate import of_one_day
 
@@ -68,6 +67,5 @@ def _unseen(
 
 
 def _beyond(posterior: Posterior, trial: Trial) -> Iterator[str]:
-    out = beyond(posterior.covered, trial, posterior.ship.model.controls) if posterior.covered else ()
-    if out:
-        yield f"{trial.name} leaves the trials of the fit: {'; '.join(map(reach, out))}"
+    if out := posterior.grounds.beyond(trial, posterior.ship.model.controls):
+        yield f"{trial.name} leaves the trials of the fit: {reached(out)}"

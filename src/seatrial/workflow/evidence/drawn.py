@@ -22,10 +22,11 @@ from ...data import Array, Trial
 from ...environment import Weather
 from ...manoeuvres import Manoeuvre
 from ...models import STATES
-from ...report.judging.bands import CALIBRATED, PARAMETERS_ONLY, Basis, basis_of, reach
+from ...report.judging.bands import CALIBRATED, PARAMETERS_ONLY, Basis, basis_of
+from ...report.judging.tested import reached
 from ...ships import Ship
 from ...simulate.run import recorded
-from ...study.grounds import SURROUNDINGS, Beyond, beyond, kind_of
+from ...study.grounds import SURROUNDINGS, Beyond, kind_of
 from ...study.store import read_summary
 from .. import RequestError
 from ..asked import Bands as Asked
@@ -111,7 +112,7 @@ class Drawing:
         """
         if refused := self.refusal(run):
             raise RequestError(f"--bands: {refused}")
-        return beyond(self.held.covered, run, self.held.ship.model.controls) if self.held.fitted else ()
+        return self.held.grounds.beyond(run, self.held.ship.model.controls) if self.held.fitted else ()
 
     def refusal(self, run: Trial) -> str:
         """Why no bands are given for a run; empty where they are."""
@@ -120,7 +121,7 @@ class Drawing:
         out = self.refused(run)
         if not out:
             return ""
-        return (f"the run leaves the trials of the fit: {'; '.join(map(reach, out))}{UNKNOWN}"
+        return (f"the run leaves the trials of the fit: {reached(out)}{UNKNOWN}"
                 "fit trials that go so far, or accept it with --extrapolate"
                 f"{'' if self.held.power is not None else LEAVE_OUT}")  # fmt: skip
 
@@ -136,7 +137,7 @@ class Drawing:
         """Where a run leaves the trials of the fit so that it has no bands."""
         if self.extrapolate or not self.held.fitted:
             return ()
-        out = beyond(self.held.covered, run, self.held.ship.model.controls)
+        out = self.held.grounds.beyond(run, self.held.ship.model.controls)
         return () if self._told(out) else out
 
     def _told(self, out: tuple[Beyond, ...]) -> bool:
@@ -189,7 +190,7 @@ class Drawing:
         if basis is PARAMETERS_ONLY and not self.explained:
             lines.append("the model does not explain the trials of its fit: the bands are too narrow")
         if out_of:
-            lines.append(f"extrapolated: {'; '.join(map(reach, out_of))}; {self._open_there(basis)}")
+            lines.append(f"extrapolated: {reached(out_of)}; {self._open_there(basis)}")
         kinds, kind = self.held.grounds.kinds, kind_of(run)
         if kinds and kind not in kinds:
             lines.append(f"no trial of the fit is of this kind ({kind}); they are {', '.join(kinds)}")

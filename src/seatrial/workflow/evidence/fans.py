@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ...belief.bands.calibration import Calibration, begin_of, load
 from ...belief.bands.held import SHARES, held, windows
 from ...belief.bands.past import Filter, carried
@@ -19,14 +17,12 @@ from ...belief.posterior import Posterior
 from ...belief.reading import posterior
 from ...data import Trial
 from ...data.trialfile import write_trial
-from ...models import STATES
-from ...report.judging.bands import reach
 from ...report.judging.fans import BandsHeld
+from ...report.judging.tested import reached
 from ...simulate.replay import replay
-from ...study.grounds import beyond
 from .. import RequestError
 from ..asked import Bands, Predicting
-from ..request import DEGREE, Note, level_of, make_folder
+from ..request import DEGREE, Note, as_steered, level_of, make_folder
 
 FOLDER = "bands"
 """Folder of the bands, below that of the predictions."""
@@ -93,11 +89,9 @@ class Banding:
         """
         if self.extrapolate:
             return
-        rows = np.clip(np.searchsorted(trial.t, predicted.t - 1e-9), 0, len(trial) - 1)
-        run = trial.rows(rows).having(**{name: predicted[name] for name in STATES})
-        if out := beyond(self.held.covered, run, self.held.ship.model.controls):
+        if out := self.held.grounds.beyond(as_steered(trial, predicted), self.held.ship.model.controls):
             raise RequestError(
-                f"--bands: {trial.name} leaves the trials of the fit: {'; '.join(map(reach, out))}; nothing is known "
+                f"--bands: {trial.name} leaves the trials of the fit: {reached(out)}; nothing is known "
                 "of the error there; accept it with --extrapolate"
             )
 
