@@ -27,8 +27,7 @@ from seatrial.report.judging import bands as judged
 from seatrial.report.judging import coverage, fans, tested
 from seatrial.report.page import html
 from seatrial.report.report import _marginal
-from seatrial.study.grounds import Beyond, Grounds
-from seatrial.study.hulls import Plane
+from seatrial.study.grounds import Beyond, Grounds, Plane
 
 LABEL = re.compile(r'<text x="([-\d.]+)" y="([-\d.]+)"[^>]*>([^<]*)</text>')
 RECT = re.compile(r'<rect x="([-\d.]+)" y="([-\d.]+)" width="([-\d.]+)" height="([-\d.]+)"')

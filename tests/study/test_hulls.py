@@ -12,8 +12,7 @@ from scipy.optimize import linprog
 
 from fitted_run import trial
 from seatrial.data import Trial
-from seatrial.study.grounds import Grounds, of_trials
-from seatrial.study.hulls import Plane, planes
+from seatrial.study.grounds import Grounds, Plane, of_trials, planes
 
 CONTROLS = ("n_P", "delta")
 WIDE = {"x": (-math.inf, math.inf, 0.0), "y": (-math.inf, math.inf, 0.0)}

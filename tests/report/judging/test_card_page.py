@@ -15,7 +15,7 @@ from seatrial.campaign.analysis.proportion import Proportion
 from seatrial.identify import Verdict
 from seatrial.report.judging.card import Calibrated, Card, forbidden, page, pooled
 from seatrial.report.judging.fans import narrow
-from seatrial.study.hulls import Plane
+from seatrial.study.grounds import Plane
 from seatrial.validate.fitness import FIT, NOT_FIT, OPEN, Fitness, Found, Limit
 from shown import items, tables, tiles, words
 from summaries import summary_of

@@ -67,9 +67,9 @@ def test_a_prediction_is_judged_on_its_own_rows_with_the_controls_of_the_trial(m
     trial = Trial("t", t, {**dict.fromkeys(STATES, 0.0 * t), "delta": 0.1 * t})
     predicted = trial.rows(slice(4, 8)).having(u=np.full(4, 9.0))
     seen: list[Trial] = []
-    monkeypatch.setattr(fans, "beyond", lambda covered, run, controls: seen.append(run) or ["u"])
-    monkeypatch.setattr(fans, "reach", str.upper)
-    made = Banding(posterior(), SimpleNamespace(), 0.95, 100, False)  # type: ignore[arg-type]
+    grounds = SimpleNamespace(kinds=("turning",), beyond=lambda run, controls: seen.append(run) or ["u"])
+    monkeypatch.setattr(fans, "reached", lambda found: found[0].upper())
+    made = Banding(posterior(grounds=grounds), SimpleNamespace(), 0.95, 100, False)  # type: ignore[arg-type]
     with pytest.raises(RequestError, match="t leaves the trials of the fit: U; nothing is known"):
         made.refuse(trial, predicted)
     (run,) = seen

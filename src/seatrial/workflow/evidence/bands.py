@@ -78,7 +78,8 @@ def simulate_with_bands(
     drawing = Drawing.of(model, asked)
     if out is not None and out.suffix.lower() != ".csv":
         raise RequestError(f"{out}: a run with bands ends in .csv; its bands go beside it")
-    ran = simulate(model, manoeuvre, orders=orders, begin=begin, span=span, around=around, note=note)
+    # the ship and not its file: where it leaves its trials is refused, or a caveat, of the bands
+    ran = simulate(drawing.held.ship, manoeuvre, orders=orders, begin=begin, span=span, around=around, note=note)
     place = surroundings(ran.ship, around, 1 if orders.seed is None else orders.seed)
     settings: Mapping[str, Any] = ran.settings
     sailed = drawing.sail(ran.ship, ran.policy, ran.trial, speed=settings["speed"], dt=settings["dt"],
