@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import secrets
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any, BinaryIO
 
 from ..core.errors import RequestError, WireError, obeyed
 from ..data import DataError
+from ..encounters.rules import Role
 from ..models import STATES
 from .bridge.deck import Deck, Outfit
 from .bridge.path import Ahead, Open
@@ -29,6 +30,7 @@ from .range.judge import Judged
 from .range.panel import Panel
 from .range.scenario import Scenario
 from .range.stage import Line, Stage
+from .range.wakes import Passed
 from .recording import Recording
 from .wire import Line as Port
 from .wire import Mute
@@ -81,12 +83,14 @@ class Voyage:
 
     Attributes:
         stage: in its final state.
+        passed: how others were passed, by name.
         judged: the criteria, where the run is judged.
         written: recorded trial files.
         failure: why the run failed or ended early; None if it did not.
     """
 
     stage: Stage
+    passed: Mapping[str, Passed]
     judged: tuple[Judged, ...]
     written: tuple[Path, ...]
     failure: str | None
@@ -110,8 +114,9 @@ class Voyage:
         """Indices and criteria; metres, seconds and degrees."""
         stage, scenario, loop = self.stage, self.stage.scenario, self.stage.loop
         passed = {
-            name: {"distance": one.distance, "at": one.t, "touched": one.touched, "time_in_hand": one.in_hand}
-            for name, one in stage.contacts.passed.items()
+            name: {"distance": one.distance, "at": one.t, "touched": one.touched, "time_in_hand": one.in_hand,
+                   "role": Role(int(one.judged.role)).name.lower().replace("_", "-"), "rules": one.margins}
+            for name, one in self.passed.items()
         }  # fmt: skip
         error = stage.judge.heading_error
         return {
@@ -166,7 +171,7 @@ def afloat(
         sitl = _sitl(links, wire, factor, kept)
         screen = None if page is None else _Screen(page, kept)
         port, log = kept.enter_context(opened(wire)), kept.enter_context(writing(None if wire is None else wire.log))
-        stage = _staged(scenario, pace, _line(wire, port, log, links), screen is not None, sitl)
+        stage = _staged(scenario, pace, _line(wire, port, log, links), screen is not None, sitl, judge)
         tell_places(None if wire is None else wire.log, stage.own)
         recording = None if record is None else stage.record(record)
         step = None if wire is None else _in_step(stage, wire)
@@ -186,8 +191,9 @@ def afloat(
                 obeyed()
                 note("ended")
         written = [*_ended(recording), *([] if deck is None else deck.close())]
-    judged = stage.judge.judged(stage.contacts) if judge else ()
-    return Voyage(stage, judged, tuple(written), _failure(stage, recording, step, port))
+    passed = stage.wakes.passed(scenario.limits.cpa, scenario.limits.tcpa)
+    judged = stage.judge.judged(passed) if judge else ()
+    return Voyage(stage, passed, judged, tuple(written), _failure(stage, recording, step, port))
 
 
 class _Screen:
@@ -263,13 +269,18 @@ def _steered(sitl: Sitl | None, stage: Stage, links: Links, note: Note) -> None:
     note(f"waiting for ArduPilot at {sitl.address}, {stage.loop.rate:g} Hz; {said}")
 
 
-def _staged(scenario: Scenario, factor: float, line: Line | None, page: bool, clock: Clock | None) -> Stage:
+def _staged(
+    scenario: Scenario, factor: float, line: Line | None, page: bool, clock: Clock | None, judge: bool
+) -> Stage:  # fmt: skip
     if clock is not None:  # who has the clock has command
         scenario = replace(scenario, own=replace(scenario.own, piloted=False))
     try:
-        return Stage(scenario, factor, line, page, clock)
+        stage = Stage(scenario, factor, line, page, clock)
     except WireError as error:
         raise RequestError(f"--only: {error}") from None
+    if judge and stage.wakes.begun:
+        raise RequestError(f"{stage.wakes.begun} touch at the start; an encounter begins with ships apart")
+    return stage
 
 
 def _in_step(stage: Stage, wire: Wiring) -> Lockstep | None:

@@ -11,7 +11,7 @@ from seatrial.core.errors import LoopError, RefusalError, RunError
 from seatrial.data.nmea.sentences import Sentence, decode, encode
 from seatrial.environment import Uniform
 from seatrial.realtime.on_wire import Lockstep
-from seatrial.realtime.range.contacts import Contact, approach, touching
+from seatrial.realtime.range.contacts import Contact, approach
 from seatrial.realtime.range.panel import Panel
 from seatrial.realtime.range.scenario import Other, Sailing, ordinary
 from seatrial.realtime.range.sky import Sky
@@ -190,33 +190,18 @@ def test_the_nearest_approach_of_two_straight_lines():
     assert Contact("a", 100.0, 0.0, 5.0, 0.0, 100.0, 0.0).dangerous(500.0, 600.0)
 
 
-def test_ships_touch_by_their_hulls_and_not_by_their_length():
-    stage = Stage(scene(FERRY))
-    one, other = (stage.loop.vessels[name].plant for name in ("own", "ferry"))
-
-    class Placed(dict):
-        ship = other.ship
-
-    def beside(x: float, y: float, psi: float):
-        return Placed(x=x, y=y, psi=psi)
-
-    assert touching(one, beside(140.0, 0.0, 0.0))
-    assert not touching(one, beside(0.0, 40.0, 0.0))  # side by side, beam 21.4 m each
-    assert touching(one, beside(0.0, 40.0, 0.5 * math.pi))  # the other lies across
-    assert not touching(one, beside(90.0, 90.0, 0.25 * math.pi))
-
-
 @pytest.mark.slow
 def test_a_collision_course_is_told_and_judged():
     wanted = Criteria(passing_distance=500.0, cross_track=10.0, time=500.0, heading_error=5 * DEG)
     said = scene(FERRY, rate=2.0, criteria=wanted)
     stage = Stage(said)
     stage.run()
-    judged = {one.name: one for one in stage.judge.judged(stage.contacts)}
+    passed = stage.wakes.passed(926.0, 720.0)
+    judged = {one.name: one for one in stage.judge.judged(passed)}
     assert not judged["passing_distance"].met
     assert judged["passing_distance"].where == "ferry"
     assert not judged["contact"].met
-    assert stage.contacts.passed["ferry"].t == pytest.approx(375.0, abs=5.0)
+    assert passed["ferry"].t == pytest.approx(375.0, abs=5.0)
     assert judged["cross_track"].met
     assert not judged["time"].met  # 6000 m at 8 m/s
     assert stage.judge.arrived == pytest.approx(750.0, abs=1.0)
@@ -225,7 +210,7 @@ def test_a_collision_course_is_told_and_judged():
 def test_a_heading_that_was_never_judged_is_not_met():
     stage = Stage(scene(criteria=Criteria(heading_error=5 * DEG, settle=100.0)))
     stage.run(50.0)
-    assert [one.met for one in stage.judge.judged(stage.contacts)] == [False]
+    assert [one.met for one in stage.judge.judged({})] == [False]
 
 
 # --- alarms --------------------------------------------------------------------------------------------------------

@@ -1,17 +1,15 @@
-"""Other ships as the own ship sees them: bearing, distance and nearest approach; the least distance of the run.
+"""Other ships as the own ship sees them now: bearing, distance and nearest approach.
 
-The nearest approach is that of midships on straight courses at the present speeds over ground.  Two ships touch when
-their bounding rectangles do.
+The nearest approach is that of midships on straight courses at the present speeds over ground.  How they passed is
+judged on the tracks (`wakes`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from ..bridge.view import beam
 from ..loop import Loop
 from ..plant import Plant
 
@@ -67,42 +65,11 @@ def _velocity(plant: Plant) -> tuple[float, float]:
     return u * c - v * s, u * s + v * c
 
 
-def touching(one: Plant, other: Plant) -> bool:
-    """Whether the bounding rectangles of two ships overlap: no axis of either separates them."""
-    north, east = other["x"] - one["x"], other["y"] - one["y"]
-    sizes = [(0.5 * plant.ship.L_pp, 0.5 * beam(plant), plant["psi"]) for plant in (one, other)]
-    for _, _, psi in sizes:
-        for axis in (psi, psi + 0.5 * math.pi):
-            reach = sum(abs(L * math.cos(own - axis)) + abs(B * math.sin(own - axis)) for L, B, own in sizes)
-            if abs(north * math.cos(axis) + east * math.sin(axis)) > reach:
-                return False
-    return True
-
-
-@dataclass
-class Passing:
-    """How near another ship has come.
-
-    Attributes:
-        distance: least distance between the midships so far [m].
-        t: time of it [s].
-        touched: time at which the ships touched [s]; None if they did not.
-        in_hand: least time to a nearest approach within the limit that was left before it was avoided [s]; None if
-            there was none to avoid.
-    """
-
-    distance: float = math.inf
-    t: float = 0.0
-    touched: float | None = None
-    in_hand: float | None = None
-
-
 class Contacts:
-    """All other ships of a loop, and how near each has come.
+    """All other ships of a loop, as they are now.
 
     Attributes:
-        seen: each of them now, by name.
-        passed: each of them so far, by name.
+        seen: each of them, by name.
         cpa, tcpa: what counts as dangerous [m, s].
     """
 
@@ -110,10 +77,9 @@ class Contacts:
         """Watch all ships but `own` from now on."""
         self._own, self.cpa, self.tcpa = own, cpa, tcpa
         self._names = tuple(name for name in loop.vessels if name != own)
-        self.reset()
+        self.seen: dict[str, Contact] = {}
         self.tick(loop)
         loop.after(self.tick)
-        loop.keep("the contacts", self)
 
     def tick(self, loop: Loop) -> None:
         """Look around; a ship that blew up is a contact no more."""
@@ -124,33 +90,9 @@ class Contacts:
             vessel = loop.vessels[name]
             if vessel.failure is None:
                 seen[name] = contact(name, own.plant, vessel.plant)
-                self._note(loop.t, seen[name], own.plant, vessel.plant)
         self.seen = seen  # as a whole, since a page reads it from another thread
-
-    def _note(self, t: float, found: Contact, own: Plant, other: Plant) -> None:
-        passed = self.passed[found.name]
-        if found.distance < passed.distance:
-            passed.distance, passed.t = found.distance, t
-        if passed.touched is None and found.distance < own.ship.L_pp + other.ship.L_pp and touching(own, other):
-            passed.touched = t
-        if found.cpa < self.cpa and 0.0 < found.tcpa < self.tcpa:
-            passed.in_hand = found.tcpa if passed.in_hand is None else min(passed.in_hand, found.tcpa)
 
     def dangerous(self) -> Sequence[Contact]:
         """The contacts that come too near, the soonest first."""
         found = [one for one in self.seen.values() if one.dangerous(self.cpa, self.tcpa)]
         return sorted(found, key=lambda one: one.tcpa)
-
-    def snapshot(self) -> dict[str, Any]:
-        return {name: vars(passed) | {"distance": passed.distance if math.isfinite(passed.distance) else None}
-                for name, passed in self.passed.items()}  # fmt: skip
-
-    def restore(self, saved: Mapping[str, Any]) -> None:
-        self.reset()
-        for name, one in saved.items():
-            distance = math.inf if one["distance"] is None else float(one["distance"])
-            self.passed[name] = Passing(distance, float(one["t"]), one["touched"], one["in_hand"])
-
-    def reset(self) -> None:
-        self.seen: dict[str, Contact] = {}
-        self.passed = {name: Passing() for name in self._names}

@@ -9,9 +9,9 @@ from typing import Any
 
 from ...manoeuvres.track import Leg
 from ..loop import Loop
-from .contacts import Contacts
 from .pilots import Guide
 from .scenario import Criteria
+from .wakes import Passed
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Judged:
     """One criterion after a run.
 
     Attributes:
-        name: as in `Criteria`, or "contact", which is always judged.
+        name: as in `Criteria`, "contact", which is always judged, or a rule of the road, whose value is the margin.
         value: what the run has; None where it never came to that.
         limit: what it may have.
         met: whether it does.
@@ -81,15 +81,18 @@ class Judge:
         """Root of the mean square of the cross-track error so far [m]."""
         return math.sqrt(self._squares / self._count) if self._count else 0.0
 
-    def judged(self, contacts: Contacts) -> tuple[Judged, ...]:
-        """Every criterion, the passing distance once for each other ship."""
+    def judged(self, passed: Mapping[str, Passed]) -> tuple[Judged, ...]:
+        """Every criterion, those of other ships once for each."""
         wanted, found = self._criteria, list[Judged]()
-        for name, passed in contacts.passed.items():
-            if passed.touched is not None:
-                found.append(Judged("contact", passed.touched, 0.0, "s", False, name))
+        for name, one in passed.items():
+            if one.touched is not None:
+                found.append(Judged("contact", one.touched, 0.0, "s", False, name))
             if wanted.passing_distance is not None:
-                met = passed.distance >= wanted.passing_distance
-                found.append(Judged("passing_distance", passed.distance, wanted.passing_distance, "m", met, name))
+                met = one.distance >= wanted.passing_distance
+                found.append(Judged("passing_distance", one.distance, wanted.passing_distance, "m", met, name))
+            if wanted.rules:
+                found += [Judged(f"rule {rule}", margin, 0.0, "-", margin >= 0.0, name)
+                          for rule, margin in one.margins.items()]  # fmt: skip
         if wanted.under_keel is not None:
             met = self.under_keel >= wanted.under_keel
             found.append(Judged("under_keel", self.under_keel, wanted.under_keel, "m", met))

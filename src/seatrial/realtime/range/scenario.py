@@ -129,6 +129,7 @@ class Criteria:
         cross_track: greatest distance from the route.
         heading_error: greatest difference from the direction of the leg, `settle` seconds after the start of it.
         time: until the last waypoint is abeam.
+        rules: whether every rule of the road that applies is to be kept.
     """
 
     passing_distance: float | None = None
@@ -137,6 +138,7 @@ class Criteria:
     time: float | None = None
     settle: float = 60.0
     under_keel: float | None = None
+    rules: bool = False
 
 
 @dataclass(frozen=True)

@@ -94,6 +94,7 @@ class CriteriaTable:
     heading_error: Positive | None = None
     time: Positive | None = None
     settle: NotNegative = 60.0
+    rules: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -42,6 +42,7 @@ from .pilots import OwnPilot, TrafficPilot
 from .reports import REPORTED, Reports
 from .scenario import Sailing, Scenario
 from .sky import Sky
+from .wakes import Wakes
 
 _SLOWEST = 0.4
 """Lowest frequency of a wave filter [rad/s]: the floor of trackers of the encounter; slower is the rudder's own."""
@@ -115,7 +116,7 @@ class Stage:
         fittings: of the own ship.
         on_wire: the own ship on its wire; None without one.
         pilot: track pilot of the own ship; None for a ship without a rudder, or without a pilot.
-        faults, contacts, judge, alarms, handover, sky: as the modules of these names.
+        faults, contacts, wakes, judge, alarms, handover, sky: as the modules of these names.
         soundings: of the chart; None on open water.
     """
 
@@ -155,6 +156,7 @@ class Stage:
             _steerable(loop, OWN)
             self.pilot = OwnPilot(loop, OWN, route, True)
         self.contacts = Contacts(loop, OWN, scenario.limits.cpa, scenario.limits.tcpa)
+        self.wakes = Wakes(loop, OWN)
         self.judge = Judge(loop, OWN, route, _TURN * own.ship.L_pp, scenario.criteria, self._keel)
         self.on_wire = self._connected(line)
         self.alarms = Alarms(loop, OWN, self.contacts, self.faults, scenario.limits, self._across, self._deaf,

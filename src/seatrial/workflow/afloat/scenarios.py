@@ -275,4 +275,5 @@ def _fault(k: int, table: FaultTable, own: Ship) -> Fault:
 def _criteria(table: CriteriaTable, chart: Chart | None) -> Criteria:
     error = None if table.heading_error is None else table.heading_error * DEGREE
     keel = _charted("criteria", table.under_keel, chart)
-    return Criteria(table.passing_distance, table.cross_track, error, table.time, table.settle, keel)
+    return Criteria(table.passing_distance, table.cross_track, error, table.time, table.settle, keel,
+                    table.rules)  # fmt: skip
