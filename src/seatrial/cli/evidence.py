@@ -66,8 +66,8 @@ def case(
 ) -> None:  # fmt: skip
     """Judge an autonomy stack in many encounters: a safety case."""
     from ..core.executors import processors
-    from ..workflow.evidence.case import case as run
     from ..workflow.request import Stopped
+    from ..workflow.safety.case import case as run
 
     try:
         end(run(file, out, workers=processors(), shard=shard, dask=dask, sink=Terminal()), json)

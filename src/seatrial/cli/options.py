@@ -311,7 +311,15 @@ Control = Annotated[
 Antenna = Annotated[str | None, Option(help="Place the antenna FORWARD,STARBOARD of midship [m].")]
 
 # Scenarios.
-ScenarioPath = Annotated[Path, Argument(metavar="SCENARIO", help="Name a scenario file.")]
+ScenarioOrShip = Annotated[
+    Path, Argument(metavar="SCENARIO", help="Name a scenario file; with --encounter, a ship.")
+]  # fmt: skip
+Encounter = Annotated[
+    str | None, Option("--encounter", metavar="SET:NUMBER", help="Meet ships: imazu:7, dnv:3, or drawn:give-way.")
+]  # fmt: skip
+Conduct = Annotated[
+    str, Option("--conduct", help="Let ships of --encounter behave so: rules, port, ignores, late, small.")
+]  # fmt: skip
 ScenarioFile = Annotated[Path | None, Option("--scenario", help="Run a scenario file around the ship.")]
 
 # The live twin.

@@ -192,14 +192,16 @@ def bridge(
 
 
 def range_(
-    scenario: o.ScenarioPath, departure: Departure = Departure(), around: Around = Around(),
-    waves: InWaves = InWaves(), wire: Wire = Wire(), page: Page = Page(), bands: Bands = Bands(),
-    run: RealTime = RealTime(), json: bool = False,
+    scenario: o.ScenarioOrShip, encounter: o.Encounter = None, conduct: o.Conduct = "rules",
+    departure: Departure = Departure(), around: Around = Around(), waves: InWaves = InWaves(), wire: Wire = Wire(),
+    page: Page = Page(), bands: Bands = Bands(), run: RealTime = RealTime(), json: bool = False,
 ) -> None:  # fmt: skip
-    """Run a scenario and judge its criteria."""
+    """Run a scenario, or an encounter of a ship, and judge its criteria."""
     from ..workflow.afloat import sail
+    from ..workflow.afloat.scenes import met
 
-    ran = sail(None, scenario, departure, around, waves, wire, page, bands, run, judge=True, note=note,
+    played = scenario if encounter is None else met(str(scenario), encounter, conduct, departure)
+    ran = sail(None, played, departure, around, waves, wire, page, bands, run, judge=True, note=note,
                printed=_printed(json))  # fmt: skip
     answer(_judged(ran, ran.document()), json)
     if not ran.met:
@@ -211,10 +213,11 @@ def range_(
 def _judged(ran: Voyage, document: Mapping[str, Any]) -> Body:
     """How others were passed, the criteria, and how it ended."""
     indices, body = document["indices"], tuple[Block, ...]()
-    rows = [(name, figure(one["distance"], 5), figure(one["at"], 5), figure(one["time_in_hand"], 4))
+    rows = [(name, figure(one["distance"], 5), figure(one["at"], 5), figure(one["time_in_hand"], 4), one["role"],
+             ", ".join(rule for rule, margin in one["rules"].items() if margin < 0.0) or "–")
             for name, one in indices["passing"].items()]  # fmt: skip
     if rows:
-        body += table(("ship", "passes at m", "after s", "time in hand s"), rows)
+        body += table(("ship", "passes at m", "after s", "time in hand s", "own part", "breaks"), rows, words=(4, 5))
     rows = [(one["name"].replace("_", " "), one["ship"] or "", figure(one["value"], 5), figure(one["limit"], 5),
              one["unit"], "met" if one["met"] else "not met") for one in document["criteria"]]  # fmt: skip
     if rows:

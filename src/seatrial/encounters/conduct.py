@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ from .rules.roles import MUST_ACT, Role, classes
 _MARGIN = 1.3
 """Passing distance that a ship aims at, over what the rules ask for: its turn takes room."""
 _DEG = math.pi / 180.0
-_SLOWER = (0.5, 0.0)
 _TURNING = 0.25
 """Rate of turn with moderate rudder, times L/U."""
 
@@ -103,6 +102,13 @@ CONDUCTS: Mapping[str, Conduct] = MappingProxyType({
 """By the rules; alters to port, and does not stand on; ignores everybody; acts late; too little; does not stand on."""
 
 
+SLOWER = (0.5, 0.0)
+"""Shares of the speed that are tried after all alterations, on the old course."""
+
+_KEPT = ("role", "risk", "_psi", "_share", "_off", "_until")
+"""What a watch remembers between two looks."""
+
+
 class Watch:
     """Conducts at work aboard one ship in many runs.
 
@@ -112,8 +118,9 @@ class Watch:
     """
 
     def __init__(
-        self, known: Sequence[Conduct], chosen: NDArray[np.intp], ship: int, scene: Scene, speed: Array, limits: Limits
-    ) -> None:
+        self, known: Sequence[Conduct], chosen: NDArray[np.intp], ship: int, scene: Scene, speed: Array, limits: Limits,
+        slower: Sequence[float] = SLOWER,
+    ) -> None:  # fmt: skip
         """Begin at a scene.
 
         Args:
@@ -121,9 +128,10 @@ class Watch:
             chosen: number of the one of each run.
             ship: its number in the scene.
             speed: its speed at the start [m/s], shape (runs,).
+            slower: shares of the speed that it can try; none for a ship that holds it.
         """
         runs, ships = scene.x.shape
-        self._ship, self._limits, self._speed = ship, limits, speed
+        self._ship, self._limits, self._speed, self._slower = ship, limits, speed, tuple(slower)
         self._course = scene.psi[:, ship].copy()
         self._psi, self._share, self._off = self._course.copy(), np.ones(runs), np.zeros(runs, dtype=bool)
         self.role = np.full((runs, ships), int(Role.NONE))
@@ -164,6 +172,13 @@ class Watch:
             self._psi[home], self._share[home], self._off[home] = self._course[home], 1.0, False
         return Orders(self._psi, self._share)
 
+    def snapshot(self) -> dict[str, list[Any]]:
+        return {name: getattr(self, name).tolist() for name in _KEPT}
+
+    def restore(self, saved: Mapping[str, list[Any]]) -> None:
+        for name in _KEPT:
+            setattr(self, name, np.array(saved[name], dtype=getattr(self, name).dtype))
+
     def _settle(self, scene: Scene, x: Array, y: Array, new: Bools) -> None:
         """Parts towards those with whom risk begins, and when to act for them."""
         if not new.any():
@@ -193,10 +208,10 @@ class Watch:
     def _choose(self, scene: Scene, rows: NDArray[np.intp]) -> None:
         """The first manoeuvre that keeps clear of everybody, else that with the greatest distance."""
         best = np.full(rows.size, -np.inf)
-        turns, slower = self._tried.shape[1], len(_SLOWER)
+        turns, slower = self._tried.shape[1], len(self._slower)
         for k in range(turns + slower):
             heading = self._course[rows] + (self._tried[rows, k] if k < turns else 0.0)
-            share = np.full(rows.size, 1.0 if k < turns else _SLOWER[k - turns])
+            share = np.full(rows.size, 1.0 if k < turns else self._slower[k - turns])
             room = self._room(scene, heading, share, rows)
             take = (room >= 0.0) | (room > best)
             at = rows[take]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import RequestError
+from ..core.parameters import unknown
 from ..data import Array
 from .rules import Role
 from .rules.geometry import wrapped
@@ -85,6 +86,10 @@ _IMAZU = _imazu(
 The thesis (Imazu 1987) was not at hand.  Problem 8 has its crossing ship from port, as in the coding of SFI, else it
 were problem 5; problem 22 is problem 15 in every coding found.
 """
+
+
+IMAZU_T = 1500.0
+"""Usual time to the meeting of Imazu's problems [s]."""
 
 
 def imazu(U: float, T: float, slow: float = 0.5) -> tuple[Meeting, ...]:
@@ -232,6 +237,41 @@ def _candidates(k: Span, U: float, rng: np.random.Generator, ranges: Ranges) -> 
     w_x, w_y = speed * np.cos(psi) - U, speed * np.sin(psi)
     along = side * miss / np.maximum(np.hypot(w_x, w_y), 1e-9 * U)
     return np.stack([-along * w_y - w_x * T, along * w_x - w_y * T, psi, speed])
+
+
+def named(text: str, U: float, seed: int = 1) -> Meeting:
+    """One encounter by its name: "imazu:7", "dnv:3", or "drawn:give-way+stand-on" from a seed.
+
+    Args:
+        U: speed of the own ship [m/s].
+
+    Raises:
+        RequestError: no such encounter.
+    """
+    which, _, rest = text.partition(":")
+    if which == "drawn":
+        one = drawn([role(name) for name in rest.split("+")], 1, U, seed)
+        return Meeting(U, *(getattr(one, name)[0] for name in ("x", "y", "psi", "U_target")))
+    some = {"imazu": lambda: imazu(U, IMAZU_T), "dnv": lambda: dnv(U)}
+    if which not in some:
+        raise RequestError(f"'{text}': {unknown(which, (*some, 'drawn'), 'set of encounters')}")
+    known = some[which]()
+    number = int(rest) if rest.isascii() and rest.isdigit() else 0
+    if not 1 <= number <= len(known):
+        raise RequestError(f"'{text}': {which} has the numbers 1 to {len(known)}, such as {which}:7")
+    return known[number - 1]
+
+
+def role(name: str) -> Role:
+    """A role by its name, such as "give-way".
+
+    Raises:
+        RequestError: none of that name is drawn.
+    """
+    known = {one.name.lower().replace("_", "-"): one for one in Ranges().k}
+    if name not in known:
+        raise RequestError(unknown(name, known, "role"))
+    return known[name]
 
 
 def _positive(**values: float) -> None:

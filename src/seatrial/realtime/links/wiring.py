@@ -27,6 +27,9 @@ from ..wire import Line as Port
 Note = Callable[[str], object]
 """Takes a line for the user."""
 
+_GRACE = 5.0
+"""Time in which a program ends that is asked to [s]."""
+
 _KNOWN: Mapping[str, float] = {**RATES, TRANSPONDER: TRANSPONDER_RATE}
 
 
@@ -48,6 +51,7 @@ class Wiring:
         lock_step: whether it waits.
         patience: longest wait for it [s of the clock].
         beside: a program that runs with the ship, ``{address}`` in it is where the wire is.
+        folder: where it runs; the present one unless given.
     """
 
     address: str
@@ -63,6 +67,7 @@ class Wiring:
     lock_step: bool = False
     patience: float = 20.0
     beside: str | None = None
+    folder: Path | None = None
 
     def __post_init__(self) -> None:
         if self.answers not in RATES:
@@ -126,7 +131,7 @@ def running_beside(
         RunError: it failed.
     """
     command, at = None if wire is None else wire.beside, where(port)
-    if command is None or at is None:
+    if wire is None or command is None or at is None:
         yield None
         return
     words = [word.replace("{address}", at) for word in shlex.split(command)]
@@ -134,7 +139,7 @@ def running_beside(
         words[0] = sys.executable
     with tempfile.TemporaryFile() as output:
         try:
-            process = subprocess.Popen(words, stdout=output)
+            process = subprocess.Popen(words, stdout=output, cwd=wire.folder)
         except (OSError, IndexError) as error:
             raise RequestError(f"--beside: '{command}' cannot be run: {error}") from None
         failed: int | None = None
@@ -144,7 +149,11 @@ def running_beside(
         finally:
             if process.poll() is None:
                 process.terminate()
-            process.wait()
+            try:
+                process.wait(_GRACE)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
             output.seek(0)
             printed(output.read().decode(errors="replace"))
     if failed:

@@ -1,4 +1,7 @@
-"""Pilots by line of sight: of each other ship from its true motion, of the own ship from what its instruments say."""
+"""Pilots by line of sight, and ships that behave.
+
+A pilot of another ship knows its true motion, that of the own ship what its instruments say.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from ...encounters.conduct import CONDUCTS, Scene, Watch
+from ...encounters.rules import Limits
+from ...encounters.sailing import LOOK
 from ...manoeuvres.track import Leg
 from ...sensors.instruments import Gnss
 from ..conning import SteeringControl
@@ -109,6 +117,63 @@ class TrafficPilot:
         self._guide.reset()
         self._control.let_go()
         self._sight.integral = 0.0
+
+
+class Behaving:
+    """Other ships that behave towards each other and the own ship, by their conducts; they see everybody as they are.
+
+    They alter their course only: a ship of average steering holds its speed.
+    """
+
+    def __init__(self, loop: Loop, own: str, conducts: Mapping[str, str]) -> None:
+        """Steer the ships of `conducts`, which must have the order `delta`, from now on."""
+        names = (own, *(name for name in loop.vessels if name != own))
+        self._all = [loop.vessels[name] for name in names]
+        self._L = np.array([vessel.plant.ship.L_pp for vessel in self._all], dtype=np.float64)
+        self._steered = {names.index(name): name for name in conducts}
+        self._conducts = {k: CONDUCTS[conducts[name]] for k, name in self._steered.items()}
+        self.reset()
+        loop.after(self.tick)
+        loop.keep("the conducts", self)
+
+    def tick(self, loop: Loop) -> None:
+        """Look around, where it is time to, and order the rudders of the next tick."""
+        if loop.t >= self._next - 1e-9:
+            self._next = loop.t + LOOK
+            scene = self._scene(loop.t)
+            for k, watch in self._watches.items():
+                self._controls[k].steer(float(watch.look(scene).psi[0]))
+        for k, name in self._steered.items():
+            vessel = self._all[k]
+            if vessel.failure is None:
+                rudder = self._controls[k].rudder(vessel.plant["psi"], vessel.plant["r"], 1.0 / loop.rate)
+                loop.order(name, "delta", rudder)
+
+    def _scene(self, t: float) -> Scene:
+        x, y, psi, u, v = (np.array([[one.plant[name] for one in self._all]]) for name in ("x", "y", "psi", "u", "v_m"))
+        c, s = np.cos(psi), np.sin(psi)
+        return Scene(t, x, y, psi, u * c - v * s, u * s + v * c, self._L)
+
+    def snapshot(self) -> list[Any]:
+        return [self._next, [one.snapshot() for one in self._controls.values()],
+                [one.snapshot() for one in self._watches.values()]]  # fmt: skip
+
+    def restore(self, saved: Sequence[Any]) -> None:
+        self._next = float(saved[0])
+        for kept, one in ((self._controls, saved[1]), (self._watches, saved[2])):
+            for part, said in zip(kept.values(), one, strict=True):
+                part.restore(said)
+
+    def reset(self) -> None:
+        """Begin anew from where the ships are."""
+        scene = self._scene(0.0)
+        speed = np.hypot(scene.north, scene.east)
+        plants = {k: self._all[k].plant for k in self._steered}
+        self._controls = {k: SteeringControl.of(one.ship, one.ranges["delta"].high) for k, one in plants.items()}
+        only = np.zeros(1, dtype=np.intp)
+        self._watches = {k: Watch((one,), only, k, scene, speed[:, k], Limits(), ())
+                         for k, one in self._conducts.items()}  # fmt: skip
+        self._next = 0.0
 
 
 class OwnPilot:

@@ -74,13 +74,18 @@ class Own:
 
 @dataclass(frozen=True)
 class Other:
-    """Another ship, and what reports it: its own transponder, the radar of the own ship."""
+    """Another ship, and what reports it: its own transponder, the radar of the own ship.
+
+    Attributes:
+        conduct: how it behaves towards others (`encounters.conduct`); None: it keeps its route whatever comes.
+    """
 
     name: str
     ship: Ship
     sailing: Sailing
     ais: Ais = "class A"
     radar: bool = True
+    conduct: str | None = None
 
 
 @dataclass(frozen=True)

@@ -51,12 +51,16 @@ class OwnTable(SailingTable):
 
 @dataclass(frozen=True, kw_only=True)
 class TrafficTable(SailingTable):
-    """Another ship: one of the library or a file, or a length: a ship of average steering at a held speed."""
+    """Another ship: one of the library or a file, or a length: a ship of average steering at a held speed.
+
+    `conduct` is how it behaves towards others, in place of a route.
+    """
 
     ship: str | None = None
     length: Annotated[float, Limits(least=2.0, most=600.0)] | None = None
     ais: Ais = "class A"
     radar: bool = True
+    conduct: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -38,7 +38,7 @@ from .contacts import Contacts
 from .faults import Faults
 from .handover import Handover
 from .judge import Judge
-from .pilots import OwnPilot, TrafficPilot
+from .pilots import Behaving, OwnPilot, TrafficPilot
 from .reports import REPORTED, Reports
 from .scenario import Sailing, Scenario
 from .sky import Sky
@@ -203,12 +203,16 @@ class Stage:
             plant = self.loop.vessels[other.name].plant
             if self.scenario.chart is not None and plant.place is None:
                 self.loop.tell(other.name, "chart", "its family knows no banks and quays; it feels the depth at most")
-            if other.sailing.route:
+            if other.sailing.route or other.conduct is not None:
                 _steerable(self.loop, other.name)
+            if other.conduct is not None:
+                continue
             if "delta" in plant.ranges:
                 TrafficPilot(self.loop, other.name, other.sailing.legs)
             else:
                 self.loop.tell(other.name, "drifts", f"{plant.ship.name} has no rudder to steer; it drifts freely")
+        if conducts := {one.name: one.conduct for one in self.scenario.others if one.conduct is not None}:
+            Behaving(self.loop, OWN, conducts)
 
     def _rock(self) -> None:
         """Let the instruments of the own ship see its motion in waves, and who steers by them filter it out."""

@@ -107,7 +107,7 @@ class Wakes:
         tracks = self.tracks
         if tracks is None or self.begun:
             return {}
-        found = (one for one in judge(tracks) if one.ship == 0)
+        found = judge(tracks, own=True)
         return {tracks.names[one.other]: _passed(tracks, one, cpa, tcpa) for one in found}
 
     def snapshot(self) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from ...core.parameters import unknown
 from ...core.records import document_of, filled, of_schema
 from ...core.symbolic import Scalar
 from ...data.geodesy import Datum
+from ...encounters.conduct import CONDUCTS
 from ...environment import CALM, Uniform
 from ...environment.chart import Chart, ChartError
 from ...environment.weather import Gust
@@ -207,7 +208,11 @@ def _other(path: Path, name: str, table: TrafficTable, datum: Datum | None) -> O
         ship = ordinary(name, length, table.speed)
     else:
         raise RequestError(f"{key}: a ship of a length alone needs a speed above zero")
-    return Other(name, ship, _sailing(key, table, ship, datum), table.ais, table.radar)
+    if table.conduct is not None and table.conduct not in CONDUCTS:
+        raise RequestError(f"{key}.conduct: {unknown(table.conduct, CONDUCTS, 'conduct')}")
+    if table.conduct is not None and table.route:
+        raise RequestError(f"{key}: a ship of a conduct goes on with its heading; leave out its route, or conduct")
+    return Other(name, ship, _sailing(key, table, ship, datum), table.ais, table.radar, table.conduct)
 
 
 def _beside(path: Path, name: str | None) -> str | None:

@@ -6,11 +6,16 @@ import math
 import time
 from dataclasses import replace
 
+from ...core.parameters import unknown
 from ...data.geodesy import Datum
+from ...encounters.conduct import CONDUCTS
+from ...encounters.meeting import named
 from ...environment import CALM
 from ...realtime.bridge.ghost import Ghost
+from ...realtime.range.encounter import encountered
 from ...realtime.range.scenario import Other, Own, Sailing, Scenario, Weather
 from ...ships import Ship
+from ...simulate.approach import approach
 from .. import RequestError
 from ..asked import Around, Departure, InWaves
 from ..request import DEGREE, Note, finite, numbers, pair, ship_of, speed_of
@@ -29,6 +34,23 @@ def alone(ship: Ship, ghost: Ghost | None = None) -> Scenario:
     own = Own(ship, Sailing(x, y, psi, ship.speed), piloted=False, begun=None if ghost is None else ghost.start)
     return Scenario(ship.name, math.inf, own, (), _RATE, datum=None if ghost is None else ghost.datum,
                     epoch=float(round(time.time())), weather=(Weather(0.0, 0.0, CALM),))  # fmt: skip
+
+
+def met(ship: str, encounter: str, conduct: str, departure: Departure) -> Scenario:
+    """A ship in an encounter by its name (`meeting.named`), all others of one conduct.
+
+    Raises:
+        RequestError: no such encounter or conduct, or a start that the encounter gives.
+    """
+    for name in ("start", "heading"):
+        if getattr(departure, name) is not None:
+            raise RequestError(f"--{name}: an encounter begins where x and y are zero, on course north; leave it out")
+    own = ship_of(ship)
+    U = approach(own)[0] if departure.speed is None else speed_of(own, departure.speed)
+    meeting = named(encounter, U, 1 if departure.seed is None else departure.seed)
+    if conduct not in CONDUCTS:
+        raise RequestError(f"--conduct: {unknown(conduct, CONDUCTS, 'conduct')}")
+    return encountered(own, meeting, [conduct] * len(meeting.x), title=f"{own.name} in {encounter}")
 
 
 def varied(played: Scenario, departure: Departure, around: Around, waves: InWaves, note: Note) -> Scenario:

@@ -14,8 +14,10 @@ from seatrial.cli.app import main
 from seatrial.encounters.meeting import dnv, imazu
 from seatrial.encounters.rules import Role
 from seatrial.workflow import RequestError
-from seatrial.workflow.evidence import case as module
-from seatrial.workflow.evidence.case import CONTACT, Case, CaseFile, Encountered, Part, case
+from seatrial.workflow.safety import argued
+from seatrial.workflow.safety import case as module
+from seatrial.workflow.safety.case import case
+from seatrial.workflow.safety.claimed import CONTACT, Around, Case, CaseFile, Encountered, Part
 
 TEXT = '''schema = "seatrial-case/1"
 claim = "it keeps clear"
@@ -43,14 +45,14 @@ def test_shares_are_of_the_runs_to_which_a_rule_applied() -> None:
     assert (found.share(CONTACT).hits, found.share(CONTACT).runs) == (1, 3)  # a model that failed is no evidence
     low, high = found.share(CONTACT).interval  # Clopper and Pearson by the beta distribution
     assert (low, high) == pytest.approx((0.00840, 0.90570), abs=1e-4)
-    [failed, known] = module._split(found)
+    [failed, known] = argued._split(found)
     assert failed.startswith("1 runs ended in a failure of the model")
     assert known.startswith("ship: taken as known exactly")
 
 
 def test_what_the_error_of_the_ship_adds_is_counted_by_pairs() -> None:
     part = Part("d", 0, (("15",), ("15",), (), ("8(d)",)), ((),) * 4, (("15",), (), (), None))
-    [said] = module._split(Case(CaseFile(claim="c", ship="s"), "d", (part,), "f1"))
+    [said] = argued._split(Case(CaseFile(claim="c", ship="s"), "d", (part,), "f1"))
     assert "2 of 3 break a rule with ships drawn from fit f1, 1 on the ship as it was fitted; 1 do so only" in said
 
 
@@ -160,7 +162,7 @@ def test_who_does_not_give_way_breaks_the_rules_and_is_drawn(tmp_path: Path) -> 
 
 
 def test_weather_is_within_its_range_and_from_all_sides() -> None:
-    file = CaseFile(claim="c", ship="s", weather=module.Around(wind=(3.0, 9.0), current=(1.0, 1.0)))
+    file = CaseFile(claim="c", ship="s", weather=Around(wind=(3.0, 9.0), current=(1.0, 1.0)))
     setup: Any = SimpleNamespace(file=file)
     around = module.Setup._around(setup, 0, 4000)
     speed = np.hypot(around[:, 0], around[:, 1])
@@ -178,7 +180,7 @@ def test_weather_is_within_its_range_and_from_all_sides() -> None:
     ({"stack": "none.py:begin"}, "no such Python file"),
     ({"traffic": ("rule",)}, "traffic: no conduct 'rule'"),
     ({"traffic": ()}, "traffic: name a conduct"),
-    ({"weather": module.Around(wind=(5.0, 1.0))}, "the least comes first"),
+    ({"weather": Around(wind=(5.0, 1.0))}, "the least comes first"),
     ({"encounters": Encountered(roles=())}, "encounters.roles: name one"),
 ])  # fmt: skip
 def test_what_cannot_be_asked_is_a_line(tmp_path: Path, change: dict[str, Any], said: str) -> None:

@@ -1,0 +1,1 @@
+"""What a safety case has beside its runs: stacks in processes of their own."""

@@ -1,0 +1,353 @@
+"""A safety case: one stack in many encounters, on a ship whose error is known, and what may be said of it.
+
+Each run draws the ship from the posterior of its fit, the other ships' conducts and the weather; the tracks are judged
+by the rules of the road.  Parts of the runs lie in the folder as they end, so that a case which is cut off goes on.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from itertools import groupby
+from pathlib import Path
+from types import ModuleType
+from typing import cast
+
+import numpy as np
+
+from ...belief.posterior import Posterior
+from ...belief.reading import posterior
+from ...campaign.running import Shard
+from ...core import executors
+from ...core.files import held_alone, write_whole
+from ...core.records import digest, from_json, json_of, read_record, to_json
+from ...data import Array
+from ...encounters import Tracks
+from ...encounters.conduct import CONDUCTS
+from ...encounters.meeting import IMAZU_T, Meeting, dnv, drawn, imazu, role
+from ...encounters.rules import Judged, judge
+from ...encounters.rules import Limits as Rules
+from ...encounters.sailing import Command, Sailed, Sea, sail
+from ...environment import Environment
+from ...identify import StudyError
+from ...realtime.links.wiring import Wiring
+from ...realtime.range.encounter import LONG, encountered
+from ...report.blocks import fields, lead
+from ...report.page import write
+from ...ships import Ship
+from ...simulate.approach import approach
+from .. import SILENT, Outcome, RequestError, Sink
+from ..request import ship_of
+from . import argued
+from .claimed import CONTACT, MUTE, PART, SCHEMA, Case, CaseFile, Part
+from .outside import Program, Ran, ran
+
+_TOGETHER = 1000
+"""Runs of a part."""
+_TOGETHER_ON_WIRE = 20
+"""The same of a stack in a process of its own, whose runs take seconds."""
+_Found = tuple[tuple[tuple[str, ...] | None, ...], tuple[tuple[str, ...], ...]]
+def case(
+    path: Path, out: Path, *, workers: int = 1, shard: str | None = None, dask: str | None = None, sink: Sink = SILENT
+) -> Outcome[Case]:  # fmt: skip
+    """Run a case, or go on with it, and write its page and numbers into a folder.
+
+    Args:
+        workers: processes that compute, of this machine.
+        shard: ``K/N``, the parts of this call among N that share the folder; the one that finds all writes the page.
+        dask: a scheduler whose workers compute instead, or ``local:N``; they find the case under the same path.
+
+    Raises:
+        RequestError: what is wrong in the file, or a folder of another case.
+        BusyError: another process computes the same shard of this folder.
+    """
+    file = read_record(path, CaseFile, SCHEMA)
+    setup, mine = Setup.of(file, path.parent), Shard() if shard is None else Shard.read(shard)
+    firsts = range(0, setup.runs, setup.together)
+    out.mkdir(parents=True, exist_ok=True)
+    with held_alone(out / ".shards" / f"{mine.index + 1}-of-{mine.count}"):
+        known = {first: part for first in firsts if (part := _read(out, first, setup.digest))}
+        own = mine.of(list(range(len(firsts))))
+        todo = [firsts[k] for k in own if firsts[k] not in known]
+        for part in _computed(path, setup, todo, workers, dask, sink):
+            write_whole(_place(out, part.first), to_json(part, PART))
+            known[part.first] = part
+            sink.note(f"runs {part.first + 1} to {part.first + len(part.broken)} of {setup.runs}")
+        known |= {first: part for first in firsts if first not in known and (part := _read(out, first, setup.digest))}
+    parts = tuple(known[first] for first in firsts if first in known)
+    found = Case(file, setup.digest, parts, setup.posterior.digest if setup.posterior else "")
+    if len(parts) < len(firsts):
+        said = f"{len(parts)} of {len(firsts)} parts are there; the page is written by the shard that ends last"
+        document = {"schema": SCHEMA, "digest": setup.digest, "parts": len(parts), "of": len(firsts)}
+        return Outcome(found, fields(document, lead(said)))
+    page = argued.page(found, setup.ship, setup.meeting, path, partial(_again, setup))
+    write(out / "case.html", page)
+    sink.note(f"wrote {out / 'case.html'}")
+    return Outcome(found, fields(argued.document(found), argued.answer(found) + argued.results(found)))
+
+
+def _computed(
+    path: Path, setup: Setup, firsts: Sequence[int], workers: int, dask: str | None, sink: Sink
+) -> Iterator[Part]:
+    """Parts as they are done: here, or by processes or a cluster, which read the case anew."""
+    if not dask and min(workers, len(firsts)) < 2:
+        yield from (_part(setup, first) for first in firsts)
+        return
+    pieces = ((path.resolve(), setup.digest, first) for first in firsts)
+    with executors.dask(dask, sink.note) if dask else executors.processes(min(workers, len(firsts))) as pool:
+        yield from pool.each(part_of, pieces)
+
+
+def part_of(path: Path, mark: str, first: int) -> Part:
+    """Some runs of a case, of a file and its stack that are still the same.
+
+    Raises:
+        RequestError: they have changed.
+    """
+    setup = _setup(path, mark)
+    if setup.digest != mark:
+        raise RequestError(f"{path}: the case has changed while its runs were made; run it again")
+    return _part(setup, first)
+
+
+@lru_cache(maxsize=1)
+def _setup(path: Path, mark: str) -> Setup:
+    return Setup.of(read_record(path, CaseFile, SCHEMA), path.parent)
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """All that runs need."""
+
+    file: CaseFile
+    ship: Ship
+    posterior: Posterior | None
+    meeting: Meeting
+    stack: str | Command | Wiring
+    rules: Rules
+    digest: str
+
+    @property
+    def together(self) -> int:
+        """Runs of a part."""
+        return _TOGETHER_ON_WIRE if isinstance(self.stack, Wiring) else _TOGETHER
+
+    @property
+    def runs(self) -> int:
+        return len(self.meeting.x)
+
+    @staticmethod
+    def of(file: CaseFile, folder: Path) -> Setup:
+        ship = ship_of(folder / file.ship if file.ship.endswith(".toml") else file.ship)
+        for name in file.traffic:
+            _conduct(name, "traffic")
+        if not file.traffic:
+            raise RequestError("traffic: name a conduct at least; 'ignores' keeps course and speed")
+        for what, (low, high) in (("wind", file.weather.wind), ("current", file.weather.current)):
+            if low > high:
+                raise RequestError(f"weather.{what}: {low:g} to {high:g}; the least comes first")
+        met = _meeting(file, approach(ship)[0])
+        stack = file.stack.wiring(folder) if isinstance(file.stack, Program) else _stack(file.stack, folder)
+        known = _posterior(folder / file.ship) if file.ship.endswith(".toml") else None
+        mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, *_code(file.stack, folder)])
+        return Setup(file, ship, known, met, stack, Rules(), mark)
+
+    def sailed(self, rows: slice, first: int, plain: bool) -> Sailed:
+        """Some runs of a stack that is called; `plain` on the ship as it was fitted."""
+        met, count = self.meeting, len(range(*rows.indices(self.runs)))
+        latest = float(np.max(np.where(np.isfinite(met.approach[1]), met.approach[1], 0.0)))
+        sea = Sea(LONG * latest, 10.0, self.file.encounters.length, self.rules, self._around(first, count))
+        stack = cast("str | Command", self.stack)
+        return sail(self.ship, self._some(rows), sea, stack, self.file.traffic, self.file.seed + first,
+                    self._draws(rows, plain))  # fmt: skip
+
+    def ran(self, run: int, plain: bool) -> Ran:
+        """One run of a stack on a wire."""
+        first, one = run // self.together * self.together, slice(run, run + 1)
+        draws = self._draws(one, plain) or {}
+        met, file = self._some(one), self.file
+        chosen = np.random.default_rng((file.seed, run, 2)).integers(len(file.traffic), size=met.x.size)
+        around = Environment(*map(float, self._around(first, self.together)[run - first]))
+        return ran(encountered(
+            self.ship.moved({name: float(value[0]) for name, value in draws.items()}), met,
+            [file.traffic[k] for k in chosen], length=file.encounters.length, seed=file.seed + run, around=around,
+            title=f"run {run}",
+        ), cast("Wiring", self.stack))  # fmt: skip
+
+    def _some(self, rows: slice) -> Meeting:
+        met = self.meeting
+        U, x, y, psi, target = (getattr(met, name)[rows] for name in ("U", "x", "y", "psi", "U_target"))
+        return Meeting(U, x, y, psi, target)
+
+    def _draws(self, rows: slice, plain: bool) -> dict[str, Array] | None:
+        """Values of parameters of the ship in these runs; None where it is as it was fitted."""
+        if self.posterior is None or plain:
+            return None
+        values = self.posterior.draws(self.runs, self.file.seed)[rows]
+        return {name: values[:, k] for k, name in enumerate(self.posterior.names)}
+
+    def _around(self, first: int, count: int) -> Array:
+        """Weather of these runs."""
+        rng, said = np.random.default_rng((self.file.seed, first, 1)), self.file.weather
+        wind, current = (rng.uniform(*span, count) for span in (said.wind, said.current))
+        a, b = rng.uniform(-math.pi, math.pi, (2, count))
+        none = np.zeros(count)
+        given = Environment(wind * np.cos(a), wind * np.sin(a), current * np.cos(b), current * np.sin(b), none, none,
+                            none, none)  # fmt: skip
+        around = np.zeros((count, len(given)))
+        for k, channel in enumerate(given):
+            around[:, k] = channel
+        return around
+
+
+def _meeting(file: CaseFile, speed: float) -> Meeting:
+    """The encounters of a case, with an axis of runs."""
+    said = file.encounters
+    if said.set == "drawn":
+        if not said.roles:
+            raise RequestError("encounters.roles: name one at least, such as \"give-way\"")
+        met = drawn([role(name) for name in said.roles], said.runs, speed, file.seed)
+        return replace(met, U=np.full(said.runs, speed))
+    some = imazu(speed, IMAZU_T) if said.set == "imazu" else dnv(speed)
+    ships = max(len(one.x) for one in some)
+    return _alike(some, ships)
+
+
+def _alike(some: Sequence[Meeting], ships: int) -> Meeting:
+    """Meetings of as many ships each: those that have fewer have more that sail away, far astern."""
+    U = float(np.ravel(some[0].U)[0])
+    added: Array = np.tile([[-1e6], [0.0], [math.pi], [U]], ships)
+    added[0] -= 1e4 * np.arange(ships)  # apart from each other
+
+    def whole(values: Array, far: Array) -> Array:
+        return np.concatenate([values, far[len(values) :]])
+
+    rows = [np.stack([whole(getattr(one, name), far) for one in some])
+            for name, far in zip(("x", "y", "psi", "U_target"), added, strict=True)]  # fmt: skip
+    return Meeting(np.full(len(some), U), *rows)
+
+
+def _conduct(name: str, key: str) -> str:
+    if name not in CONDUCTS:
+        raise RequestError(f"{key}: no conduct '{name}'; there are {', '.join(CONDUCTS)}")
+    return name
+
+
+def _stack(said: str, folder: Path) -> str | Command:
+    """A conduct, or a function of one's own that makes a master from the first scene."""
+    file, colon, name = said.partition(":")
+    if not colon:
+        return _conduct(said, "stack")
+    path = folder / file
+    spec = importlib.util.spec_from_file_location("seatrial_case_stack", path)
+    if not path.is_file() or spec is None or spec.loader is None:
+        raise RequestError(f"stack: {path}: no such Python file")
+    module: ModuleType = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    made = getattr(module, name, None)
+    if not callable(made):
+        raise RequestError(f"stack: {path} has no function {name}")
+    return cast("Command", made)
+
+
+def _code(stack: str | Program, folder: Path) -> list[str]:
+    """What is in the files of a stack, as far as its file or its command names them."""
+    words = shlex.split(stack.command) if isinstance(stack, Program) else [stack.partition(":")[0]]
+    paths = [folder / word for word in words]
+    return [digest(path.read_bytes().decode(errors="replace")) for path in paths if path.is_file()]
+
+
+def _posterior(path: Path) -> Posterior | None:
+    try:
+        return posterior(path)
+    except StudyError:
+        return None
+
+
+def _place(out: Path, first: int) -> Path:
+    return out / f"part-{first:07d}.json"
+
+
+def _read(out: Path, first: int, mark: str) -> Part | None:
+    """Runs that the folder has.
+
+    Raises:
+        RequestError: they are of another case.
+    """
+    path = _place(out, first)
+    if not path.is_file():
+        return None
+    known = from_json(Part, json_of(path, PART), path)
+    if known.case != mark:
+        raise RequestError(f"{path}: is of another case; choose another folder, or remove it")
+    return known
+
+
+def _part(setup: Setup, first: int) -> Part:
+    """Some runs, sailed."""
+    rows = slice(first, min(first + setup.together, setup.runs))
+    broken, judged = _of_part(setup, rows, plain=False)
+    plain = _of_part(setup, rows, plain=True)[0] if setup.posterior else ()
+    return Part(setup.digest, first, broken, judged, plain)
+
+
+def _of_part(setup: Setup, rows: slice, plain: bool) -> _Found:
+    """Rules broken, and rules that applied, by run."""
+    if not isinstance(setup.stack, Wiring):
+        return _broken(setup.sailed(rows, rows.start, plain), rows)
+    found = [_on_wire(setup.ran(run, plain), first=run == 0) for run in range(rows.start, rows.stop)]
+    return tuple(one for one, _ in found), tuple(one for _, one in found)
+
+
+def _on_wire(one: Ran, first: bool) -> tuple[tuple[str, ...] | None, tuple[str, ...]]:
+    """The same of a run on a wire.
+
+    Raises:
+        RequestError: the stack never said anything in the first run.
+    """
+    if first and not one.spoke:
+        raise RequestError("stack: no valid sentence came from its command; does it run, and send to {address}?")
+    if one.tracks is None or not one.valid:
+        return None, ()
+    own = judge(one.tracks, own=True)
+    silent = {MUTE} if one.silent is not None else set[str]()
+    return tuple(sorted({*_of_run(own, ()), *silent})), _applied(own, ())
+
+
+def _broken(sailed: Sailed, rows: slice) -> _Found:
+    """The same of runs that were sailed together."""
+    count = rows.stop - rows.start
+    broken: list[tuple[str, ...] | None] = [None] * count
+    applied: list[tuple[str, ...]] = [()] * count
+    own = judge(sailed.tracks, own=True) if len(sailed.runs) else ()
+    for k, run in enumerate(sailed.runs.tolist()):
+        broken[run], applied[run] = _of_run(own, (k,)), _applied(own, (k,))
+    return tuple(broken), tuple(applied)
+
+
+def _of_run(own: Sequence[Judged], where: tuple[int, ...]) -> tuple[str, ...]:
+    said = {rule for one in own for rule in one.broken(where)}
+    return tuple(sorted(said | ({CONTACT} if any(one.contact[where] for one in own) else set())))
+
+
+def _applied(own: Sequence[Judged], where: tuple[int, ...]) -> tuple[str, ...]:
+    return tuple(sorted({rule for one in own for rule, m in one.margins.items() if np.isfinite(m[where])}))
+
+
+def _again(setup: Setup, runs: Sequence[int]) -> Iterator[tuple[int, Tracks, tuple[Judged, ...], tuple[int, ...]]]:
+    """Tracks and verdicts of some runs, sailed again, and the place of each among them."""
+    if isinstance(setup.stack, Wiring):
+        for run in runs:
+            tracks = setup.ran(run, plain=False).tracks
+            if tracks is not None:
+                yield run, tracks, judge(tracks), ()
+        return
+    for first, some in groupby(runs, lambda run: run // _TOGETHER * _TOGETHER):
+        sailed = setup.sailed(slice(first, min(first + _TOGETHER, setup.runs)), first, plain=False)
+        judged = judge(sailed.tracks)
+        for run in some:
+            yield run, sailed.tracks, judged, (int(np.flatnonzero(sailed.runs == run - first)[0]),)

@@ -1,0 +1,102 @@
+"""A safety case as values: what is claimed and asked for, and what became of its runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from ...campaign.analysis.proportion import Proportion
+from ...core.records import Limits, NotNegative, Positive
+from .outside import Program
+
+SCHEMA, PART = "seatrial-case/1", "seatrial-case-part/1"
+CONTACT, MUTE = "contact", "silent"
+"""What a run can fail by beside the rules: hulls that touched, a stack that answered no more."""
+RoleName = Literal["head-on", "give-way", "stand-on", "overtaking", "overtaken"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Encountered:
+    """What is met: drawn by role of the own ship towards each other one, or a fixed set."""
+
+    set: Literal["drawn", "imazu", "dnv"] = "drawn"
+    roles: tuple[RoleName, ...] = ("head-on", "give-way", "stand-on")
+    runs: Annotated[int, Limits(least=1, most=1_000_000)] = 1000
+    length: Positive | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Around:
+    """Least and greatest true wind and current, from any direction [m/s]."""
+
+    wind: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    current: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseFile:
+    """A case as its file has it.
+
+    `stack` and `traffic` are conducts, a stack also FILE.py:NAME of one's own, or a program on a wire.
+    """
+
+    claim: str
+    ship: str
+    stack: str | Program = "rules"
+    seed: Annotated[int, Limits(least=0)] = 1
+    traffic: tuple[str, ...] = ("rules", "ignores", "late")
+    encounters: Encountered = field(default_factory=Encountered)
+    weather: Around = field(default_factory=Around)
+
+    @property
+    def called(self) -> str:
+        """What steers the own ship, in a word or as a command."""
+        return self.stack.command if isinstance(self.stack, Program) else self.stack
+
+
+@dataclass(frozen=True)
+class Part:
+    """What became of some runs.
+
+    Attributes:
+        first: number of the first run.
+        broken: rules that the own ship did not keep, by run; `CONTACT` and `MUTE` among them; None where the model
+            failed.
+        judged: rules that applied to it, by run.
+        plain: the same as `broken` on the ship as it was fitted, without a draw; empty where there is no posterior.
+    """
+
+    case: str
+    first: int
+    broken: tuple[tuple[str, ...] | None, ...]
+    judged: tuple[tuple[str, ...], ...]
+    plain: tuple[tuple[str, ...] | None, ...] = ()
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case that was run.
+
+    Attributes:
+        file: what was asked for.
+        digest: of all that decides the runs.
+        parts: of its runs, in order.
+        posterior: digest of the fit from which ships were drawn; empty without one.
+    """
+
+    file: CaseFile
+    digest: str
+    parts: tuple[Part, ...]
+    posterior: str
+
+    @property
+    def broken(self) -> list[tuple[str, ...] | None]:
+        """By run."""
+        return [one for part in self.parts for one in part.broken]
+
+    def share(self, rule: str) -> Proportion:
+        """Of the runs to which a rule applied (contact, silence: all), those that broke it."""
+        rows = [(one, judged) for part in self.parts
+                for one, judged in zip(part.broken, part.judged, strict=True) if one is not None]  # fmt: skip
+        mine = [one for one, judged in rows if rule in (CONTACT, MUTE) or rule in judged]
+        return Proportion(sum(rule in one for one in mine), len(mine))
