@@ -7,24 +7,29 @@ import math
 import numpy as np
 import pytest
 
-from seatrial.core.errors import RequestError
-from seatrial.core.parameters import Parts
-from seatrial.encounters.avoiding import KeepClear, Target, _Seen, bad, good, sail
-from seatrial.encounters.meeting import Meeting, imazu, together
-from seatrial.encounters.rules import judge
+from seatrial.encounters.avoiding import KeepClear, Seen, bad, good
+from seatrial.encounters.conduct import Scene
+from seatrial.encounters.meeting import Meeting, imazu
+from seatrial.encounters.rules import Limits, judge
+from seatrial.encounters.sailing import Sea, sail
 from seatrial.ships import Ship
 from seatrial.ships.files import load
 
-U, R, PASSING = 8.0, 12000.0, 900.0
+U, R, L = 8.0, 12000.0, 300.0
+PASSING = 1.4 * float(Limits().passing.of(np.array(L)))
 
 
-def chosen(*ships: tuple[float, float, float, float], t: float = 0.0, rules: float = 1.0, lean: float = 0.0) -> float:
+def scene(*ships: tuple[float, float, float, float], t: float = 0.0, course: float = 0.0) -> Scene:
+    """The own ship at (0, 0) on a course, others by place, course and speed at t = 0, all t seconds later."""
+    x, y, psi, speed = (np.array([row]) for row in zip((0.0, 0.0, course, U), *ships, strict=True))
+    north, east = speed * np.cos(psi), speed * np.sin(psi)
+    return Scene(t, x + north * t, y + east * t, psi, north, east, np.full(1 + len(ships), L))
+
+
+def chosen(*ships: tuple[float, float, float, float], t: float = 0.0, rules: bool = True, lean: float = 0.0) -> float:
     """The alteration that the autopilot takes on course north at (0, U t) [deg]."""
-    names = tuple(f"t{k}" for k in range(len(ships)))
-    targets = Parts(names, tuple(Target(*one) for one in ships))
-    pilot = KeepClear(1.0, 1.0, 10.0, 0.6, PASSING, 1200.0, 360.0, rules, lean, targets)
-    state = (U * t, 0.0, 0.0, U, 0.0, 0.0)
-    return math.degrees(pilot.command(t, state, pilot.begin(state))[1][0])
+    pilot = KeepClear(scene(*ships), Limits(), rules=rules, lean=lean)
+    return math.degrees(pilot.look(scene(*ships, t=t)).psi[0])
 
 
 def meets(psi: float, T: float, k: float = 1.0) -> tuple[float, float, float, float]:
@@ -33,8 +38,7 @@ def meets(psi: float, T: float, k: float = 1.0) -> tuple[float, float, float, fl
     return U * T * (1.0 - k * math.cos(angle)), -k * U * T * math.sin(angle), angle, k * U
 
 
-def test_it_keeps_its_course_alone_and_among_ships_that_pass_clear() -> None:
-    assert chosen() == 0.0
+def test_it_keeps_its_course_among_ships_that_pass_clear() -> None:
     assert chosen((6000.0, 1.1 * PASSING, math.pi, U)) == 0.0
     assert chosen((-6000.0, 0.0, 0.0, 0.9 * U)) == 0.0
 
@@ -52,8 +56,8 @@ def test_it_stands_on_before_ships_from_port_until_it_is_alone_and_then_does_not
 
 
 def test_without_rules_it_turns_to_the_cheaper_side_and_at_once() -> None:
-    assert chosen(meets(180.0, 900.0), rules=0.0, lean=0.3) < 0.0
-    assert chosen(meets(180.0, 900.0), rules=0.0, lean=-0.3) > 0.0
+    assert chosen(meets(180.0, 900.0), rules=False, lean=0.3) < 0.0
+    assert chosen(meets(180.0, 900.0), rules=False, lean=-0.3) > 0.0
 
 
 def test_what_it_chooses_passes_as_far_as_asked() -> None:
@@ -72,53 +76,43 @@ def ship() -> Ship:
     return load("kvlcc2")
 
 
-@pytest.mark.slow
-def test_many_meetings_at_once_are_the_runs_one_by_one(ship: Ship) -> None:
-    """Lanes of a batch give the numbers of a run alone, and targets are where a clock puts them."""
-    problems = imazu(ship.speed, 1500.0)[:2]
-    fields = ("x", "y", "psi", "U_target")
-    many = Meeting(ship.speed, *(np.stack([getattr(one, name) for one in problems]) for name in fields))
-    tracks = sail(ship, good, many, duration=1600.0, L=ship.L_pp, B=50.0)
-    for k, one in enumerate(problems):
-        alone = sail(ship, good, one, duration=1600.0, L=ship.L_pp, B=50.0)
-        assert np.array_equal(alone.x[0], tracks.x[k])
-        assert np.array_equal(alone.psi[0], tracks.psi[k])
-        wanted = one.x[0] + one.U_target[0] * math.cos(one.psi[0]) * tracks.t
-        assert np.allclose(tracks.x[k, 1], wanted)
+@pytest.mark.parametrize("angle", [40.0, -130.0])
+def test_what_it_chooses_turns_with_the_compass(angle: float) -> None:
+    """Ships and course turned about the origin: the same alteration."""
+    turn = math.radians(angle)
+    c, s = math.cos(turn), math.sin(turn)
+    for psi in (180.0, -90.0, 90.0, -120.0):
+        x, y, course, speed = meets(psi, 900.0)
+        turned = (c * x - s * y, s * x + c * y, course + turn, speed)
+        pilot = KeepClear(scene(turned, course=turn), Limits())
+        for t in (0.0, 600.0):
+            found = pilot.look(scene(turned, t=t, course=turn)).psi[0] - turn
+            assert math.degrees(found) == pytest.approx(chosen((x, y, course, speed), t=t), abs=1e-9)
 
 
 @pytest.mark.slow
 def test_the_good_one_keeps_the_rules_where_the_bad_one_breaks_rules_14_and_17(ship: Ship) -> None:
     """Imazu 1 is head-on, 4 a crossing from port."""
+    problems = [imazu(ship.speed, 1500.0)[k - 1] for k in (1, 4)]
+    fields = ("x", "y", "psi", "U_target")
+    many = Meeting(ship.speed, *(np.stack([getattr(one, name) for one in problems]) for name in fields))
     broken = {}
     for pilot in (good, bad):
-        for k in (1, 4):
-            tracks = sail(ship, pilot, imazu(ship.speed, 1500.0)[k - 1], duration=3000.0, L=ship.L_pp, B=50.0)
-            own = next(one for one in judge(tracks) if one.ship == 0)
-            assert not own.contact[0]
-            broken[pilot.__name__, k] = own.broken((0,))
+        [own] = judge(sail(ship, many, Sea(3000.0), pilot, ("ignores",)).tracks, own=True)
+        assert not own.contact.any()
+        broken |= {(pilot.__name__, k): own.broken((row,)) for row, k in enumerate((1, 4))}
     assert broken["good", 1] == broken["good", 4] == ()
     assert "14" in broken["bad", 1]
     assert any(rule.startswith("17") for rule in broken["bad", 4])
 
 
-def test_a_meeting_of_another_speed_is_refused(ship: Ship) -> None:
-    one = together(imazu(2.0 * ship.speed, 1500.0)[:1])
-    with pytest.raises(RequestError, match="m/s; kvlcc2"):
-        sail(ship, good, one, duration=100.0, L=ship.L_pp, B=50.0)
-
-
-def test_a_ship_without_a_breadth_is_refused_before_it_sails() -> None:
-    osaka = load("esso_osaka")
-    one = together(imazu(osaka.speed, 1500.0)[:1])
-    with pytest.raises(RequestError, match="esso_osaka: its file tells no breadth"):
-        sail(osaka, good, one, duration=100.0, L=300.0, B=50.0)
-
-
-def seen(x: float, y: float, north: float, east: float, **more: float) -> _Seen:
+def seen(x: float, y: float, north: float, east: float, **more: float) -> Seen:
     """A ship that is seen from one at 5 m/s on course north, 100 m to pass at, within 1000 s."""
-    usual = {"U": 5.0, "passing": 100.0, "horizon": 1000.0, "clear": 0.0, "stands": 0.0, "to_port": 0.0}
-    return _Seen(x=x, y=y, north=north, east=east, **{**usual, **more})
+    numbers = {"passing": 100.0, "horizon": 1000.0, **{k: v for k, v in more.items() if k in ("passing", "horizon")}}
+    flags = {name: np.array([[bool(more.get(name))]]) for name in ("clear", "to_port")}
+    one, other = (np.array([[value]]) for value in (numbers["passing"], numbers["horizon"]))
+    place = [np.array([[value]]) for value in (x, y, north, east, 5.0)]
+    return Seen(*place, one, other, **flags)
 
 
 def test_an_alteration_keeps_farther_off_than_a_course_that_is_held() -> None:

@@ -95,6 +95,16 @@ def test_the_first_rows_do_not_depend_on_the_count_and_targets_are_independent()
     assert not np.array_equal(few.x, drawn([Role.HEAD_ON, Role.HEAD_ON], 7, U, 10).x)
 
 
+def test_ships_on_nearly_one_course_begin_apart() -> None:
+    """Of one course and speed, who meets in ten minutes is beside the ship from the start."""
+    near, far = (drawn([Role.STAND_ON], 4000, U, 1, Ranges(apart=apart)) for apart in (0.0, 900.0))
+    assert np.hypot(near.x, near.y).min() < 900.0
+    assert np.hypot(far.x, far.y).min() >= 900.0
+    kept = np.hypot(near.x, near.y)[:, 0] >= 900.0  # the others are left out and nothing else
+    count = int(kept.sum())
+    assert (far.x[:count] == near.x[kept]).all()
+
+
 @pytest.mark.parametrize(("call", "message"), [
     (lambda: imazu(0.0, T), "U is 0"),
     (lambda: imazu(U, math.nan), "T is nan"),
@@ -105,6 +115,7 @@ def test_the_first_rows_do_not_depend_on_the_count_and_targets_are_independent()
     (lambda: drawn([Role.OVERTAKEN], 3, U, 1, Ranges(k={Role.OVERTAKEN: (0.2, 0.3)})), "overtaken"),
     (lambda: drawn([], 3, U, 1), "one own ship"),
     (lambda: Ranges(T=(5.0, 3.0)), "T is drawn"),
+    (lambda: Ranges(apart=-1.0), "apart is drawn"),
     (lambda: together([*imazu(U, T)[:1], *imazu(U + 1, T)[:1]]), "one speed"),
 ])  # fmt: skip
 def test_a_meeting_that_cannot_be_is_one_line(call: object, message: str) -> None:

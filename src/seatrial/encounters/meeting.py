@@ -175,11 +175,13 @@ class Ranges:
     Attributes:
         T: time to the closest approach [s].
         miss: distance at the closest approach [m], on either side.
+        apart: least distance at the start [m]: ships on nearly one course and speed begin beside each other.
         k: ratio of speeds for each role.  Defaults are those of DNV's generator.
     """
 
     T: Span = (600.0, 1200.0)
     miss: Span = (0.0, 0.0)
+    apart: float = 0.0
     k: Mapping[Role, Span] = field(default_factory=lambda: {
         Role.HEAD_ON: (0.5, 1.5), Role.GIVE_WAY: (0.5, 1.5), Role.STAND_ON: (0.5, 1.5),
         Role.OVERTAKING: (0.25, 0.75), Role.OVERTAKEN: (1.5, 2.0),
@@ -187,6 +189,7 @@ class Ranges:
 
     def __post_init__(self) -> None:
         spans = {"T": self.T, "miss": self.miss, **{f"k of {role.name.lower()}": k for role, k in self.k.items()}}
+        spans["apart"] = (self.apart, self.apart)
         for name, (low, high) in spans.items():
             if not (0.0 <= low <= high < math.inf):
                 raise RequestError(f"{name} is drawn from {low:g} to {high:g}; it rises from 0 or more to a number")
@@ -221,7 +224,8 @@ def _of_role(role: Role, count: int, U: float, rng: np.random.Generator, ranges:
     found, barren = 0, 0
     while found < count and barren < _BARREN:  # blocks of one size: the first rows do not depend on the count
         rows = _candidates(ranges.k[role], U, rng, ranges)
-        kept.append(rows[:, Meeting(U, *(row[:, None] for row in rows)).roles[:, 0] == role])
+        is_one = Meeting(U, *(row[:, None] for row in rows)).roles[:, 0] == role
+        kept.append(rows[:, is_one & (np.hypot(rows[0], rows[1]) >= ranges.apart)])
         found, barren = found + kept[-1].shape[1], 0 if kept[-1].size else barren + 1
     if found < count:
         raise RequestError(f"no encounter of {role.name.lower()} is found within these ranges; "

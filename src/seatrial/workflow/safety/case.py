@@ -28,7 +28,7 @@ from ...core.records import digest, from_json, json_of, read_record, to_json
 from ...data import Array
 from ...encounters import Tracks
 from ...encounters.conduct import CONDUCTS
-from ...encounters.meeting import IMAZU_T, Meeting, dnv, drawn, imazu, role
+from ...encounters.meeting import IMAZU_T, Meeting, Ranges, dnv, drawn, imazu, role
 from ...encounters.rules import Judged, judge
 from ...encounters.rules import Limits as Rules
 from ...encounters.sailing import Command, Sailed, Sea, sail
@@ -150,7 +150,7 @@ class Setup:
         for what, (low, high) in (("wind", file.weather.wind), ("current", file.weather.current)):
             if low > high:
                 raise RequestError(f"weather.{what}: {low:g} to {high:g}; the least comes first")
-        met = _meeting(file, approach(ship)[0])
+        met = _meeting(file, ship)
         stack = file.stack.wiring(folder) if isinstance(file.stack, Program) else _stack(file.stack, folder)
         known = _posterior(folder / file.ship) if file.ship.endswith(".toml") else None
         mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, *_code(file.stack, folder)])
@@ -204,13 +204,14 @@ class Setup:
         return around
 
 
-def _meeting(file: CaseFile, speed: float) -> Meeting:
-    """The encounters of a case, with an axis of runs."""
-    said = file.encounters
+def _meeting(file: CaseFile, ship: Ship) -> Meeting:
+    """The encounters of a case, with an axis of runs; those drawn begin farther apart than ships may pass."""
+    said, speed = file.encounters, approach(ship)[0]
     if said.set == "drawn":
         if not said.roles:
             raise RequestError("encounters.roles: name one at least, such as \"give-way\"")
-        met = drawn([role(name) for name in said.roles], said.runs, speed, file.seed)
+        apart = float(Rules().passing.of(np.array(max(ship.L_pp, said.length or 0.0))))
+        met = drawn([role(name) for name in said.roles], said.runs, speed, file.seed, Ranges(apart=apart))
         return replace(met, U=np.full(said.runs, speed))
     some = imazu(speed, IMAZU_T) if said.set == "imazu" else dnv(speed)
     ships = max(len(one.x) for one in some)
