@@ -84,6 +84,20 @@ def test_each_start_counts_once_at_the_row_before_the_next() -> None:
     assert reached(_trial(), predicted, None, 123.0)["y"].size == 0
 
 
+@pytest.mark.parametrize("offset", [0, 1, 3])
+def test_a_slow_receiver_counts_with_its_last_reading(offset: int) -> None:
+    """Every 2 s on rows of half a second: the last reading until 10 s after each start, the heading at 10 s itself."""
+    slow = np.arange(T.size) % 4 == offset
+    measured = _trial().having(y=np.where(slow, 0.0, np.nan))
+    errors = 0.1 * (T % 30.0)
+    found = reached(measured, replace(_trial(), name="p").having(y=errors, psi=errors), 30.0, 10.0)
+    at = [max(t for t in T[slow] - start if t <= 10.0) for start in (0.0, 30.0, 60.0, 90.0)]
+    assert found["y"] == pytest.approx(0.1 * np.array(at))
+    assert found["psi"] == pytest.approx([1.0] * 4)
+    seldom = _trial().having(y=np.where(T % 30.0 == 0.5, 0.0, np.nan))
+    assert reached(seldom, replace(_trial(), name="p").having(y=errors), 30.0, 10.0)["y"].size == 0
+
+
 @pytest.mark.parametrize(("drifts", "trust", "why"), [
     ((0.01, 0.02, 0.1), "yes", "it explains 99 % of the motion after 60 s; its error stays below a ship's length"),
     ((0.03, 0.02, 0.1), "no", "'untuned' predicts these trials better"),

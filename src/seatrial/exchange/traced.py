@@ -223,7 +223,9 @@ def source_of(ship: Ship, path: str) -> str:
 def _control(ship: Ship, name: str) -> Variable:
     servo, (low, high) = ship.actuators.of(name), ship.validity.get(name, _ANY)
     low, high = max(float(servo.low), low), min(float(servo.high), high)
-    return Variable(name, unit(name), "actual value of the control", low, high)
+    fastest = float(servo.rate)
+    most = f"; changes by at most {fastest:.4g} {unit(name)} a second" if math.isfinite(fastest) else ""
+    return Variable(name, unit(name), f"actual value of the control{most}", low, high)
 
 
 def unit_around(name: str) -> str:

@@ -104,7 +104,8 @@ def _ends(comparisons: Iterable[Comparison]) -> list[float]:
 def _after(found: Sequence[Comparison], end: float) -> tuple[float | None, float | None]:
     """Error of position and heading so long after a start."""
     rows = [reached(c.measured, c.predicted, c.restart, end) for c in found]
-    place = [row["x"] ** 2 + row["y"] ** 2 for row in rows if {"x", "y"} <= row.keys()]
+    place = [row["x"] ** 2 + row["y"] ** 2 for row in rows
+             if {"x", "y"} <= row.keys() and row["x"].size == row["y"].size]  # fmt: skip
     return _root(place), _root([row["psi"] ** 2 for row in rows if "psi" in row])
 
 

@@ -38,6 +38,8 @@ SCHEMA = "seatrial-study/1"
 _FILLED = 0.9
 # A time step of more than so many of the log is coarse.
 _COARSE = 10
+# Names of parameters that a note has.
+_FEW = 6
 _KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
 
 
@@ -165,8 +167,9 @@ def _priors(ship: Ship, table: Mapping[str, Any]) -> tuple[str, ...]:
     """Which parameters take the sigma of the ship file as their prior."""
     sigmas = stated(ship)
     paths = taken(ship.model, table, sigmas)
-    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths)
-    return (f"priors from the ship file (prior = false in [free] for none): {named}",) if paths else ()
+    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths[:_FEW])
+    more = f" and {len(paths) - _FEW} more" if len(paths) > _FEW else ""
+    return (f"priors from the ship file (prior = false in [free] for none): {named}{more}",) if paths else ()
 
 
 def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:

@@ -150,10 +150,19 @@ def test_gaps_and_spikes_do_not_change_the_kind() -> None:
 
 def test_a_channel_that_is_mostly_missing_is_doubted() -> None:
     trial = sail(TURN, 300.0)
-    delta = np.where(np.arange(len(trial)) % 3 == 0, trial["delta"], np.nan)
-    found = recognised(trial.having(delta=delta))
+    third = (trial.t > 200.0) & (trial.t <= 300.0)
+    found = recognised(trial.having(delta=np.where(third, np.nan, trial["delta"])))
     assert found.name == "turning"
-    assert any("delta is missing in 67 %" in doubt for doubt in found.doubts)
+    assert any("delta is missing for 33 %" in doubt for doubt in found.doubts)
+
+
+@pytest.mark.parametrize("every", [2, 3, 5, 10])
+def test_a_slower_instrument_is_not_missing_between_its_readings(every: int) -> None:
+    trial = sail(TURN, 300.0)
+    slow = {name: np.where(np.arange(len(trial)) % every == 1, trial[name], np.nan) for name in ("delta", "u", "v_m")}
+    found = recognised(trial.having(**slow))
+    assert found.name == "turning"
+    assert not any("missing" in doubt for doubt in found.doubts)
 
 
 def test_too_little_is_unknown() -> None:

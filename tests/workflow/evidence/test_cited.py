@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fitted_run import saved, trial
+from fitted_run import PATHS, saved, trial
 from seatrial.cli.app import main
 from seatrial.core.version import __version__
 from seatrial.ships.files import FOLDER, library
@@ -23,10 +23,10 @@ def owed(run: str | Path, what: str) -> dict[str, Owed]:
     return {one.key or one.reference: one for one in cite(str(run)).result.owed if one.what == what}
 
 
-def run(folder: Path, text: str, **meta: str) -> Path:
+def run(folder: Path, text: str, file: Path | str = "", **meta: str) -> Path:
     """A run that has freed three numbers of KVLCC2."""
     one = trial(20.0, duration=20.0)
-    saved(folder, [replace(one, meta={**one.meta, **meta})], text=text)
+    saved(folder, [replace(one, meta={**one.meta, **meta})], text=text, file=str(file))
     return folder
 
 
@@ -74,6 +74,27 @@ def test_a_fitted_number_stands_on_what_it_began_from(tmp_path: Path) -> None:
     found = cite(str(tmp_path / "alone")).result
     assert found.others["fitted in study"] == 3
     assert "3 numbers were fitted" in found.cautions[0]
+
+
+def test_the_ship_that_a_fit_began_from_may_be_a_file_beside_the_study(tmp_path: Path) -> None:
+    mine = (FOLDER / "kvlcc2_l7.toml").read_text(encoding="utf-8").replace("yasukawa2015", "alfheim2017")
+    (tmp_path / "mine.toml").write_text(mine, encoding="utf-8")
+    study = tmp_path / "study.toml"
+    where = run(tmp_path / "run", 'schema = "seatrial-study/1"\nship = "mine.toml"\n', file=study)
+    hull = sum(int(n) for n in re.findall(r"hull (\d+)", owed(where, "numbers")["alfheim2017"].why))
+    assert hull == sum(path.startswith("hull.") for path in PATHS)
+    (tmp_path / "mine.toml").unlink()
+    assert "not at hand" in cite(str(where)).result.cautions[0]
+
+
+def test_what_a_formula_was_compared_with_is_not_its_source(tmp_path: Path) -> None:
+    text = (FOLDER / "kvlcc2_l7.toml").read_text(encoding="utf-8")
+    compared = text.replace('Y_v = { prime = -0.315, source = "yasukawa2015', 'Y_v = { prime = -0.315, source = "'
+                            'estimated: yoshimura2012 Eq. 11; others: Inoue 1981 -0.3')  # fmt: skip
+    (tmp_path / "mine.toml").write_text(compared, encoding="utf-8")
+    found = owed(tmp_path / "mine.toml", "numbers")
+    assert found["yoshimura2012"].why == "hull 1"
+    assert "inoue1981" not in found
 
 
 def test_trials_are_credited_by_their_sidecars(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import Array, Trial, unwrapped
 from ..prepare import drop_trailing_gaps
@@ -162,8 +163,8 @@ def signals(trial: Trial, rows: int = _ROWS) -> Signals | str:
     clock = _clock(t, U, L_pp)
     width = max(1, round(_SMOOTH * clock / max(float(np.median(np.diff(t))), 1e-9)))
     rate = filled(trial["r"]) if "r" in trial and _known(trial["r"]) else np.gradient(smooth(psi, width), t)
-    doubts = [f"{name} is missing in {100 * share:.0f} % of the rows" for name in ("psi", "delta", "u")
-              if name in trial and (share := float(np.mean(~np.isfinite(trial[name])))) > _GAP]  # fmt: skip
+    doubts = [f"{name} is missing for {100 * share:.0f} % of the time" for name in ("psi", "delta", "u")
+              if name in trial and (share := _missing(trial.t, np.isfinite(trial[name]))) > _GAP]  # fmt: skip
     delta, n, pair = _helm(trial), _engine(trial), _pair(trial)
     by_thrust = delta is None and pair is not None
     if delta is None and pair is not None:
@@ -177,6 +178,16 @@ def signals(trial: Trial, rows: int = _ROWS) -> Signals | str:
         (*doubts, *(() if delta is not None else ("no rudder is recorded: told from the motion alone",))),
         pair, by_thrust,
     )  # fmt: skip
+
+
+def _missing(t: Array, read: NDArray[np.bool_]) -> float:
+    """Share of the time without a reading; what lies between two readings of a slower instrument is none."""
+    if not read.any():
+        return 1.0
+    ends = np.concatenate([t[:1], t[read], t[-1:]])
+    gaps = np.diff(ends)
+    usual = float(np.median(gaps[1:-1])) if read.sum() > 2 else float(np.median(np.diff(t)))
+    return float(gaps[gaps > 1.5 * usual].sum() / (t[-1] - t[0]))
 
 
 def driven(trial: Trial) -> Trial:

@@ -116,12 +116,21 @@ def _sources(ship: Ship, fit: Summary | None) -> tuple[dict[str, str], list[str]
     fitted = [path for path, source in sources.items() if source.startswith(_FITTED)]
     if not fitted:
         return sources, []
-    began = str(fit.provenance.get("ship", "")) if fit else ""
-    if began not in (*library(), *variants()):
-        return sources, [f"{len(fitted)} numbers were fitted; the ship they began from ({began or 'not known'}) is no "
-                         "ship of the library: cite its file too"]  # fmt: skip
-    before = load(began).entries
-    return {**sources, **{path: before[path].source for path in fitted if path in before}}, []
+    began = _began(fit) if fit else None
+    if began is None:
+        return sources, [f"{len(fitted)} numbers were fitted; the ship file that they began from is not at hand: cite "
+                         "it too"]  # fmt: skip
+    return {**sources, **{path: began.entries[path].source for path in fitted if path in began.entries}}, []
+
+
+def _began(fit: Summary) -> Ship | None:
+    """The ship that the study names, which is in the library, or a file that is still there."""
+    named = str(fit.provenance.get("ship", ""))
+    said = str(tomllib.loads(fit.study_text).get("ship", named)) if fit.study_text else named
+    file = Path(fit.study_file).parent / said
+    if said in (*library(), *variants()):
+        return load(said)
+    return load(file) if file.suffix == ".toml" and file.is_file() else None
 
 
 def _numbers(sources: Mapping[str, str]) -> Iterator[Owed]:
@@ -135,7 +144,9 @@ def _numbers(sources: Mapping[str, str]) -> Iterator[Owed]:
 
 
 def _keys(source: str) -> tuple[str, ...]:
-    return () if source.startswith(_FITTED) else tuple(key for key in named(source) if key in references())
+    """Papers of a source; what its formula was only compared with is none of them."""
+    said = "" if source.startswith(_FITTED) else source.partition("; others: ")[0]
+    return tuple(key for key in named(said) if key in references())
 
 
 def _short(source: str) -> str:
