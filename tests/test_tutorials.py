@@ -16,9 +16,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
-BLOCK = re.compile(r"^```(sh|console|toml)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```(sh|console|toml|python)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 COMPILES_FOR_WINDOWS = shutil.which("x86_64-w64-mingw32-gcc") or importlib.util.find_spec("ziglang")
-NAMED = re.compile(r"# (\S+\.toml)\n")
+NAMED = re.compile(r"# (\S+\.(?:toml|py))\n")
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def steps(path: Path) -> list[Step]:
     """Files and commands of a tutorial, in order."""
     found: list[Step] = []
     for kind, body in BLOCK.findall(path.read_text(encoding="utf-8")):
-        if kind == "toml":
+        if kind in ("toml", "python"):
             name = NAMED.match(body)
             found += [Step("", body, name[1])] if name else []
             continue
