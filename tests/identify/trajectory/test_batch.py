@@ -80,6 +80,52 @@ def test_problems_with_currents_biases_and_errors_of_instruments_do_not_mix(turn
             assert 2.0 * gradient == pytest.approx(slope, rel=1e-4, abs=1e-6 * np.abs(block.gradient).max())
 
 
+BEGUN = {"x": 0.05, "y": 0.05, "psi": 0.002, "u": 0.01, "v_m": 0.01, "r": 0.001}
+
+
+@pytest.mark.slow
+def test_an_initial_state_stays_within_the_noise_of_what_would_have_been_read(turns):
+    """A heading that reads too much costs no more than logs without that error; an antenna begins where it is."""
+    own = Nuisance(BEGUN, common={"bias.psi": 1.0, "antenna.ahead": 9.0})
+    told = replace(turns, nuisance=own, trials=turns.trials[:2], free=turns.free[:3])
+    b, ahead = 0.07, 3.0
+
+    def aside(trial: Trial) -> Trial:
+        x, y, psi = (trial[name] for name in ("x", "y", "psi"))
+        return trial.having(x=x + ahead * np.cos(psi), y=y + ahead * np.sin(psi))
+
+    def objective(trials: tuple[Trial, ...]) -> TrajectoryObjective:
+        told_now = replace(told, trials=trials)
+        return TrajectoryObjective.build(
+            told_now, trials, PAPER.sigma | {"x": 1.0, "y": 1.0, "psi": 0.01}, window=200.0, dt=1.0, every=1,
+            method="rk4", threads=2)  # fmt: skip
+
+    right = objective(told.trials)
+    start, eta = told.vector.start, right.layout.deviation * np.random.default_rng(2).normal(size=right.nuisances)
+    plain = right.cost(np.append(start, [0.0, 0.0]), eta)
+    turned = objective(tuple(t.having(psi=t["psi"] + b) for t in told.trials)).cost(np.append(start, [b, 0.0]), eta)
+    assert turned - b**2 == pytest.approx(plain, rel=1e-9)
+    moved = objective(tuple(map(aside, told.trials)))
+    began, true = (one.lanes(np.append(start, [0.0, far])[None], eta[None])[0].state
+                   for one, far in ((moved, ahead), (right, 0.0)))  # fmt: skip
+    np.testing.assert_allclose(began, true, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_derivatives_by_errors_go_through_the_initial_states_that_were_read_with_them(turns):
+    names = ("bias.psi_speed", "delay.position", "scale.r", "receiver.ahead", "deviation.east")
+    own = Nuisance(BEGUN, common=dict.fromkeys(names, 1.0))
+    told = replace(turns, nuisance=own, trials=turns.trials[:2], free=turns.free[:3])
+    objective = TrajectoryObjective.like(told, Trajectory(window=100.0, threads=2))
+    p = np.append(told.vector.start, [0.03, 0.4, 0.02, 0.5, 0.02])
+    eta = objective.layout.deviation * np.random.default_rng(3).normal(size=objective.nuisances)
+    g = objective.normal(p, eta).g
+    for k in range(3, p.size):
+        step = 1e-5 * np.eye(p.size)[k]
+        slope = (objective.cost(p + step, eta) - objective.cost(p - step, eta)) / 2e-5
+        assert 2.0 * g[k] == pytest.approx(slope, rel=2e-4, abs=1e-6 * abs(2.0 * g).max()), names[k - 3]
+
+
 @pytest.mark.slow
 def test_the_number_of_threads_and_the_neighbours_change_nothing(turns, many):
     values = MultiStart(starts=9, seed=0).drawn(turns.vector)

@@ -164,7 +164,8 @@ def _derivatives(
     states, found = objective.slopes(lanes)
     e = objective.weighted(objective.read(states, p[None], bias))[0]
     full = objective.columns(states, found, p[None], lanes)[0]
-    extra = [objective.direction(one, states, p[None], lanes)[0] for one in suspects]
+    begun = np.moveaxis(full[..., p.size + objective.layout.own.currents :], -1, 0)
+    extra = [objective.direction(one, states, p[None], lanes, None, begun[:, None])[0] for one in suspects]
     names = list(objective.kernel.system.parameters)
     held: list[Array] = []
     for path, value in fixed.items():

@@ -26,7 +26,7 @@ from .. import Problem, StudyError
 from ..nuisance import Index, Layout, begun_as, first_errors, held
 from ..record import Settings, Windows, cut_as, windows
 from .gauss_newton import STILL, Block, Mask, Normal, State, descend
-from .suspects import Suspect, named
+from .suspects import Suspect, named, recorded
 
 # Steps to the best nuisances for given parameters: the readings are near, so a few suffice.
 _TOWARDS = 8
@@ -227,18 +227,18 @@ class TrajectoryObjective:
         cut, layout, windows = self.windows, self.layout, len(self.windows.state0)
         own = layout.of_trials(eta)[:, layout.trial]
         state0 = np.repeat(cut.state0[None], len(p), axis=0) if self.data is None else self.data.state0[which].copy()
-        state0[..., : cut.width] += layout.starts(eta)
+        off = recorded(self.common, cut.state0[:, : cut.width], self.interval)
+        state0[..., : cut.width] += layout.starts(eta) - np.tensordot(p[:, self.count :], off, axes=1)
         values = np.repeat(p[:, : self.count], windows, axis=0)
-        drift = own[..., : layout.own.currents].reshape(len(values), -1)
+        lanewise = np.hstack([values, own[..., : layout.own.currents].reshape(len(values), -1)])
         lanes = Lanes(self.kernel, open_loop_parameters(self.problem.ship), state0.reshape(len(values), -1),
-                      self.series(p), lanewise=np.hstack([values, drift]))  # fmt: skip
+                      self.series(p), lanewise=lanewise)  # fmt: skip
         return lanes, layout.own.offset(own)[..., None, :]
 
     def states(self, lanes: Lanes, threads: int | None = None) -> Array:
         """Measured states that these runs predict, shape (problems, windows, rows, motion)."""
-        cut = self.windows
-        rows = run(lanes, self.grid, threads=threads or self.threads).values[:, :, : cut.width]
-        return rows.reshape(-1, *cut.scale.shape)
+        rows = run(lanes, self.grid, threads=threads or self.threads).values[:, :, : self.windows.width]
+        return rows.reshape(-1, *self.windows.scale.shape)
 
     def slopes(self, lanes: Lanes, threads: int | None = None) -> tuple[Array, Array]:
         """The same with their derivatives by `kernel.free` and the initial state in a last axis."""
@@ -266,15 +266,17 @@ class TrajectoryObjective:
         for one, c in zip(self.common, p[:, n:].T, strict=True):
             if one.reads and c.any():
                 moved = moved + c[:, None, None, None] * one.reads(states, moved, self.interval)
-        found = [self.direction(one, states, p, lanes, threads) for one in self.common]
+        found = [self.direction(one, states, p, lanes, threads, moved[n + self.layout.own.currents :])
+                 for one in self.common]  # fmt: skip
         return np.concatenate([np.moveaxis(moved[:n], 0, -1), np.stack(found, axis=-1), np.moveaxis(moved[n:], 0, -1)],
                               axis=-1)  # fmt: skip
 
-    def direction(self, one: Suspect, states: Array, p: Array, lanes: Lanes, threads: int | None = None) -> Array:
-        """Derivative of the readings by an error of an instrument, of the shape of `states`."""
+    def direction(self, one: Suspect, states: Array, p: Array, lanes: Lanes, threads: Any, begun: Array) -> Array:
+        """Derivative of the readings by an error of an instrument; `begun` has theirs by the initial states first."""
         out = np.zeros_like(states)
         if one.reads:
-            out = one.reads(states, None, self.interval)
+            [off] = recorded((one,), self.windows.state0[:, : self.windows.width], self.interval)
+            out = one.reads(states, None, self.interval) - np.einsum("wk,k...wrm->...wrm", off, begun[: off.shape[1]])
         if one.acts:
             changed = self.series(p, one.step * one.acts(self.windows.series, self.windows.dt))
             with np.errstate(all="ignore"):
@@ -458,9 +460,8 @@ class TrajectoryObjective:
 
         Samples are counted by their weight, so that lasting errors do not count as many.
         """
-        e = self.residuals(p, eta)
         independent = float(self.windows.entries) * self.windows.weight
-        return float((e * e).sum()) / max(independent - p.size - self.layout.flat, 1.0)
+        return float((self.residuals(p, eta) ** 2).sum()) / max(independent - p.size - self.layout.flat, 1.0)
 
     def begun(
         self, p: Array, until: float | None = None, known: Mapping[str, Mapping[str, float]] | None = None
@@ -495,6 +496,5 @@ class TrajectoryObjective:
         lanes, _ = self.lanes(p[None], np.zeros((1, self.nuisances)))
         with np.errstate(all="ignore"):
             first = next(iter(run(lanes, self.grid, threads=self.threads).failures), None)
-        if first is None:
-            return "the objective is not finite"
-        return f"trial {self.problem.trials[int(self.windows.trial[first.lane])].name}, window {first}"
+        return "the objective is not finite" if first is None else (
+            f"trial {self.problem.trials[int(self.windows.trial[first.lane])].name}, window {first}")

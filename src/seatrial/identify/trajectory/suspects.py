@@ -286,6 +286,22 @@ def _of_control(name: str, at: Sequence[int], angle: bool) -> Iterator[Suspect]:
     yield Suspect(f"delay.{name}", f"a delay of {name}", "s", 1.0, step=1e-3, acts=_column(at, _slope))
 
 
+def recorded(common: Sequence[Suspect], states: Array, dt: float) -> Array:
+    """Change of recorded states, shape (windows, motion), by a unit of each error, shape (errors, windows, motion).
+
+    They go on for `dt` as they move.  A heading that reads 4 deg too much began 4 deg too far: where an initial state
+    stays within the noise of its reading, that is of what the reading would have been.
+    """
+    psi, u, v_m, r = states[:, PSI : R + 1].T
+    c, s, later = np.cos(psi), np.sin(psi), states.copy()
+    later[:, : PSI + 1] += dt * np.column_stack([u * c - v_m * s, u * s + v_m * c, r])
+    rows, out = np.stack([states, later], axis=1), np.zeros((len(common), *states.shape))
+    for k, one in enumerate(common):
+        if one.reads:
+            out[k] = one.reads(rows, None, dt)[:, 0]
+    return out
+
+
 def named(
     model: Model, trials: Sequence[Trial], names: Sequence[str], lanes: Array | NDArray[np.intp]
 ) -> tuple[Suspect, ...]:
