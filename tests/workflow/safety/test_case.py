@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from seatrial.cli.app import main
+from seatrial.encounters.conduct import CONDUCTS, Scene, Watch
 from seatrial.encounters.meeting import dnv, imazu
 from seatrial.encounters.rules import Role
+from seatrial.encounters.sensing import Sensing
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety import case as module
@@ -98,6 +100,39 @@ def test_each_part_has_its_own_draws_of_the_ship(monkeypatch: pytest.MonkeyPatch
     assert taken[0][-1]["b"].tolist() == [9.0, 11.0]
     assert taken[1][-1] is None
     assert len(taken[0][1].x) == 2
+
+
+@pytest.mark.parametrize("stack", ["rules", "own"])
+def test_sensors_stand_between_the_stack_and_the_ships(monkeypatch: pytest.MonkeyPatch, stack: str) -> None:
+    """With no sensor at all nobody is seen: the stack is shown ships that are far astern, and keeps its course."""
+    shown: list[Any] = []
+
+    class Mine:
+        def look(self, scene: Any) -> Any:
+            shown.append(scene)
+
+    met = imazu(5.0, 600.0)[4]
+    some = module.Meeting(np.full(2, 5.0), *(np.tile(one, (2, 1)) for one in (met.x, met.y, met.psi, met.U_target)))
+    given: Any = stack if stack == "rules" else lambda scene: Mine()
+    taken: list[Any] = []
+    monkeypatch.setattr(module, "sail", lambda *all_: taken.append(all_))
+    for sensors in (None, Sensing()):
+        file = CaseFile(claim="c", ship="s", sensors=sensors)
+        module.Setup(file, Any, None, some, given, module.Rules(), "d").sailed(slice(0, 2), 0, plain=True)
+    assert taken[0][3] is given
+    L = np.array([100.0, 100.0, 100.0])
+    none = np.zeros((2, 1))
+    x, y, psi = (np.hstack([none, one]) for one in (some.x, some.y, some.psi))
+    speed = np.hstack([none + 5.0, some.U_target])
+    scene = Scene(0.0, x, y, psi, speed * np.cos(psi), speed * np.sin(psi), L)
+    orders = taken[1][3](scene).look(scene)
+    if stack == "own":
+        assert (shown[0].x[:, 1:] < -9e5).all()
+        assert (shown[0].x[:, 0] == 0.0).all()
+    else:
+        assert orders.psi.tolist() == [0.0, 0.0]
+        seen = Watch((CONDUCTS["rules"],), np.zeros(2, dtype=np.intp), 0, scene, speed[:, 0], module.Rules())
+        assert (seen.look(scene).psi > 0.1).all()  # with its eyes it alters course here
 
 
 @pytest.mark.slow

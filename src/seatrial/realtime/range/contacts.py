@@ -1,4 +1,4 @@
-"""Other ships as the own ship sees them now: bearing, distance and nearest approach.
+"""Other ships as the own ship sees them now: bearing, distance and nearest approach; and as its sensors have them.
 
 The nearest approach is that of midships on straight courses at the present speeds over ground.  How they passed is
 judged on the tracks (`wakes`).
@@ -7,9 +7,14 @@ judged on the tracks (`wakes`).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+
+from ...data import Array
+from ...encounters.sensing import Sensing, Tracker
 from ..loop import Loop
 from ..plant import Plant
 
@@ -53,10 +58,13 @@ def approach(north: float, east: float, v_north: float, v_east: float) -> tuple[
 
 def contact(name: str, own: Plant, other: Plant) -> Contact:
     """Another ship as seen from the own one."""
-    north, east = other["x"] - own["x"], other["y"] - own["y"]
-    a, b = _velocity(own), _velocity(other)
-    cpa, tcpa = approach(north, east, b[0] - a[0], b[1] - a[1])
-    return Contact(name, math.hypot(north, east), math.atan2(east, north), math.hypot(*b), math.atan2(b[1], b[0]),
+    return _seen(name, (other["x"] - own["x"], other["y"] - own["y"]), _velocity(own), _velocity(other))
+
+
+def _seen(name: str, place: tuple[float, float], a: tuple[float, float], b: tuple[float, float]) -> Contact:
+    """A contact from its place relative to the own ship [m], north and east, and the velocities of both [m/s]."""
+    cpa, tcpa = approach(*place, b[0] - a[0], b[1] - a[1])
+    return Contact(name, math.hypot(*place), math.atan2(place[1], place[0]), math.hypot(*b), math.atan2(b[1], b[0]),
                    cpa, tcpa)  # fmt: skip
 
 
@@ -96,3 +104,72 @@ class Contacts:
         """The contacts that come too near, the soonest first."""
         found = [one for one in self.seen.values() if one.dangerous(self.cpa, self.tcpa)]
         return sorted(found, key=lambda one: one.tcpa)
+
+
+class Sensed:
+    """Radar and transponders of all other ships as they reach the own one: `encounters.sensing` of one run.
+
+    Attributes:
+        delay: of reports of transponders [s].
+    """
+
+    def __init__(self, loop: Loop, own: str, sensing: Sensing, seed: int) -> None:
+        """Sense all ships but `own` from now on; without a radar or AIS in `sensing` nothing comes from it."""
+        self._own, self._sensing, self._seed = loop.vessels[own], sensing, seed
+        self._others = {name: vessel for name, vessel in loop.vessels.items() if name != own}
+        self.delay = 0.0 if sensing.ais is None else sensing.ais.delay
+        self.reset()
+        loop.after(self.tick)
+        loop.keep("the sensors", self)
+
+    def tick(self, loop: Loop) -> None:
+        """Turn the radar."""
+        if self._tracker is not None and self._others:
+            own = self._own.plant
+            x, y = (np.array([[one.plant[name] for one in self._others.values()]]) for name in ("x", "y"))
+            self._tracker.sweep(loop.t, (np.array([[own["x"]]]), np.array([[own["y"]]])), (x, y), self._rng)
+
+    def contacts(self, t: float) -> dict[str, Contact]:
+        """What the tracker of the radar tells now."""
+        tracks, own = self._tracker, self._own.plant
+        if tracks is None:
+            return {}
+        here, age, found = _velocity(own), t - tracks.t, dict[str, Contact]()
+        for k, name in enumerate(self._others):
+            if tracks.known[0, k] and self._others[name].failure is None:
+                v = float(tracks.north[0, k]), float(tracks.east[0, k])
+                north, east = (float(place[0, k]) + one * age - own[axis]
+                               for place, one, axis in ((tracks.x, v[0], "x"), (tracks.y, v[1], "y")))  # fmt: skip
+                found[name] = _seen(name, (north, east), here, v)
+        return found
+
+    def sends(self, name: str) -> bool:
+        """Whether a ship has a transponder that the own one receives at all."""
+        return self._sensing.ais is not None and name not in self._silent
+
+    def heard(self, name: str) -> tuple[float, float] | None:
+        """The error of the place in a report of a ship [m]; None where the report does not arrive."""
+        ais, plant, own = self._sensing.ais, self._others[name].plant, self._own.plant
+        if ais is None:
+            return None
+        far = np.array(math.hypot(plant["x"] - own["x"], plant["y"] - own["y"]))
+        if not ais.heard(far, self._rng):
+            return None
+        north, east = ais.place * self._rng.standard_normal(2)
+        return float(north), float(east)
+
+    def snapshot(self) -> dict[str, Any]:
+        tracks = {} if self._tracker is None else self._tracker.snapshot()
+        return {"random": self._rng.bit_generator.state, "tracks": tracks}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        self._rng.bit_generator.state = saved["random"]
+        if self._tracker is not None:
+            self._tracker.restore(saved["tracks"])
+
+    def reset(self) -> None:
+        self._rng = np.random.default_rng((self._seed, 3))
+        radar, ais = self._sensing.radar, self._sensing.ais
+        self._tracker = None if radar is None else Tracker(radar, (1, len(self._others)))
+        draws: Array = self._rng.random(len(self._others))
+        self._silent = {name for name, one in zip(self._others, draws, strict=True) if ais and one < ais.silent}

@@ -9,6 +9,7 @@ import numpy as np
 from ...core.errors import RequestError
 from ...data.geodesy import Datum
 from ...encounters.meeting import Meeting
+from ...encounters.sensing import Sensing
 from ...environment import CALM, Environment
 from ...ships import Ship
 from .scenario import Criteria, Other, Own, Sailing, Scenario, Weather, ordinary
@@ -25,7 +26,7 @@ _PLACE = Datum(30.0, -40.0)
 
 def encountered(
     ship: Ship, meeting: Meeting, conducts: Sequence[str], *, length: float | None = None, seed: int = 1,
-    around: Environment = CALM, title: str = "An encounter",
+    around: Environment = CALM, sensing: Sensing | None = None, title: str = "An encounter",
 ) -> Scenario:  # fmt: skip
     """The scenario of one meeting.
 
@@ -34,6 +35,7 @@ def encountered(
         conducts: of each other ship.
         length: of the others [m]; that of the own ship unless given.
         around: wind, current and waves from start to end.
+        sensing: radar and AIS of the own ship; None: without error, delay or loss.
 
     Raises:
         RequestError: a ship without way, which no rudder steers.
@@ -53,4 +55,4 @@ def encountered(
         raise RequestError(f"{title}: nobody is met; the ships draw apart from the first")
     own = Own(ship, Sailing(0.0, 0.0, 0.0, float(np.ravel(meeting.U)[0])))
     return Scenario(title, LONG * latest, own, tuple(others), _RATE, seed, _PLACE,
-                    weather=(Weather(0.0, 0.0, around),), criteria=Criteria(rules=True))  # fmt: skip
+                    weather=(Weather(0.0, 0.0, around),), criteria=Criteria(rules=True), sensing=sensing)  # fmt: skip

@@ -7,7 +7,7 @@ own positions, whatever the receiver of the own ship says.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -22,8 +22,8 @@ from ..on_wire import FIRST, OnWire
 from ..plant import Plant
 from ..wire import Message
 from .alerts import CPA, GNSS, GYRO, PILOT, RUDDER, TRACK, Alarm, Alarms
-from .contacts import Contact, Contacts
-from .scenario import Other
+from .contacts import Contact, Contacts, Sensed
+from .scenario import Scenario
 
 REPORTED = ("VDM", "TTM", "TLL", "ALF", "ALR", "ARC")
 """Sentences of the range beside those of the ship's own instruments."""
@@ -62,12 +62,13 @@ class Reports:
     """
 
     def __init__(
-        self, loop: Loop, on_wire: OnWire, others: Sequence[Other], contacts: Contacts, alarms: Alarms,
+        self, loop: Loop, on_wire: OnWire, scenario: Scenario, contacts: Contacts, alarms: Alarms,
         only: Iterable[str] = REPORTED,
     ) -> None:  # fmt: skip
         """Report from the next tick on; `only` these sentences."""
         self._on_wire, self._contacts, self._alarms, self._only = on_wire, contacts, alarms, frozenset(only)
-        self._others = {one.name: one for one in others}
+        self._others = {one.name: one for one in scenario.others}
+        self._sensed = None if scenario.sensing is None else Sensed(loop, OWN, scenario.sensing, scenario.seed)
         self._numbers = {name: k for k, name in enumerate((n for n in loop.vessels if n != OWN), 1)}
         self._by = {name: self._transponder(name, loop.vessels[name].plant) for name in self._numbers}
         self.reset()
@@ -124,6 +125,8 @@ class Reports:
             other, vessel, by = self._others.get(name), loop.vessels[name], self._by[name]
             if (other is not None and other.ais == "none") or vessel.failure is not None:
                 continue
+            if self._sensed is not None and not self._sensed.sends(name):
+                continue
             plant, first = vessel.plant, float(number % 10)
             if loop.t + 1e-9 >= self._static.get(name, first):
                 self._static[name] = loop.t + _STATIC
@@ -134,11 +137,17 @@ class Reports:
             period = interval(said["U"], said["r"], by.class_b)
             self._next[name] = loop.t + period
             form: Form = 2 if other is not None and other.ais == "class A assigned" else 3 if period % 1.0 else 1
-            yield from position(by, said, clock(self._on_wire.fittings, said).second, "VDM", form)
+            off = (0.0, 0.0) if self._sensed is None else self._sensed.heard(name)
+            if off is not None:
+                said = self._motion(loop.t, plant, off)
+                lines = position(by, said, clock(self._on_wire.fittings, said).second, "VDM", form)
+                self._late.append((loop.t + (0.0 if self._sensed is None else self._sensed.delay), lines))
+        while self._late and self._late[0][0] <= loop.t + 1e-9:
+            yield from self._late.pop(0)[1]
 
-    def _motion(self, t: float, plant: Plant) -> dict[str, float]:
+    def _motion(self, t: float, plant: Plant, off: tuple[float, float] = (0.0, 0.0)) -> dict[str, float]:
         x, y, psi, u, v = (plant[state] for state in ("x", "y", "psi", "u", "v_m"))
-        latitude, longitude = self._on_wire.fittings.datum.place(x, y)
+        latitude, longitude = self._on_wire.fittings.datum.place(x + off[0], y + off[1])
         return {"t": t, "psi": psi, "r": plant["r"], "latitude": latitude, "longitude": longitude,
                 "U": math.hypot(u, v), "chi": psi + math.atan2(v, u)}  # fmt: skip
 
@@ -149,7 +158,8 @@ class Reports:
         own = loop.vessels[OWN].plant
         psi = self._on_wire.latest.get("psi", own["psi"])
         turned = math.remainder(psi - own["psi"], math.tau)
-        for name, contact in self._contacts.seen.items():
+        seen = self._contacts.seen if self._sensed is None else self._sensed.contacts(loop.t)
+        for name, contact in seen.items():
             other = self._others.get(name)
             if other is not None and not other.radar:
                 continue
@@ -216,19 +226,21 @@ class Reports:
 
     def snapshot(self) -> dict[str, Any]:
         return {"next": self._next, "static": self._static, "sweep": self._sweep, "sent": self._sent,
-                "count": self._count}  # fmt: skip
+                "count": self._count, "late": [[t, [line.decode() for line in lines]] for t, lines in self._late]}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         self.reset()
         self._next, self._static, self._sweep = dict(saved["next"]), dict(saved["static"]), saved["sweep"]
         self._sent = {key: (int(revision), float(t)) for key, (revision, t) in saved["sent"].items()}
         self._count = saved["count"]
+        self._late = [(float(t), [line.encode() for line in lines]) for t, lines in saved["late"]]
 
     def reset(self) -> None:
         self._next: dict[str, float] = {}
         self._static: dict[str, float] = {}
         self._sent: dict[str, tuple[int, float]] = {}
         self._waiting: list[bytes] = []
+        self._late: list[tuple[float, list[bytes]]] = []
         self._sweep, self._count, self.refused = 0.0, 0, 0
 
 

@@ -9,6 +9,7 @@ from typing import Literal
 
 from ...actuators import Actuator, Actuators
 from ...data.geodesy import Datum
+from ...encounters.sensing import Sensing
 from ...environment import CALM, Environment
 from ...environment.chart import Chart
 from ...environment.sea import Sea
@@ -173,6 +174,7 @@ class Scenario:
         chart: depths, banks, quays and fenders, about where x and y are zero; None for open water.
         sea, rao: an irregular sea and the operators of the own ship's motion in it, which its instruments see; both or
             neither.  The mean drift is part of `weather`.
+        sensing: radar and AIS as they reach the wire; None: without error, delay or loss.
     """
 
     title: str
@@ -192,6 +194,7 @@ class Scenario:
     chart: Chart | None = None
     sea: Sea | None = None
     rao: Rao | None = None
+    sensing: Sensing | None = None
 
     @property
     def first(self) -> Environment:

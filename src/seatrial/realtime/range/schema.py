@@ -7,6 +7,7 @@ from datetime import datetime
 from typing import Annotated, Any, Literal
 
 from ...core.records import Limits, NotNegative, Positive
+from ...encounters.sensing import Sensing
 
 SCHEMA = "seatrial-scenario/1"
 
@@ -130,6 +131,7 @@ class ScenarioFile:
     roll_damping: float | None = None
     own: OwnTable
     traffic: Annotated[dict[str, TrafficTable], Limits(length=99)] = field(default_factory=dict[str, TrafficTable])
+    sensors: Sensing | None = None
     weather: tuple[WeatherTable, ...] = ()
     faults: tuple[FaultTable, ...] = ()
     criteria: CriteriaTable = field(default_factory=CriteriaTable)

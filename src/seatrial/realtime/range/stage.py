@@ -164,7 +164,7 @@ class Stage:
         self.handover = Handover(loop, OWN, self.pilot, self.on_wire, page)
         self._rock()
         if self.on_wire is not None and line is not None:
-            self.reports = Reports(loop, self.on_wire, scenario.others, self.contacts, self.alarms, line.only)
+            self.reports = Reports(loop, self.on_wire, scenario, self.contacts, self.alarms, line.only)
             loop.after(self.on_wire.tick)
 
     def run(self, duration: float | None = None) -> None:

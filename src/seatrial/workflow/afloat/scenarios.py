@@ -97,7 +97,7 @@ def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
         _criteria(table.criteria, chart),
         Limits(table.alarms.cpa, table.alarms.tcpa, table.alarms.cross_track, table.alarms.rudder * DEGREE,
                _charted("alarms", table.alarms.under_keel, chart)),
-        chart, seaway.sea, seaway.rao,
+        chart, seaway.sea, seaway.rao, table.sensors,
     )  # fmt: skip
 
 

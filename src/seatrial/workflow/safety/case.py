@@ -27,11 +27,12 @@ from ...core.files import held_alone, write_whole
 from ...core.records import digest, from_json, json_of, read_record, to_json
 from ...data import Array
 from ...encounters import Tracks
-from ...encounters.conduct import CONDUCTS
+from ...encounters.conduct import CONDUCTS, Master, Scene, Watch
 from ...encounters.meeting import IMAZU_T, Meeting, Ranges, dnv, drawn, imazu, role
 from ...encounters.rules import Judged, judge
 from ...encounters.rules import Limits as Rules
 from ...encounters.sailing import Command, Sailed, Sea, sail
+from ...encounters.sensing import looking
 from ...environment import Environment
 from ...identify import StudyError
 from ...realtime.links.wiring import Wiring
@@ -161,9 +162,22 @@ class Setup:
         met, count = self.meeting, len(range(*rows.indices(self.runs)))
         latest = float(np.max(np.where(np.isfinite(met.approach[1]), met.approach[1], 0.0)))
         sea = Sea(LONG * latest, 10.0, self.file.encounters.length, self.rules, self._around(first, count))
-        stack = cast("str | Command", self.stack)
-        return sail(self.ship, self._some(rows), sea, stack, self.file.traffic, self.file.seed + first,
+        return sail(self.ship, self._some(rows), sea, self._seeing(first), self.file.traffic, self.file.seed + first,
                     self._draws(rows, plain))  # fmt: skip
+
+    def _seeing(self, first: int) -> str | Command:
+        """The stack, with the sensors of the case between it and the ships."""
+        stack = cast("str | Command", self.stack)
+        if self.file.sensors is None:
+            return stack
+        U, known = self.meeting.U, () if callable(stack) else (CONDUCTS[stack],)
+
+        def begin(scene: Scene) -> Master:
+            runs = len(scene.x)
+            return Watch(known, np.zeros(runs, dtype=np.intp), 0, scene, np.full(runs, np.ravel(U)[0]), self.rules)
+
+        rng = np.random.default_rng((self.file.seed, first, 3))
+        return looking(stack if callable(stack) else begin, self.file.sensors, rng)
 
     def ran(self, run: int, plain: bool) -> Ran:
         """One run of a stack on a wire."""
@@ -175,7 +189,7 @@ class Setup:
         return ran(encountered(
             self.ship.moved({name: float(value[0]) for name, value in draws.items()}), met,
             [file.traffic[k] for k in chosen], length=file.encounters.length, seed=file.seed + run, around=around,
-            title=f"run {run}",
+            sensing=file.sensors, title=f"run {run}",
         ), cast("Wiring", self.stack))  # fmt: skip
 
     def _some(self, rows: slice) -> Meeting:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from ...campaign.analysis.proportion import Proportion
 from ...core.records import Limits, NotNegative, Positive
+from ...encounters.sensing import Sensing
 from .outside import Program
 
 SCHEMA, PART = "seatrial-case/1", "seatrial-case-part/1"
@@ -37,7 +38,8 @@ class Around:
 class CaseFile:
     """A case as its file has it.
 
-    `stack` and `traffic` are conducts, a stack also FILE.py:NAME of one's own, or a program on a wire.
+    `stack` and `traffic` are conducts, a stack also FILE.py:NAME of one's own, or a program on a wire.  It sees all
+    ships as they are without `sensors`.
     """
 
     claim: str
@@ -47,6 +49,7 @@ class CaseFile:
     traffic: tuple[str, ...] = ("rules", "ignores", "late")
     encounters: Encountered = field(default_factory=Encountered)
     weather: Around = field(default_factory=Around)
+    sensors: Sensing | None = None
 
     @property
     def called(self) -> str:
