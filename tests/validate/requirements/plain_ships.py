@@ -52,9 +52,10 @@ class Plain(Probe):
             rows.append(z)
         return h * np.arange(steps + 1), np.array(rows).transpose(2, 0, 1)
 
-    def run(self, n_order: float, delta: float, duration: float, *, speed: Any = None, weather: Any = None,
-            dt: Any = None) -> Trial:  # fmt: skip
-        begun = self.state(self.U if speed is None else speed)
+    def sail(
+        self, n_order: float, delta: float, duration: float, speed: float, dt: float, weather: Any = None
+    ) -> Trial:  # fmt: skip
+        begun = self.state(speed)
         t, (rows,) = self.drift([begun], [self.controls(n_order, delta)], duration, dt=dt)
         held = {"n_P": n_order, "n_P_cmd": n_order, "delta": delta, "delta_cmd": delta}
         return Trial("run", t, dict(zip(("x", "y", "psi", "u", "v_m", "r"), rows.T, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,7 +12,10 @@ import pytest
 from plain_ships import LIMIT, N_P, L, U, plain
 
 from seatrial.data import Trial
-from seatrial.validate.requirements import body, plausible, scopes
+from seatrial.environment import Uniform
+from seatrial.ships.files import load
+from seatrial.validate.requirements import body, hull, plausible, scopes
+from seatrial.validate.requirements.probe import Probe
 
 
 class Asked(SimpleNamespace):
@@ -221,3 +225,35 @@ def test_whether_a_ship_sways_and_can_be_stopped_is_seen_in_its_rates() -> None:
     assert plain(lambda m: (m.n, 0.3 * m.r, 0.0 * m.r)).sways
     assert plain(lambda m: (m.n, 0.3 * m.d, 0.0 * m.r)).sways
     assert not plain(lambda m: (m.n - m.u, 0.0 * m.v, m.d - m.r)).sways
+
+
+def test_a_run_is_made_once_and_that_of_another_order_step_or_weather_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    p = Probe(load("kvlcc2"), 7.97, 1.7, dt=1.0)
+    first = p.run(1.7, 0.3, 20.0)
+    assert p.run(1.7, 0.3, 20.0) is first
+    for other in (p.run(1.7, -0.3, 20.0), p.run(1.7, 0.3, 20.0, speed=4.0), p.run(1.7, 0.3, 20.0, dt=0.5),
+                  p.run(1.7, 0.3, 20.0, weather=Uniform()), p.sail(1.7, 0.3, 20.0, 7.97, 1.0)):  # fmt: skip
+        assert other is not first
+    assert np.array_equal(p.run(1.7, 0.3, 20.0, weather=Uniform())["r"], first["r"])
+    assert len(p.made) == 4
+
+
+def test_long_steps_under_held_orders_end_where_short_ones_do() -> None:
+    """RK4 at a hundredth of L/U: its error of the first 3 L/U of a turn is far below what any item looks at."""
+    p = Probe.of(load("kvlcc2"))
+    assert p.long_step > 3.0 * p.step
+    states, orders = [p.state(p.U), p.state(0.3 * p.U, 0.3 * p.U, 0.02)], [p.controls(p.n_P, 0.5)] * 2
+    (t, coarse), (other, fine) = (one.drift(states, orders, 300 * p.long_step)
+                                  for one in (p, replace(p, dt=p.long_step / 4.0)))  # fmt: skip
+    assert t[-1] == pytest.approx(other[-1], rel=1e-12)
+    assert np.abs(coarse[:, -1, 5]).min() > 1e-4 / p.unit_time
+    assert np.abs(coarse[:, -1, 3:] - fine[:, -1, 3:]).max() < 1e-6 * p.U
+    arx = Probe(load("kvlcc2_l7_arx"), 1.179, 10.4)
+    assert arx.long_step == arx.step, "a model in discrete time has its own"
+
+
+def test_turns_go_on_from_the_angle_between_the_last_that_ends_and_the_first_that_does_not() -> None:
+    angles = np.array([-0.2, -0.1, 0.0, 0.1])
+    assert hull._bracket(np.array([False, False, True, True]), angles) == (-0.1, 0.0)
+    assert hull._bracket(np.array([True, True, True, True]), angles) == (-0.2, -0.2)
+    assert hull._bracket(np.zeros(4, dtype=bool), angles) == (math.inf, math.inf)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from inspect import signature
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.parameters import ParameterError, update, values
 from ...data import Array
@@ -22,7 +23,7 @@ from .probe import Probe
 
 _SHARES = (0.01, 0.05, 0.2, 0.5, 1.0)
 _SIDES = ((1.0, "starboard"), (-1.0, "port"))
-_OPPOSED, _RUDDERS, _TURNS_ON = 0.3, (17, 9, 9), 2e-3
+_OPPOSED, _RUDDERS, _TURNS_ON = 0.3, (16, 8, 8), 2e-3
 """Most rudder that the loop of the spiral is sought with, of the greatest; how many angles, of each refinement; what
 turns on [U/L]."""
 _SMALL = 1e-3
@@ -248,24 +249,33 @@ def loop(p: Probe) -> float:
     """Width of the loop of the spiral [rad]: the rudder angles at which the ship turns on to either side."""
     _, turned = p.drift([p.state(p.U)] * 2, [p.controls(p.n_P, side * p.limit) for side, _ in _SIDES],
                         10 * p.unit_time)  # fmt: skip
-    edges = [_least(p, side, tuple(run[-1].tolist())) for (side, _), run in zip(_SIDES, turned, strict=True)]
+    edges = _least(p, [tuple(run[-1].tolist()) for run in turned])
     # to starboard it turns on from the first of them up, to port from minus the second down
     return max(0.0, -sum(edges)) if np.isfinite(edges).all() else 0.0
 
 
-def _least(p: Probe, side: float, begun: tuple[float, ...]) -> float:
-    """Least rudder to a side at which a turn to that side goes on [rad]; infinite where none of those tried does."""
-    low, high = -_OPPOSED * p.limit, _OPPOSED * p.limit
+def _least(p: Probe, begun: Sequence[tuple[float, ...]]) -> list[float]:
+    """Least rudder to each side at which a turn to that side goes on [rad]; infinite where none of those tried does."""
+    ends = [(-_OPPOSED * p.limit, _OPPOSED * p.limit)] * len(_SIDES)
     for count in _RUDDERS:
-        angles = np.linspace(low, high, count)
-        _, runs = p.drift([begun] * count, [p.controls(p.n_P, side * float(angle)) for angle in angles],
-                          100 * p.unit_time)  # fmt: skip
-        on = side * runs[:, -1, 5] * p.unit_time > _TURNS_ON
-        if not on.any() or on[0]:
-            return low if on.any() else math.inf
-        first = int(np.argmax(on))
-        low, high = float(angles[first - 1]), float(angles[first])
-    return 0.5 * (low + high)
+        tried = [np.linspace(*end, count) for end in ends]
+        orders = [p.controls(p.n_P, side * float(angle))
+                  for (side, _), angles in zip(_SIDES, tried, strict=True) for angle in angles]  # fmt: skip
+        _, runs = p.drift([state for state in begun for _ in range(count)], orders, 100 * p.unit_time)
+        rates = runs[:, -1, 5].reshape(len(_SIDES), count) * p.unit_time
+        ends = [_bracket(side * some > _TURNS_ON, angles)
+                for (side, _), some, angles in zip(_SIDES, rates, tried, strict=True)]  # fmt: skip
+        if not np.isfinite(ends).all():
+            return [math.inf] * len(ends)
+    return [0.5 * (low + high) for low, high in ends]
+
+
+def _bracket(on: NDArray[np.bool_], angles: Array) -> tuple[float, float]:
+    """The angles between which turns begin to go on; the first angle where all do, infinite where none does."""
+    if not on.any():
+        return math.inf, math.inf
+    first = int(np.argmax(on))
+    return float(angles[max(first - 1, 0)]), float(angles[first])
 
 
 def _pulled_out(p: Probe, roots: tuple[float, ...]) -> tuple[list[Finding], Plot]:

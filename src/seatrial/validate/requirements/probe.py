@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -16,10 +17,11 @@ from ...environment import CALM, Environment, Uniform, Weather
 from ...environment.weather import Gust
 from ...manoeuvres import Policy
 from ...manoeuvres.zigzag import Zigzag
-from ...models import STATES, Sampled, unit
+from ...models import STATES, Sampled, Stepped, unit
 from ...models.settled import settled
 from ...ships import Ship, ShipError
 from ...ships.steering import helm_limit
+from ...simulate.approach import substeps
 from ...simulate.lanes import Kernel, Steps, given, run
 from ...simulate.loop import open_loop, open_loop_parameters
 from ...simulate.run import approach, simulate, time_step
@@ -57,6 +59,7 @@ class Probe:
         clock: gives seconds; what the speed of the computation is measured with.
         dt: time step of every run [s]; None takes that of `time_step`.
         gusts: gusts on a steady wind, by a seed.
+        made: runs that an item has made, for the others.
     """
 
     ship: Ship
@@ -66,6 +69,9 @@ class Probe:
     clock: Callable[[], float] = time.perf_counter
     dt: float | None = None
     gusts: Callable[[Weather, int], Weather] = gusty
+    made: dict[tuple[float, ...], Trial] = field(
+        default_factory=dict[tuple[float, ...], Trial], compare=False, repr=False
+    )
 
     @staticmethod
     def of(ship: Ship, clock: Callable[[], float] = time.perf_counter) -> Probe:
@@ -81,10 +87,22 @@ class Probe:
         """The time of one ship length [s]."""
         return self.ship.L_pp / self.U
 
-    @property
+    @cached_property
+    def kernel(self) -> Kernel:
+        """The ship under given controls."""
+        return Kernel(open_loop(self.ship))
+
+    @cached_property
     def step(self) -> float:
-        """Time step of the runs [s]."""
+        """Time step of the runs through actuators [s]."""
         return self.dt or time_step(self.ship)
+
+    @cached_property
+    def long_step(self) -> float:
+        """Time step under held controls, with no ramp to resolve: a quarter of that between rows of a log [s]."""
+        if self.dt is not None or isinstance(self.ship.model, Sampled | Stepped):
+            return self.step
+        return self.unit_time / (4 * substeps(self.ship, self.unit_time))
 
     @property
     def ahead(self) -> tuple[float, ...]:
@@ -196,7 +214,7 @@ class Probe:
                 moved.tolist(), orders.tolist(), air.tolist(), strict=True)])  # fmt: skip
         place = np.broadcast_to(np.array([0.0, 0.0, psi]), (rows, 3))
         state = np.hstack([place, moved, settled(model, acting)])
-        return Kernel(open_loop(self.ship)).rates(state, acting, open_loop_parameters(self.ship))[:, 3:6]
+        return self.kernel.rates(state, acting, open_loop_parameters(self.ship))[:, 3:6]
 
     def slopes(self, u: float, control: tuple[float, ...], v_m: float = 0.0, r: float = 0.0) -> Array:
         """d(rates of u, v_m, r and what is beyond)/d(the same), square, by central differences; straight ahead or so.
@@ -223,7 +241,7 @@ class Probe:
         around: Environment = CALM,
     ) -> tuple[Array, Array]:  # fmt: skip
         """Times and states (lanes, rows, 6) from given states under held controls, settled to them."""
-        dt = self.step
+        dt = self.long_step
         steps = max(round(duration / dt), 2) + 1
         series = np.array([[(*control, *around)] for control in controls], dtype=float)
         begun = np.hstack([np.array(states, dtype=float), settled(self.ship.model, series[:, 0])])
@@ -234,12 +252,20 @@ class Probe:
         self, n_order: float, delta: float, duration: float, *, speed: float | None = None,
         weather: Weather | None = None, dt: float | None = None,
     ) -> Trial:  # fmt: skip
-        """A run through the actuators: orders that step at t = 0."""
-        free = replace(self.ship, validity={})
-        return simulate(
-            free, Held(self.n_P, n_order, delta), speed=self.U if speed is None else speed, duration=duration,
-            environment=weather or Uniform(), dt=dt or self.dt,
-        )  # fmt: skip
+        """A run through the actuators: orders that step at t = 0; in still air and water each is made once."""
+        asked = (n_order, delta, duration, self.U if speed is None else speed, dt or self.step)
+        if weather is not None:
+            return self.sail(*asked, weather)
+        if asked not in self.made:
+            self.made[asked] = self.sail(*asked)
+        return self.made[asked]
+
+    def sail(
+        self, n_order: float, delta: float, duration: float, speed: float, dt: float, weather: Weather | None = None
+    ) -> Trial:  # fmt: skip
+        """The same, made anew."""
+        free, orders = replace(self.ship, validity={}), Held(self.n_P, n_order, delta)
+        return simulate(free, orders, speed=speed, duration=duration, environment=weather or Uniform(), dt=dt)
 
     def zigzag(self, angle: float, duration: float) -> Trial:
         """A zigzag with this rudder and heading [rad], through the actuators."""

@@ -57,9 +57,9 @@ def _step(p: Probe) -> Judgement:
 def _real_time(p: Probe) -> Judgement:
     """A step takes less time than it covers."""
     length, dt = 100 * p.unit_time, p.step
-    p.run(p.n_P, 0.1 * p.limit, length)
+    p.sail(p.n_P, 0.1 * p.limit, 2 * p.unit_time, p.U, dt)
     begun = p.clock()
-    run = p.run(p.n_P, 0.1 * p.limit, length)
+    run = p.sail(p.n_P, 0.1 * p.limit, length, p.U, dt)
     taken = max(p.clock() - begun, 1e-9)
     factor = run.duration / taken
     found = [
