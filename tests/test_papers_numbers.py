@@ -13,8 +13,10 @@ import pytest
 
 from seatrial.environment import CALM, to_body, to_earth
 from seatrial.forces import Flow, Slipstream
+from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
 from seatrial.ships.files import load
+from seatrial.simulate.run import approach, simulate
 
 PRINTED = tomllib.loads((Path(__file__).parent / "golden" / "papers.toml").read_text(encoding="utf-8"))
 ROUND = 1e-12
@@ -112,6 +114,31 @@ def test_esso_osaka_has_the_particulars_and_ranges_of_tables_3_and_4() -> None:
     propeller, rudder = ship.actuators.by_name["propeller"], ship.actuators.by_name["rudder"]
     assert [propeller.low, propeller.high] == pytest.approx(ranges["n_P"], rel=ROUND)
     assert [rudder.low, rudder.high] == pytest.approx([math.radians(a) for a in ranges["delta"]], rel=ROUND)
+
+
+def test_the_states_and_controls_of_suzaku_are_those_of_table_2() -> None:
+    """p: place and heading over the earth; xi: velocities at midship; tau: revolutions and rudder."""
+    ship = load("suzaku")
+    assert STATES == ("x", "y", "psi", "u", "v_m", "r")
+    assert ship.model.controls == ("n_P", "delta")
+    rates = ship.model.derivative((0.0, 0.0, 0.0, 1.0, 0.5, 0.1), (0.0, 0.0), CALM)
+    assert rates[:3] == pytest.approx((1.0, 0.5, 0.1), rel=1e-12)
+
+
+def test_orders_pass_the_actuators_before_the_forces_and_these_move_the_ship() -> None:
+    """Sawada 2024 Fig. 1: rates of the run are those of the model at the rudder as it stands, not as it was ordered."""
+    ship, dt = load("kvlcc2_l7"), 0.02
+    U, n_P = approach(ship)
+    run = simulate(ship, Turning(n_P, math.radians(35.0)), speed=U, duration=6.0, dt=dt)
+    gear = ship.actuators.by_name["rudder"]
+    assert run["delta"][50] == pytest.approx(gear.rate * run.t[50], rel=0.05)
+    for k in (20, 60, 250):
+        slopes = [(run[name][k + 1] - run[name][k - 1]) / (run.t[k + 1] - run.t[k - 1]) for name in STATES]
+        state = tuple(float(run[name][k]) for name in STATES)
+        acting, ordered = ((float(run["n_P"][k]), float(run[name][k])) for name in ("delta", "delta_cmd"))
+        assert slopes == pytest.approx(ship.model.derivative(state, acting, CALM), rel=2e-3, abs=1e-6)
+        yaw = ship.model.derivative(state, ordered, CALM)[5]
+        assert (abs(slopes[5] - yaw) > 0.05 * abs(yaw)) == (k < 100), "the order itself acts once it is reached"
 
 
 def test_ahead_and_starboard_are_where_the_figures_have_them() -> None:
