@@ -104,6 +104,43 @@ def test_errors_of_heading_and_antenna_are_taken_out_together(right: Trial) -> N
         assert again[name] == pytest.approx(right[name], abs=1e-8)
 
 
+def as_made(trial: Trial, *names: str) -> Trial:
+    """The trial with speeds and a rate of turn that a logger differences from its track and heading."""
+    psi, t = np.unwrap(trial["psi"]), trial.t
+    moved = (np.gradient(trial["x"], t) + 1j * np.gradient(trial["y"], t)) * np.exp(-1j * psi)
+    made = {"u": moved.real, "v_m": moved.imag, "r": np.gradient(psi, t)}
+    channels = {name: made[name] for name in names}
+    return replace(trial.having(**channels), meta={**trial.meta, "derived": dict.fromkeys(names, "x, y, psi")})
+
+
+def test_speeds_and_turns_that_were_made_from_track_and_heading_follow_their_correction(right: Trial) -> None:
+    north, east, size = 5 * DEG, -4 * DEG, 60.0
+    psi = np.unwrap(right["psi"])
+    compass = right.having(psi=psi + north * np.cos(psi) + east * np.sin(psi))
+    for wrong, errors in (
+        (compass, {"deviation.north": north, "deviation.east": east}),
+        (ahead(right, size, 0.0), {"antenna.ahead": size}),
+    ):
+        made, wanted = as_made(wrong, "u", "v_m", "r"), as_made(right, "u", "v_m", "r")
+        again = corrected(made, errors, SHIP.model)
+        np.testing.assert_allclose(np.unwrap(again["psi"]), psi, atol=1e-9)
+        for name in ("u", "v_m", "r"):
+            before = np.abs(made[name] - wanted[name])[2:-2].max()
+            assert np.abs(again[name] - wanted[name])[2:-2].max() <= 2e-3 * before, (name, errors)
+        measured = corrected(wrong, errors, SHIP.model)
+        for name in ("u", "v_m", "r"):
+            assert np.array_equal(measured[name], right[name]), "what an instrument read is no matter of the others"
+
+
+def test_a_gap_of_the_heading_leaves_the_speeds_beside_it_as_they_are_made(right: Trial) -> None:
+    made = as_made(right.having(psi=right["psi"] + 20 * DEG), "u", "v_m")
+    gap = np.where((right.t > 100.0) & (right.t < 110.0), np.nan, made["psi"])
+    whole, cut = (corrected(one, {"bias.psi": 20 * DEG}, SHIP.model) for one in (made, made.having(psi=gap)))
+    for name in ("u", "v_m"):
+        np.testing.assert_allclose(cut[name], whole[name], atol=1e-9)
+    assert np.abs(whole["v_m"] - right["v_m"])[2:-2].max() < 0.02 * np.abs(made["v_m"]).max()
+
+
 def test_a_trial_without_errors_or_without_the_channel_stays_as_it_is(right: Trial) -> None:
     assert corrected(right, {}, SHIP.model) is right
     calm = replace(right, channels={k: v for k, v in right.channels.items() if k not in ("U_T", "gamma_T")})

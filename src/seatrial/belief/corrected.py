@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from ..data import Array, Trial, unwrapped
-from ..data.prepare import shifted
+from ..data.prepare import derived, shifted
 from ..environment import CHANNELS
 from ..identify.nuisance import CURRENT, EVERY, with_current
 from ..identify.trajectory.suspects import Suspect, level_of, suspects
@@ -28,6 +28,8 @@ _TOGETHER = {"position": ("x", "y"), "speed": ("u", "v_m"), "receiver": ("x", "y
 _OF_STATE = ("antenna", "receiver", "deviation")
 # Kinds of errors that are not corrected by their direction: a shift in time, and the current, which is no error.
 _APART = ("delay", "current")
+# An error of 15 deg turns by at most a quarter of what it is off; so many times leave nothing.
+_ROUNDS = 20
 _CURRENTS = {"current.north": CURRENT[0].rpartition(".")[2], "current.east": CURRENT[1].rpartition(".")[2]}
 
 
@@ -133,16 +135,51 @@ def _read(trial: Trial, errors: Errors, reading: list[tuple[Suspect, float]]) ->
         if name in trial:
             values = unwrapped(trial[name]) if name == "psi" else trial[name]
             state[:, k] = (values - errors.get(f"bias.{name}", 0.0)) / (1.0 + errors.get(f"scale.{name}", 0.0))
-    right = state.copy()
-    for one, c in reading:
-        if one.reads and (one.name.partition(".")[0] in _OF_STATE or one.name == "bias.psi_speed"):
-            right -= c * one.reads(state, None, trial.dt)
+    right = state
+    of_state = [(one.reads, c) for one, c in reading if one.reads and
+                (one.name.partition(".")[0] in _OF_STATE or one.name == "bias.psi_speed")]  # fmt: skip
+    for _ in range(_ROUNDS if of_state else 0):  # an error is that of the true state: of the true heading, a deviation
+        right = state - sum(c * reads(right, None, trial.dt) for reads, c in of_state)
     before = trial.stack(*(name for name in STATES if name in trial))
     after: dict[str, Array] = {}
     for k, name in enumerate(one for one in STATES if one in trial):
         if not np.array_equal(right[:, STATES.index(name)], before[:, k], equal_nan=True):
             after[name] = right[:, STATES.index(name)]
-    return trial.having(**after)
+    return _remade(trial, trial.having(**after)) if after else trial
+
+
+def _remade(logged: Trial, right: Trial) -> Trial:
+    """The corrected trial with its speeds and rate of turn as they are made from the corrected track and heading.
+
+    Only those that are made from others change: a compass that deviates turns speeds that a logger made by its heading.
+    """
+    made = {name for name in derived(logged) if name in logged}
+    if "psi" not in right or not made & {"u", "v_m", "r"}:
+        return right
+    north, east, turn = (_change(name, logged, right) for name in ("x", "y", "psi"))
+    out: dict[str, Array] = {}
+    if "r" in made:
+        out["r"] = right["r"] + np.gradient(turn, right.t)
+    if made & {"u", "v_m"} and {"u", "v_m"} <= set(right.channels):
+        over_ground = np.gradient(north, right.t) + 1j * np.gradient(east, right.t)
+        along = np.exp(-1j * turn) * (right["u"] + 1j * right["v_m"])
+        along += np.exp(-1j * _filled(unwrapped(right["psi"]))) * over_ground
+        out |= {"u": along.real, "v_m": along.imag}
+    return right.having(**out)
+
+
+def _change(name: str, logged: Trial, right: Trial) -> Array:
+    """What a channel was corrected by, row by row, also where it was not read."""
+    if name not in right:
+        return np.zeros(len(right))
+    before, after = (unwrapped(one[name]) if name == "psi" else one[name] for one in (logged, right))
+    return _filled(after - before)
+
+
+def _filled(values: Array) -> Array:
+    """Values with straight lines through gaps."""
+    known, rows = np.isfinite(values), np.arange(values.size)
+    return np.interp(rows, rows[known], values[known]) if known.any() else np.zeros(values.size)
 
 
 def words(errors: Errors, model: Model, trial: Trial) -> str:
