@@ -6,7 +6,9 @@ import base64
 import json
 import re
 import shutil
+import socket
 import subprocess
+import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -14,10 +16,20 @@ from typing import Any, Self
 
 from websockets.sync.client import connect
 
+import qt_browser
+
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "chromium-headless-shell")
-CHROMIUM = next(filter(None, map(shutil.which, _NAMES)), None)
+_INSTALLED = next(filter(None, map(shutil.which, _NAMES)), None)
+CHROMIUM = _INSTALLED or (qt_browser.__file__ if qt_browser.there() else None)
+"""A browser to test with: Chromium of the system, or that of QtWebEngine; None where there is neither."""
 _FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--mute-audio",
           "--disable-background-networking", "--disable-component-update", "--remote-debugging-port=0")  # fmt: skip
+
+
+def _free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
 
 
 class Browser:
@@ -25,7 +37,8 @@ class Browser:
 
     def __init__(self, folder: Path, width: int = 1280, height: int = 800) -> None:
         flags = (*_FLAGS, f"--user-data-dir={folder}", f"--window-size={width},{height}", "about:blank")
-        self._process = subprocess.Popen([str(CHROMIUM), *flags], stderr=subprocess.PIPE, text=True)
+        qt = (sys.executable, str(CHROMIUM), str(_free_port()), str(width), str(height))
+        self._process = subprocess.Popen((_INSTALLED, *flags) if _INSTALLED else qt, stderr=subprocess.PIPE, text=True)
         port = self._port()
         with connect(port, max_size=None, proxy=None) as ws:
             ws.send(json.dumps({"id": 1, "method": "Target.getTargets"}))

@@ -15,7 +15,7 @@ from house import MODULES, REPOSITORY, ROOT, arrows, circles, dotted, imported, 
 ROOMS = (
     "core", "engine", "data", "environment", "forces", "harbour", "actuators", "models", "ships", "sensors",
     "manoeuvres", "simulate", "identify", "study", "campaign", "belief", "encounters", "validate", "report",
-    "choosing", "exchange", "realtime", "envs", "bench", "testing", "workflow", "face", "cli",
+    "choosing", "exchange", "realtime", "envs", "bench", "testing", "workflow", "face", "desk", "cli",
 )
 """From left to right: a room may import those before it and itself."""
 

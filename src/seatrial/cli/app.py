@@ -32,7 +32,7 @@ _COMPLETION = "_SEATRIAL_COMPLETE"
 """The variable by which a shell asks for completions."""
 
 _SECTIONS = {
-    "Data": (data.import_, folders.trials, fits.check, data.mend, data.resample, data.convert),
+    "Data": (folders.open_, data.import_, folders.trials, fits.check, data.mend, data.resample, data.convert),
     "Fit": (judging.design, folders.study, fits.identify, evidence.calibrate, ships.captive, data.thrust_map,
             data.servo),
     "Judge": (fits.predict, fits.validate, evidence.card, evidence.cite, evidence.yardstick, evidence.case, judging.imo,

@@ -1,4 +1,4 @@
-"""Commands on a folder of recordings: what is in it, and a first study of it."""
+"""Commands on a folder of recordings: a page for it, what is in it, and a first study of it."""
 
 from __future__ import annotations
 
@@ -9,6 +9,25 @@ from . import options as o
 from .fits import Terminal, end, show
 
 _STUDY = Path("study.toml")
+
+
+def open_(folder: o.DeskFolder = Path("."), port: o.DeskPort = 8030) -> None:
+    """Serve a page that takes a folder of logs to a model by mouse."""
+    from ..core.errors import RequestError
+    from .render import note
+
+    if not folder.is_dir():
+        raise RequestError(f"{folder}: is no folder; make it first, or name another")
+    try:
+        from ..desk.app import new_key, serve
+    except ModuleNotFoundError as error:
+        raise RequestError(f"a page needs {error.name}; pip install 'seatrial[web]'") from None
+    from ..realtime.listening import HERE, address, listen
+
+    key = new_key()
+    with listen(HERE, port, anywhere=False) as listening:
+        note(f"open {address(listening)}?key={key} in a browser; Ctrl-C ends it")
+        serve(folder.resolve(), listening, key)
 
 
 def trials(

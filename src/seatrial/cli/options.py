@@ -126,6 +126,8 @@ StudyFile = Annotated[
     Path, Argument(help="Name a study file, or a table of many fits.", first=_unverified)
 ]  # fmt: skip
 Folder = Annotated[Path, Argument(metavar="FOLDER", help="Name a folder of trial files or logs.")]
+DeskFolder = Annotated[Path, Argument(metavar="FOLDER", help="Name the folder to work in; it may be empty.")]
+DeskPort = Annotated[int, Option("--port", help="Serve the page at this port, 0 for a free one.")]
 StudyAction = Annotated[str, Argument(metavar="new", help="Write new for a new study.")]
 Pull = Annotated[Path, Argument(help="Name a bollard pull table with columns such as n [1/s],T_1 [N].")]
 CaptiveTables = Annotated[

@@ -1,0 +1,53 @@
+"""What the page draws of a trial: a thinned track and its channels, and the steps that cut it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import RequestError
+from ..core.files import write_whole
+from ..data import Array
+from ..data.prepare.steps import Step, steps_text
+from ..data.trialfile import read_trial
+from ..models import unit
+
+_ROWS = 3000
+"""Rows that are drawn; more than a screen has columns."""
+_DEGREES = {"rad": ("°", 180.0 / np.pi), "rad/s": ("°/s", 180.0 / np.pi)}
+
+
+def drawn(path: Path) -> dict[str, Any]:
+    """A trial for the page: time [s], each channel with its unit there (degrees for rad), null for a gap.
+
+    Raises:
+        DataError: it cannot be read.
+    """
+    trial = read_trial(path)
+    every = max(1, -(-len(trial) // _ROWS))
+    channels = [_channel(name, np.asarray(trial[name])[::every]) for name in trial.channels]
+    return {"name": trial.name, "t": trial.t[::every].tolist(), "rows": len(trial), "channels": channels}
+
+
+def _channel(name: str, values: Array) -> dict[str, Any]:
+    shown, factor = _DEGREES.get(unit(name), (unit(name), 1.0))
+    scaled = np.where(np.isfinite(values), values * factor, np.nan)
+    return {"name": name, "unit": shown, "values": [None if value != value else value for value in scaled.tolist()]}
+
+
+def cut(path: Path, trial: str, stretches: Sequence[Sequence[float]]) -> None:
+    """Write a file of steps that cut stretches of time, each from its first to its last second, out of a trial.
+
+    Raises:
+        RequestError: no stretch, or one that ends before it begins.
+    """
+    if not stretches:
+        raise RequestError("no stretch of time is chosen: drag over a trace, or write the times")
+    for first, last in stretches:
+        if not first < last:
+            raise RequestError(f"a stretch from {first:g} to {last:g} s ends before it begins")
+    step = Step(do="cut", where=tuple((float(a), float(b)) for a, b in sorted(stretches)), trials=(trial,))
+    write_whole(path, steps_text([(f"cut out of {trial}", (step,))]))
