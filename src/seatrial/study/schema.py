@@ -163,13 +163,14 @@ class RivalTable:
 class StudyFile:
     """One study file without its schema; [free] and [estimator] are judged by those who know their names.
 
-    [actuators] is laid over that of the ship file, whose keys it has: a fit has no free parameter there.
+    [actuators] and [wind] are laid over those of the ship file, whose keys they have; the former has no free parameter.
     """
 
     title: str = ""
     ship: str
     data: DataTable
     actuators: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
+    wind: dict[str, Any] = field(default_factory=dict[str, Any])
     free: dict[str, Any] = field(default_factory=dict[str, Any])
     loss: LossTable = field(default_factory=LossTable)
     nuisance: NuisanceTable = field(default_factory=NuisanceTable)

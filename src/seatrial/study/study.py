@@ -38,8 +38,6 @@ SCHEMA = "seatrial-study/1"
 _FILLED = 0.9
 # A time step of more than so many of the log is coarse.
 _COARSE = 10
-# Names of parameters that a note has.
-_FEW = 6
 _KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
 
 
@@ -131,7 +129,7 @@ def read_study(
 def _read(here: Path, suspects: bool, trials: tuple[Trial, ...]) -> Study:
     document = _document(here)
     said = filled(StudyFile, document, here, StudyError)
-    ship = read_ship(here, said.ship, said.actuators)
+    ship = read_ship(here, said.ship, {"actuators": said.actuators, "wind": said.wind})
     virtual, (train, validation, test) = (
         (None, (trials, (), ())) if trials else made(here, said) if said.virtual
         else (None, read_data(here, said.data, ship))
@@ -167,9 +165,8 @@ def _priors(ship: Ship, table: Mapping[str, Any]) -> tuple[str, ...]:
     """Which parameters take the sigma of the ship file as their prior."""
     sigmas = stated(ship)
     paths = taken(ship.model, table, sigmas)
-    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths[:_FEW])
-    more = f" and {len(paths) - _FEW} more" if len(paths) > _FEW else ""
-    return (f"priors from the ship file (prior = false in [free] for none): {named}{more}",) if paths else ()
+    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths)
+    return (f"priors from the ship file (prior = false in [free] for none): {named}",) if paths else ()
 
 
 def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:
@@ -192,7 +189,7 @@ def _loss(here: Path, said: Any, train: Sequence[Trial], given: bool = False) ->
 
 def _run_digest(problem: Problem, estimator: Estimator, test: Sequence[Trial], said: Any) -> str:
     """Fingerprint of everything that decides what a run leaves in its folder, the report too."""
-    parts = "".join(map(repr, (said.title, said.report, said.rival, said.virtual, said.actuators)))
+    parts = "".join(map(repr, (said.title, said.report, said.rival, said.virtual, said.actuators, said.wind)))
     found = hashlib.sha256(f"{__version__} {digest(problem, estimator)}{parts}".encode())
     include(found, "test", test)
     return found.hexdigest()[:16]
@@ -217,11 +214,11 @@ def _shared(path: Path, name: str) -> Any:
     return cast("dict[str, Any]", table)
 
 
-def read_ship(path: Path, name: str, actuators: Mapping[str, Any] | None = None) -> Ship:
+def read_ship(path: Path, name: str, tables: Mapping[str, Mapping[str, Any]] | None = None) -> Ship:
     """The ship that the study at `path` names: a file beside it, or one of the library.
 
     Args:
-        actuators: tables of actuators that the study lays over those of the file.
+        tables: those that the study lays over tables of the file.
 
     Raises:
         StudyError: neither, or a key or number that a ship file may not have either.
@@ -229,7 +226,7 @@ def read_ship(path: Path, name: str, actuators: Mapping[str, Any] | None = None)
     beside = path.parent / name
     file = beside if name.endswith(".toml") and beside.is_file() else name
     try:
-        return load(file, over={"actuators": actuators} if actuators else None)
+        return load(file, over={key: table for key, table in (tables or {}).items() if table})
     except ShipError as error:
         try:
             load(file)

@@ -33,6 +33,7 @@ from .held_out import ROWS, copies, cut, held_out, timed
 from .instruments import shared, smoothed
 from .limits import limits
 from .text import OWN, Freedom, text_of, window_of
+from .wind import blown, table, unfelt, with_wind
 
 _NO_USE = ("at rest", "unknown")
 _LENGTH, _STEP = 0.02, 0.01
@@ -119,12 +120,13 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
         usable, parts = cut(usable)
         kinds = {one: kinds[next(iter(kinds.keys() - left_out.keys()))] for one in usable}
     train, test, notes = held_out(usable, kinds, bool(parts))
+    bare, ship = ship, with_wind(ship, usable.values())
     free = _free(ship, [usable[one] for some in train.values() for one in some], [kinds[one] for one in usable])
     clock, duration = _clock(ship, usable.values()), min(trial.duration for trial in usable.values())
     every = tuple(usable.values())
     common, told = shared(every, ship.L_pp, clock, suspects(ship.model, every))
     common |= dict.fromkeys(levels([usable[one] for some in train.values() for one in some], ship), LEVEL)
-    notes = (*notes, *_unfelt(ship, usable), *_assuming(assumed), *told)
+    notes = (*notes, *unfelt(bare, ship, usable.values()), *_assuming(assumed), *told)
     root, format = (f"{out.stem}_trials", "") if parts else (_relative(folder.root, out), folder.format)
     # the study takes a recording by its file name, and a note that it is a copy into the list of those left out
     files = {
@@ -132,12 +134,12 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
     }
     text = text_of(
         ship=name, family=type(ship.model).__name__, root=root, format=format,
-        actuators=tuple(shown(ship, every)),
+        actuators=tuple(shown(ship, every)), wind=table(ship) if ship is not bare else (),
         mapping=_relative(mapping, out) if mapping else "", files=files, kinds=kinds, train=train, test=test,
         left_out={} if parts else left_out, free=free,
         limits=limits(ship, [path for *_, paths in free for path in paths]), sampled=isinstance(ship.model, Sampled),
         timed=timed(usable), clock=clock, duration=duration,
-        windy=ship.model.feels_wind and any(map(_blown, usable.values())),
+        windy=ship.model.feels_wind and any(map(blown, usable.values())),
         sigma=smoothed(every, window_of(clock, duration)), assumed=tuple(assumed), common=common,
     )  # fmt: skip
     return Draft(text, train, test, left_out, parts, notes)
@@ -198,7 +200,7 @@ def _free(ship: Ship, train: Sequence[Trial], kinds: Iterable[Kind]) -> Freedom:
     if isinstance(ship.model, Sampled):
         return (("coefficients.*", math.nan, tuple(path for path in known if path != "dt")),)
     shows = {"surge", *(("turn",) if any(kind.name in _TURNS for kind in kinds) else ())}
-    shows |= {"wind"} if ship.model.feels_wind and any(map(_blown, train)) else set()
+    shows |= {"wind"} if ship.model.feels_wind and any(map(blown, train)) else set()
     shows |= {"engine"} if any("n_P" in trial and (trial["n_P"] < 0.0).any() for trial in train) else set()
     known, back = _worked(ship, known, train)
     shows |= {"astern"} if back else set()
@@ -230,24 +232,6 @@ def _worked(ship: Ship, known: Sequence[str], train: Sequence[Trial]) -> tuple[l
     moved = {name.partition("_")[2] for name, some in logs.items() if any(np.nanmax(np.abs(one)) > 0.0 for one in some)}
     rest = [path for path in known if not path.startswith("thrusters.") or path.split(".")[1] in moved]
     return rest, any(bool((one < 0.0).any()) for some in logs.values() for one in some)
-
-
-def _blown(trial: Trial) -> bool:
-    """Whether a wind is on record, true or apparent."""
-    return any(name in trial and bool((np.abs(trial[name]) > 0.0).any()) for name in ("U_T", "U_A"))
-
-
-def _unfelt(ship: Ship, trials: Mapping[str, Trial]) -> tuple[str, ...]:
-    """A note where a wind is on record and the ship has no force of it: what takes its place, and the remedy."""
-    blown = [trial for trial in trials.values() if _blown(trial)]
-    if ship.model.feels_wind or not blown:
-        return ()
-    name = next(name for name in ("U_T", "U_A") if any(name in trial for trial in blown))
-    mean = float(np.nanmean(np.concatenate([trial[name] for trial in blown if name in trial])))
-    return (f"a wind is on record ({name}: {mean:.1f} m/s in the mean) and {ship.name} has no force of wind, so other "
-            "numbers of the fit take it up: give the areas above water in a table [wind] of its particulars, and "
-            "estimate it anew (docs/tutorials/estimate.md); of another ship, in its file (docs/environment.md)",
-            )  # fmt: skip
 
 
 def _clock(ship: Ship, trials: Iterable[Trial]) -> float:

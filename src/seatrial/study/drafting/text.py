@@ -34,7 +34,7 @@ def text_of(
     kinds: Mapping[str, Kind], train: Mapping[str, Sequence[str]], test: Mapping[str, Sequence[str]],
     left_out: Mapping[str, str], free: Freedom, limits: Mapping[str, Mapping[str, float]], sampled: bool, timed: bool,
     clock: float, duration: float, windy: bool, sigma: Mapping[str, float], common: Mapping[str, float],
-    assumed: Sequence[str],
+    assumed: Sequence[str], wind: Sequence[str] = (),
 ) -> str:  # fmt: skip
     """The study as a file.
 
@@ -56,6 +56,7 @@ def text_of(
         sigma: scales of the errors, where they are not the noise of the sensors.
         common: standard deviations of a current [m/s] and of errors of instruments that all share, and of levels.
         assumed: controls that recordings lack.
+        wind: the table of a force of wind that the ship file lacks.
     """
     order = "the latest" if timed else "from the middle of the names, as no times are known"
     lines = [
@@ -66,7 +67,7 @@ def text_of(
         *[f"assumed = {json.dumps(list(assumed))} # not on record: by order, else by the first speed"][:len(assumed)],
         *_list("train", "kinds are those of `seatrial trials`", train, kinds, files),
         *_list("test", f"whole recordings of each kind, {order}; the fit does not see them", test, kinds, files),
-        *_left_out(left_out, files), "", *_actuators(actuators), *_freedom(free, limits, windy), "",
+        *_left_out(left_out, files), "", *_actuators(actuators), *wind, *_freedom(free, limits, windy), "",
     ]  # fmt: skip
     if sampled:
         return "\n".join((*lines, "[estimator]", 'type = "arx_fit:ArxRegression"', ""))
