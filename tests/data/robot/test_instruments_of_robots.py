@@ -11,6 +11,7 @@ from recorded import BEGAN, DATUM, WRITERS, Floats, Ship, Speaker, ticks, write_
 
 from seatrial.data import DataError, Trial
 from seatrial.data.formats import reader
+from seatrial.data.guess import guess
 from seatrial.data.importing import import_log
 from seatrial.data.robot.messages import Message
 from seatrial.data.robot.topics import Number, Topics
@@ -206,3 +207,49 @@ def test_mixed_axes_are_asked_for(tmp_path: Path) -> None:
     assert off(got["psi"], SHIP.psi(T)) < 1e-9
     with pytest.raises(DataError, match="topic"):
         read(tmp_path / "a.mcap", Topics(odometry="/none"))
+
+
+@pytest.mark.parametrize("turn", [-1.0, 1.0])
+def test_the_course_tells_the_sense_of_a_rate_without_a_heading(tmp_path: Path, turn: float) -> None:
+    """REP 103 has it to port; a unit that counts to starboard is turned, as the course shows."""
+    say = Speaker()
+    bare = [say.imu("/imu", k, 0.0, turn * r, known=-1.0) for k, r in zip(ticks(T), SHIP.r(T), strict=True)]
+    write_chunks(tmp_path / "a.mcap", [*fixes(say), *bare])
+    got = read(tmp_path / "a.mcap")
+    assert "psi" not in got
+    np.testing.assert_allclose(got["r"], SHIP.r(T), atol=1e-12)
+    assert bool(doubts(got)) == (turn > 0.0)
+
+
+def test_a_rate_that_nothing_shows_the_sense_of_is_in_doubt(tmp_path: Path) -> None:
+    say = Speaker()
+    noise = np.random.default_rng(1).normal(0.0, 0.05, T.size)
+    write_chunks(tmp_path / "a.mcap", [*fixes(say), *(say.imu("/imu", k, 0.0, r, known=-1.0)
+                                                      for k, r in zip(ticks(T), noise, strict=True))])  # fmt: skip
+    assert any("to which side its rate of turn" in one for one in doubts(read(tmp_path / "a.mcap")))
+
+
+@pytest.mark.parametrize(("askew", "doubted"), [(5.0, False), (20.0, True), (-35.0, True)])
+def test_a_heading_that_is_off_to_one_side_of_every_course_is_in_doubt(
+    tmp_path: Path, askew: float, doubted: bool
+) -> None:
+    say = Speaker()
+    write_chunks(tmp_path / "a.mcap", [*fixes(say), *imu(say, off=math.radians(askew))])
+    assert bool(doubts(read(tmp_path / "a.mcap"))) == doubted
+
+
+@pytest.mark.parametrize(("topics", "channels"), [
+    (["/motor_rpm"], ["n_P"]), (["/left/rpm", "/right/rpm"], ["n_P_1", "n_P_2"]), (["/rpm/a", "/rpm/b"], []),
+])  # fmt: skip
+def test_revolutions_are_no_share_of_the_most(tmp_path: Path, topics: list[str], channels: list[str]) -> None:
+    say = Speaker()
+    rpm = 400.0 + 20.0 * np.sin(0.2 * T)
+    found = [say.number(topic, k, a) for topic in topics for k, a in zip(ticks(T), rpm, strict=True)]
+    write_chunks(tmp_path / "a.mcap", sorted([*fixes(say), *imu(say), *found], key=lambda one: one.logged))
+    guessed = guess(tmp_path / "a.mcap")
+    assert "throttle" not in guessed.text
+    assert [name for name in ("n_P", "n_P_1", "n_P_2") if f'"{name}"' in guessed.text] == channels
+    for channel in channels:
+        (tmp_path / "m.toml").write_text(guessed.text)
+        got = reader("mcap", tmp_path / "m.toml")(tmp_path / "a.mcap")
+        np.testing.assert_allclose(got[channel], rpm / 60.0)

@@ -191,6 +191,6 @@ def test_a_course_that_turns_little_and_is_nearer_in_other_axes_leaves_a_heading
     t = np.arange(0.0, 60.0, 0.5)
     for turns, axes in ((20.0, ""), (40.0, "ned")):
         gamma = np.radians(25.0 + turns * np.sin(t / 8.0))
-        found, told = axes_of(t, 0.5 * np.pi - gamma, Track(t, gamma, np.ones(t.size), "/fix"))
+        found, told, _ = axes_of(t, 0.5 * np.pi - gamma, Track(t, gamma, np.ones(t.size), "/fix"))
         assert found == axes
         assert "0 if its axes are" in told

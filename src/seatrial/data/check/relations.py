@@ -22,6 +22,8 @@ from ..prepare.smooth import sensor_noise
 
 G = 9.81
 _LEAST = 20
+# Moves below this part of the larger ones are none of a grid; its steps are alike to this part.
+_TILT, _EVEN = 0.02, 0.4
 # No two instruments agree better than this part of what they show, over a window.
 _FLOOR = 2e-3
 
@@ -76,9 +78,20 @@ def noise_of(values: Array) -> float:
     if good.size < _LEAST:
         return 0.0
     moves = np.abs(np.diff(good))
-    some = moves[moves > 0]
-    step = float(np.quantile(some, 0.05)) if 2 < some.size < 0.95 * moves.size else 0.0
+    step = max(_grid(moves, 0.0, 0.0), _grid(moves, _TILT * float(np.quantile(moves, 0.9)), _EVEN))
     return max(float(np.nan_to_num(sensor_noise(values))), 0.3 * step)
+
+
+def _grid(moves: Array, least: float, even: float) -> float:
+    """Step of a channel that stands still between steps; 0 where it moves at nearly every row, or by uneven ones.
+
+    Coarse degrees are a grid that the plane tilts: north moves by millimetres where only the longitude is a new one.
+    """
+    some = moves[moves > least]
+    if not 2 < some.size < 0.95 * moves.size:
+        return 0.0
+    step, large = np.quantile(some, (0.05, 0.9)).tolist()
+    return step if step >= even * large else 0.0
 
 
 def left_over(trials: Iterable[Trial], causes: bool = True) -> Window | None:

@@ -19,7 +19,7 @@ from ..nmea.heard import hear
 from ..nmea.readings import readings
 from ..nmea.sentences import NmeaError
 from ..units import standard_unit
-from .bearings import AXES, Track, against, axes_of, in_the_earth, track
+from .bearings import AXES, Track, axes_of, in_the_earth, likeness, track
 from .messages import READ, earth_fixed
 from .series import Series, behind
 from .topics import Number, Topics
@@ -34,6 +34,8 @@ _MOTORS: Mapping[str, str] = {"[left]": "throttle_port", "[right]": "throttle_st
 _LOGS: Mapping[str, str] = {"u": "u_log", "v_m": "v_log"}
 _CLOCK = ("time_of_day", "time_of_none", "day")
 _READINGS = ("psi", "r", "latitude", "longitude", "U_G", "gamma_G", "u_log", "v_log")
+_ALIKE = 0.5
+"""A rate of turn is that of a heading, or of its opposite, from this correlation on."""
 _TURNS = 0.005
 """A ship that turns does so by this at least [rad/s]."""
 Motion = dict[str, tuple[Array, dict[str, Array]]]
@@ -158,10 +160,8 @@ class Aboard:
         if "psi" in columns and topic not in self.topics.axes:
             self._heading(topic, t, columns, ground)
         psi = next(((at, one["psi"]) for at, one in ((t, columns), *motion.values()) if "psi" in one), None)
-        if "r" in columns and psi is not None and against(*psi, t, columns["r"]):
-            self.steps.append(f"doubt: {topic}: its rate of turn is opposite to the change of the heading; its sign is "
-                              "turned here")  # fmt: skip
-            columns["r"] = -columns["r"]
+        if "r" in columns:
+            self._rate(topic, t, columns, psi, ground)
         if "u" in columns and psi is not None and ground is not None:
             at = np.interp(t, psi[0][np.isfinite(psi[1])], np.unwrap(psi[1][np.isfinite(psi[1])]))
             if in_the_earth(t, columns["u"], columns["v_m"], at, ground):
@@ -175,9 +175,10 @@ class Aboard:
                 f"(yaw from east, to the left); else {_axes_key(topic)}"
             )
             return
-        axes, told = axes_of(t, columns["psi"], ground)
+        axes, told, astray = axes_of(t, columns["psi"], ground)
         if axes == "enu":
-            self.steps.append(f"{topic}: heading {told or 'as REP 103 has it; no track beside it'}")
+            self.steps.append(f"{'doubt: ' * astray}{topic}: heading {told or 'as REP 103 has it; no track beside it'}"
+                              + "; a yaw that began at zero, a compass that is off, or drift" * astray)  # fmt: skip
         elif axes:
             sign, offset = AXES[axes]
             self.steps.append(f"doubt: {topic}: heading {told}; taken so")
@@ -190,6 +191,20 @@ class Aboard:
                 f'astern or sideways keep it by axes = {{ "{topic}" = "enu" }} in a mapping'
             )
             columns.pop("psi")
+
+    def _rate(
+        self, topic: str, t: Array, columns: dict[str, Array], psi: tuple[Array, Array] | None, ground: Track | None
+    ) -> None:
+        """The sign of a rate of turn, by the heading or else by the course."""
+        by, turned = ("heading", psi) if psi is not None or ground is None else ("course", (ground.t, ground.gamma))
+        alike = 0.0 if turned is None else likeness(*turned, t, columns["r"])
+        if alike < -_ALIKE:
+            self.steps.append(f"doubt: {topic}: its rate of turn is opposite to the change of the {by}; its sign is "
+                              "turned here")  # fmt: skip
+            columns["r"] = -columns["r"]
+        elif psi is None and alike < _ALIKE:
+            self.steps.append(f"doubt: {topic}: nothing shows to which side its rate of turn grows; taken as REP 103 "
+                              "has it (positive to port)")  # fmt: skip
 
     def _agreeing(self, motion: Motion) -> None:
         """Refuse positions of two sources that are two ships.

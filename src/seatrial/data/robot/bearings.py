@@ -24,6 +24,8 @@ _SPAN, _ROWS, _LEAST = 4.0, 20, 0.5
 """Seconds over which a course is taken; rows that make an evidence; least way in that time [m]."""
 _NEAR, _FAR = math.radians(30.0), math.radians(45.0)
 _TURNED = math.radians(60.0)
+_ASKEW = math.radians(12.0)
+"""Off the course to one side by so much, and scattered about that by less, is no drift of a ship that turns."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,10 @@ def _off(angles: Array) -> Array:
     return np.abs(np.mod(angles + math.pi, 2.0 * math.pi) - math.pi)
 
 
-def axes_of(t: Array, psi: Array, ground: Track) -> tuple[str, str]:
-    """Axes of headings that were read by REP 103, by the course, and what is said of that; "" where none fits.
+def axes_of(t: Array, psi: Array, ground: Track) -> tuple[str, str, bool]:
+    """Axes of headings that were read by REP 103, by the course, what is said of that, and whether it is a doubt.
+
+    Axes are "" where none fits.  A heading that is off the course to one side, wherever it turned, is in doubt.
 
     Args:
         t: times [s].
@@ -87,21 +91,23 @@ def axes_of(t: Array, psi: Array, ground: Track) -> tuple[str, str]:
     heading = _at(ground.t, t, psi, circle=True)
     there = np.isfinite(heading)
     if there.sum() < _ROWS:
-        return "enu", ""
+        return "enu", "", False
     apart = {name: float(np.median(_off(sign * heading[there] + offset - ground.gamma[there])))
              for name, (sign, offset) in AXES.items()}  # fmt: skip
     told = (
         f"{math.degrees(apart['enu']):.0f} deg off the course by {ground.by} in the median of {int(there.sum())} rows"
     )
     best = min(apart, key=lambda one: apart[one])
-    if apart["enu"] < _NEAR or apart["enu"] <= apart[best]:
-        return ("enu" if apart["enu"] < _FAR else ""), told
     turned = float(np.ptp(np.unwrap(ground.gamma[there])))
+    side = np.exp(1j * (heading[there] - ground.gamma[there]))
+    astray = bool(apart["enu"] > _ASKEW and turned > _TURNED and abs(np.mean(side)) > math.cos(_ASKEW))
+    if apart["enu"] < _NEAR or apart["enu"] <= apart[best]:
+        return ("enu" if apart["enu"] < _FAR else ""), told, astray
     if apart[best] < _NEAR and apart["enu"] > apart[best] + math.radians(15.0):
         # a course that turns little fits several axes
         told += f", {math.degrees(apart[best]):.0f} if its axes are {_WORDS[best]}"
-        return (best if turned > _TURNED else ""), told
-    return ("enu" if apart["enu"] < _FAR else ""), told
+        return (best if turned > _TURNED else ""), told, astray
+    return ("enu" if apart["enu"] < _FAR else ""), told, astray
 
 
 _WORDS = MappingProxyType({"ned": "north, east, down", "nwu": "north, west, up"})
@@ -129,18 +135,18 @@ def in_the_earth(t: Array, ahead: Array, aside: Array, psi: Array, ground: Track
     return float(np.median(earth[there])) < 0.25 * size and float(np.median(body[there])) > 0.5 * size
 
 
-def against(t: Array, psi: Array, times: Array, r: Array) -> bool:
-    """Whether rates of turn have the sign opposite to the change of the heading."""
+def likeness(t: Array, psi: Array, times: Array, r: Array) -> float:
+    """Correlation of rates of turn with the change of a heading or course; 0 where they do not tell."""
     good = np.isfinite(psi)
     if good.sum() < _ROWS:
-        return False
+        return 0.0
     t, steady = t[good], np.unwrap(psi[good])
     grid = np.arange(t[0], t[-1], 0.5)
     if grid.size < _ROWS:
-        return False
+        return 0.0
     change = np.gradient(np.interp(grid, t, steady), grid)
     rate = _at(grid, times, r)
     there = np.isfinite(rate + change)
     if there.sum() < _ROWS or not (np.std(rate[there]) > 1e-3 and np.std(change[there]) > 1e-3):
-        return False
-    return float(np.corrcoef(rate[there], change[there])[0, 1]) < -0.5
+        return 0.0
+    return float(np.corrcoef(rate[there], change[there])[0, 1])

@@ -28,6 +28,8 @@ _SIDES = {"left": "port", "port": "port", "right": "starboard", "starboard": "st
 _WORDS = re.compile(r"[a-z]+")
 _STEERS = frozenset(("rudder", "helm", "tiller", "steer", "steering", "servo"))
 _MANY = 12
+_WHOLE = 1.5
+"""Shares of the greatest order are below this."""
 Reader = Callable[[Path, Topics | None], Trial]
 
 
@@ -98,6 +100,7 @@ def _lines(values: Mapping[str, Array], known: Known) -> Iterator[Line]:
     for at in list(left):
         if _STEERS & set(_WORDS.findall(at.lower())):
             yield _rudder(at, left.pop(at), known)
+    yield from _shafts({at: left.pop(at) for at in list(left) if "rpm" in at.lower()}, known)
     pair = _pair(left, known)
     yield from pair
     for one in pair:
@@ -122,6 +125,20 @@ def _rudder(at: str, values: Array, known: Known) -> Line:
     return Line(at, Number("delta", unit, sign), f"by its name, values up to {largest:.3g}; {side}", tuple(doubts))
 
 
+def _shafts(values: Mapping[str, Array], known: Known) -> Iterator[Line]:
+    """Revolutions by their name: of one shaft, or of one to each side."""
+    sides = {at: {_SIDES[word] for word in _WORDS.findall(at.lower()) if word in _SIDES} for at in values}
+    for at, one in values.items():
+        if len(values) > 2 or (len(values) == 2 and sorted(map(sorted, sides.values())) != [["port"], ["starboard"]]):
+            return
+        channel = "n_P" if len(values) == 1 else "n_P_1" if "port" in sides[at] else "n_P_2"
+        sense, sure = rudder_sense(known.t, known.u, one) if known.u is not None else (0.0, 0.0)
+        back = sense < 0.0 and sure > _SURE
+        doubts = ["the ship loses speed by it: its sign is turned here"] if back else []
+        yield Line(at, Number(channel, "rpm", -1 if back else 1), "revolutions by its name", (*doubts, _GEARED))
+
+
+_GEARED = "taken as those of the propeller; of a motor with a gear write scale"
 _TAKEN = f"taken as pulses of {_NEUTRAL:g} us for none and {_MOST:g} us either way for all of it"
 
 
@@ -142,7 +159,7 @@ def _pair(values: Mapping[str, Array], known: Known) -> list[Line]:
     """The two motors of a ship that they turn, each on the side and with the sense that the motion shows."""
     for one, other in combinations(list(values)[:_MANY], 2):
         made = [_share(values[at]) for at in (one, other)]
-        if max(float(np.nanmax(np.abs(share))) for share, _, _ in made) > 1.5:
+        if max(float(np.nanmax(np.abs(share))) for share, _, _ in made) > _WHOLE:
             continue
         signs, exchanged, told = sense_of([share for share, _, _ in made], known)
         if not told or not _both([share for share, _, _ in made], signs, known):
@@ -179,6 +196,7 @@ def _sides(exchanged: bool) -> tuple[str, str]:
 
 def _apart(values: Mapping[str, Array], known: Known) -> Iterator[Line]:
     """One motor and one rudder: what raises the speed, and what turns the ship."""
+    values = {at: one for at, one in values.items() if float(np.nanmax(np.abs(_share(one)[0]))) <= _WHOLE}
     for channel, rate in (("throttle", known.u), ("steering", known.r)):
         if rate is None:
             continue
