@@ -40,6 +40,9 @@ class Known:
 
 _TSHARK = "tshark -T fields -e data.text makes text of it"
 _FLASH = "give the .bin of the autopilot, or mavlogdump.py --format csv"
+_UBLOX = Known("a binary log of u-blox (UBX)", way="log NMEA sentences, or export them from u-center")
+_UBX, _PACKETS = b"\xb5\x62\x01", 3
+"""What packets of a fix begin with, and how many make a log of them."""
 _CONVERT = "NovAtel Convert makes ASCII or tables of it"
 _TABLE = "export a table (CSV) and use seatrial import --guess"
 _MAGIC: tuple[tuple[int, bytes, Known], ...] = (
@@ -58,7 +61,7 @@ _MAGIC: tuple[tuple[int, bytes, Known], ...] = (
     (0, b"\xaa\x44\x12", Known("a binary log of NovAtel", way=_CONVERT)),
     (0, b"\xaa\x44\x13", Known("a binary log of NovAtel", way=_CONVERT)),
     (0, b"$@", Known("a binary log of Septentrio (SBF)", way="bin2asc or sbf2asc makes tables of it")),
-    (0, b"\xb5\x62", Known("a binary log of u-blox (UBX)", way="log NMEA sentences, or export them from u-center")),
+    (0, b"\xb5\x62", _UBLOX),
     (0, b"\xfa\xff", Known("a binary log of Xsens", way=f"MT Manager: {_TABLE}")),
     (0, b"\xff\x5a", Known("a binary log of SBG (sbgECom)", way=f"sbgBasicLogger or sbgCenter: {_TABLE}")),
     (0, b"CDF\x01", Known("a netCDF file", way=f"xarray reads it: {_TABLE}")),
@@ -81,6 +84,7 @@ _LOGGED = re.compile(r"\d{13};(A;|I;\{)")
 _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
     (re.compile(r"%%%%|%% LOG|[\d.]+\s+[A-Z][A-Z0-9_]+\s+[A-Za-z]\w+\s"), Known("a log of MOOS", "moos")),
     (re.compile(r'\{.*"updates"'), Known("a log of Signal K", "signalk")),
+    (re.compile(r'\{.*"pgn":\s*\d{5,6},.*"fields":'), Known("a log of NMEA 2000 as JSON", "n2k")),
     (re.compile(r"FMT, \d+, \d+, |[A-Z][A-Z0-9]{2,3}, \d{4,}, "), Known("a text log of ArduPilot", "dataflash")),
     (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+: [A-Z0-9]+ \{"),
      Known("a print of mavlogdump", way=_FLASH)),
@@ -108,7 +112,8 @@ def recognise(path: Path) -> Known | None:
     if known is not None and not (known.name.startswith("a telemetry") and not _since_1970(head)):
         return known
     if b"\0" in head:
-        return _RECORDER if _recorded(head) else None
+        # packets of a receiver may stand behind remarks, or among sentences
+        return _UBLOX if head.count(_UBX) > _PACKETS else _RECORDER if _recorded(head) else None
     return _by_lines(head.decode("utf-8-sig", "replace"))
 
 

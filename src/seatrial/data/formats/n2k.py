@@ -1,5 +1,7 @@
 """Logs of NMEA 2000: lines of candump, canboat, Actisense, Yacht Devices, iKonvert, SeaSmart, Airmar or PCAN-View.
 
+Lines of JSON (`n2k.spoken`) are brought into canboat's form first.
+
 The stamps of the lines are the time; where they go back the log is cut into pieces, a trial each.  A log that has only
 the hour, or seconds since its start, gets its date from groups 126992, 129029 or 129033 where it has them.  A source
 is an address and a group, such as ``35/127250``; each quantity has one, as in `nmea`.  Engines turn as 127488 says,
@@ -19,6 +21,7 @@ import numpy as np
 
 from .. import Array, DataError, Trial
 from ..instruments import Heard, trial_by
+from ..n2k import spoken
 from ..n2k.frames import Frames, frames, joined
 from ..n2k.groups import FAST, PGNS, all_said, finished, said
 from ..n2k.layouts import Clock, Frame, Packets, frame_of
@@ -45,6 +48,7 @@ _MANY = 50
 """Pieces of a log at most."""
 _BLOCK = 1_000_000
 """Bytes that are read at a time."""
+_BOM = b"\xef\xbb\xbf \r\n"
 _GLUED = re.compile(r"(?<=.)(?=[!$]PDGY,)")
 """Where an iKonvert begins a line without having ended the one before."""
 
@@ -262,8 +266,11 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
 
 def read_all(source: Path, mapping: Aboard | None = None) -> tuple[Trial, ...]:
     """Read one log; where its clock goes back, each piece is a trial."""
-    heard, lines = Heard(), _Lines()
+    heard, lines, degrees = Heard(), _Lines(), None
     for block in _blocks(source):
+        if block.lstrip(_BOM).startswith(b"{"):
+            degrees = spoken.degrees_by(block) if degrees is None else degrees
+            block = spoken.plain(block, degrees)
         lines.take(heard, block)
     clock, told = _leading(source, lines)
     steps = [f"{lines.packets.lost} frames of fast packets without the others"] if lines.packets.lost else []

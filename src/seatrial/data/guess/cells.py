@@ -21,9 +21,9 @@ _LETTERS = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*°?\s*(?P<le
 _SPOKEN = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(?P<unit>[^\d\s.,:-].{0,11}|1/\w+)")
 _SIDES = frozenset("NSEWPOLB")
 _PROBED = 200
-_BEFORE = re.compile(r"(?P<letters>[NSEW])\s*(?P<number>[\d.,]+)")
+_BEFORE = re.compile(r"(?P<letters>[A-Za-z]{1,4})\s*(?P<number>[\d.,]+)")
 _DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)\s*['′m]?\s*"
-                  r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|s)?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
+                  r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|(?-i:s))?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
 _SPACED = re.compile(r"(\d{1,3})\s+(?=\d)")
 _ISO = re.compile(r"\d{4}-?\d\d-?\d\d[T _]\d\d:?\d\d(:?\d\d([.,]\d+)?)?\s*(Z|UTC|[+-]\d\d:?\d\d)?")
 _STAMP = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}[T ]+\d{1,2}:\d\d(:\d\d([.,]\d+)?)?.*")

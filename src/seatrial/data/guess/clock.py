@@ -49,8 +49,22 @@ class Clock:
 
 def clocks(columns: Sequence[Column]) -> list[Clock]:
     """Every clock that a table may have, best first."""
-    found = [one for make in (_stamps, _dated, _of_day, _gps, _digits, _days, _numbers) for one in make(columns)]
+    found = [one for make in (_stamps, _dated, _of_day, _of_hour, _gps, _digits, _days, _numbers)
+             for one in make(columns)]  # fmt: skip
     return sorted(found, key=lambda clock: -clock.rank)
+
+
+_MOSTLY = 0.9
+"""Part of the times of a coarse clock that have about as many rows as the others."""
+
+
+def coarse(t: Array) -> bool:
+    """Whether a clock has about as many rows at each of its times."""
+    rising = t[np.isfinite(t)]
+    _, counts = np.unique(rising, return_counts=True)
+    inner = counts[1:-1]
+    return bool((np.diff(rising) >= 0.0).all()) and inner.size > 2 and bool(
+        (np.abs(inner - np.median(inner)) <= max(1.0, 0.2 * float(np.median(inner)))).mean() > _MOSTLY)  # fmt: skip
 
 
 def _ranked(
@@ -172,6 +186,25 @@ def _of_day(columns: Sequence[Column]) -> list[Clock]:
         keys = {"column": quoted(column.head), "format": quoted("clock")}
         answer = Answer(f"time of the day without a date, such as {first}")
         found += _ranked(t, 2.0, keys, answer, (column.head,))
+    return found
+
+
+_MINUTES = re.compile(r"\d{1,2}:\d\d[.,]\d+")
+
+
+def _of_hour(columns: Sequence[Column]) -> list[Clock]:
+    """Minutes and seconds, as a spreadsheet shows times that it has cut: 30:12.5."""
+    found: list[Clock] = []
+    for column in columns:
+        named = max(column.score(role) for role in ("time", "stamp", "clock"))
+        if column.kind != "text" or named < 0.4 or not _all(column, _MINUTES.pattern):
+            continue
+        t = np.array([_of_clock(f"0:{cell.strip()}") if cell.strip() else np.nan for cell in column.cells])
+        steps = np.nan_to_num(np.diff(t), nan=0.0)
+        t = t + np.concatenate([[0.0], 3600.0 * np.cumsum(steps < -1800.0)])
+        keys = {"column": quoted(column.head), "format": quoted("%M:%S")}
+        doubt = "minutes and seconds alone, as spreadsheets cut times: the hour is lost, and the trial has no date"
+        found += _ranked(t, 2.0, keys, Answer(f"such as {column.cells[0].strip()}", (doubt,)), (column.head,))
     return found
 
 

@@ -389,7 +389,7 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
             if neutral:
                 keys, answer = from_neutral(signal, neutral, keys, answer)
             doubts = ("turn its sign too if that of psi and r is turned",) if turned and known.r is not None else ()
-            if known.u is not None and np.nanmedian(known.u) < 0.0:
+            if known.u is not None and np.isfinite(known.u).any() and np.nanmedian(known.u) < 0.0:
                 doubts += ("the ship goes astern most of the time, where a rudder turns it to the other side",)
             answer = Answer(answer.evidence, (*answer.doubts, *doubts))
         elif role.startswith("n_P"):

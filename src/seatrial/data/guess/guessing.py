@@ -17,8 +17,9 @@ from ..recognise import recognise
 from ..table import existing
 from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
 from .cells import Column
+from .clock import coarse
 from .entries import Known, control_entries, in_degrees, known_motion, motion_entries, other_entries
-from .logs import Log, Topic, find_log, leap
+from .logs import Log, Topic, bridged, find_log, leap
 from .motion import TIMES, Motion, Verdict
 from .roles import Signal, sided, signals, trial_column
 from .thrust import neglected, thrust_entries
@@ -26,7 +27,7 @@ from .wind import read_two_winds, read_wind, wind_entries
 
 _OTHERS = 8
 _SHOWN = 12
-_SLOW = 5.0
+_SLOW, _DAY = 5.0, 86400.0
 _BY_NAMES = "names alone are followed"
 _REACH, _DELAY, _LONGEST = 2.5, 1.0, 30.0
 """Steps of a topic that a line spans, the delay [s] that one may have, and how long an order holds [s]."""
@@ -91,8 +92,6 @@ def guess(src: str | Path) -> Guess:
 _SENTENCE = re.compile(rb"[$!][A-Z0-9]{4,15},")
 """The address that a sentence of NMEA 0183 begins with, behind a stamp or not."""
 _SOURCES = ("position", "ground", "log", "apparent", "heading")
-
-
 _ROBOTS = ("mcap", "rosbag2", "rosbag1", "ulog")
 
 
@@ -161,6 +160,7 @@ def _place(entry: Entry) -> str:
 def _entries(log: Log) -> Iterator[Entry]:
     yield from _table_entries(log)
     t, found = _once(log.t[log.piece], in_degrees(_with_letters(log)), log.piece)
+    found = bridged(t, found)
     times = log.main.clock.units if log.main.clock else ()
     found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
@@ -310,6 +310,7 @@ def _layout_entry(log: Log) -> Entry:
         ("decimal", layout.decimal != "." and quoted(layout.decimal), ""),
         ("thousands", layout.thousands and quoted(layout.thousands), "groups of three digits have a mark"),
         ("skip", layout.skip and str(layout.skip), f"{layout.skip} lines before the header"),
+        ("footer", layout.footer and str(layout.footer), f"{layout.footer} lines after the last row"),
         ("units_row", layout.units_row and "true", "the row below the header has units"),
         ("sheet", layout.sheet and quoted(layout.sheet), ""),
         ("missing", words and listed(words), "words among the numbers are taken as gaps"),
@@ -336,6 +337,10 @@ def _repeats(log: Log) -> Iterator[Entry]:
     if not count:
         return
     evidence = f"{count} rows repeat the time of another, " + ("all with its values" if same else "with other values")
+    if often and not same and coarse(log.t):
+        doubt = "the clock is coarser than the rows, which are laid evenly from each of its times to the next"
+        yield Entry("", {"duplicates": quoted("spread")}, Answer(evidence, (doubt,)))
+        return
     doubts = () if same else ("the clock is coarser than the rows, or stepped back; \"first\", \"last\" and \"mean\" "
                               "say which of them counts",)  # fmt: skip
     yield Entry("", {"duplicates": quoted("mean" if often and not same else "first")}, Answer(evidence, doubts))
@@ -367,7 +372,10 @@ def _time_entry(log: Log, verdict: Verdict) -> Entry:
     if rest:
         answer = replace(answer, evidence=f"{answer.evidence}; not {', '.join(one.said for one in rest)}")
     back = int((np.diff(log.t) < 0).sum())
-    if back and trial_column(log.main.columns, log.t) is None:
+    if back == 1 and abs(float(np.nanmin(np.diff(log.t))) + _DAY) < _SLOW:
+        doubt = "its seconds of the day begin anew at midnight; cut the log there into two"
+        answer = replace(answer, doubts=(*answer.doubts, doubt))
+    elif back and trial_column(log.main.columns, log.t) is None:
         keys["sort"] = "true"
         answer = replace(answer, doubts=(*answer.doubts, f"{back} rows go back in time; sorted"))
     inside = ", ".join(f"{key} = {value}" for key, value in keys.items())

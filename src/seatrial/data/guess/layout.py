@@ -8,6 +8,7 @@ from __future__ import annotations
 import codecs
 import re
 from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -24,12 +25,14 @@ NEUTRAL = ("", "nan", "na", "null", "n/a", "-", "--", "true", "false")
 ROWS = 20_000
 """Rows that are looked at, at most."""
 
-_PROBED = 200
+_PROBED, _FOOT = 200, 30
 _NUMBER = r"[+-]?(?:\d+(?:{mark}\d*)?|{mark}\d+)(?:[eE][+-]?\d+)?"
 _NUMBERS = {mark: re.compile(_NUMBER.format(mark=re.escape(mark))) for mark in ".,"}
 _BESIDE = r"\s*(?:°?\s*[A-Za-z]{1,5}|%|(?:°|[A-Za-z]{1,3}|1)/[A-Za-z]{1,3}|°)"
 _LETTERED = {mark: re.compile(_NUMBER.format(mark=re.escape(mark)) + _BESIDE) for mark in ".,"}
 _STAMP = re.compile(r"[\dTZ:./ +,-]*\d[\d:./-]*[\dZ](?:\s*[AP]\.?M\.?)?", re.IGNORECASE)
+_BLANKED = re.compile(r"[NSEWO]?\s*\d{1,3}\s+\d{1,2}(?:[.,]\d+)?(?:\s+\d{1,2}(?:[.,]\d+)?)?\s*[NSEWO]", re.IGNORECASE)
+"""An angle in degrees, minutes and seconds without their signs, ``33 53 59.8 S``."""
 _SEXAGESIMAL = re.compile(
     r"[NSEWO]?\s*\d+\s*[°ºd-]?\s*[\d.,]+\s*['′m]?\s*([\d.,]+\s*[\"″s]?)?\s*[NSEWO]?", re.IGNORECASE
 )
@@ -47,6 +50,7 @@ class Layout:
         units_row: rows of units after the header.
         sheet: of a file of several tables; empty for the first and for texts, "*" where all alike are trials.
         thousands: mark between groups of three digits in any of its cells.
+        footer: lines after the last row.
     """
 
     encoding: str = "utf-8-sig"
@@ -56,6 +60,7 @@ class Layout:
     units_row: int = 0
     sheet: str = ""
     thousands: str = ""
+    footer: int = 0
 
 
 @dataclass(frozen=True)
@@ -116,7 +121,7 @@ def is_value(cell: str, mark: str = ".") -> bool:
     """Whether a cell is a number with this decimal mark, with a letter, a time or an angle in minutes."""
     plain = cell.strip()
     return bool(
-        _NUMBERS[mark].fullmatch(plain) or _LETTERED[mark].fullmatch(plain)
+        _NUMBERS[mark].fullmatch(plain) or _LETTERED[mark].fullmatch(plain) or _BLANKED.fullmatch(plain)
         or ((":" in plain or plain.count("-") >= 2 or plain.count("/") >= 2 or plain.count(".") >= 2)
         and _STAMP.fullmatch(plain)) or (any(c in plain for c in "°'′\"") and _SEXAGESIMAL.fullmatch(plain))
     )  # fmt: skip
@@ -170,14 +175,15 @@ def read_text(path: Path, most: int = ROWS) -> Table:
     if first is None:
         raise DataError(f"{path}: no rows of numbers found; is it a table?")
     heads, skip, units = _header(path, lines, first, delimiter, count)
-    rows = [cells for line in lines[first : first + most] if line.strip()
+    foot, footer = _footer(lines, first, lambda line: split_line(line, delimiter), mark)
+    rows = [cells for line in lines[first : min(first + most, foot)] if line.strip()
             and len(cells := split_line(line, delimiter)) == count]  # fmt: skip
     if len(rows) < 2:
         raise DataError(f"{path}: {len(rows)} rows of numbers; a trial needs at least 2")
     columns = tuple(zip(*rows, strict=True))
     grouped = any(ungrouped(column, mark) is not column for column in columns)
     layout = Layout(encoding, delimiter, mark, skip, 1 if units else 0, "", "," if mark == "." else ".")
-    layout = layout if grouped else replace(layout, thousands="")
+    layout = replace(layout, thousands=layout.thousands if grouped else "", footer=footer)
     return Table(path, layout, tuple(heads), tuple(units) or ("",) * count, columns, len(lines) - first > most)
 
 
@@ -192,6 +198,33 @@ def _share(lines: list[str], delimiter: str, mark: str) -> float:
     plain = 0.001 * (mark == ".")  # where no cell has a decimal mark, the dot
     # White space also splits dates from times, so that a true delimiter goes first.
     return fine * often / len(rows) - (0.05 if delimiter == "whitespace" else 0.0) + plain
+
+
+def _footer(
+    lines: Sequence[str], first: int, split: Callable[[str], list[str]], mark: str
+) -> tuple[int, int]:  # fmt: skip
+    """Number of the line behind the last row, and how many lines that are not empty follow it.
+
+    A line at the end is none of the rows where it has another number of cells, or a word where they all have values.
+    One of values alone is a row that is cut, and the import names it.
+    """
+    filled = [k for k in range(first, len(lines)) if lines[k].strip()]
+    some = [split(lines[k]) for k in filled[: _PROBED]]
+    count = len(some[0])
+    valued = [all(is_value(row[k], mark) or row[k].lower() in NEUTRAL for row in some if len(row) == count)
+              for k in range(count)]  # fmt: skip
+
+    def is_row(cells: list[str]) -> bool:
+        said = [k for k in range(len(cells)) if cells[k].lower() not in NEUTRAL]
+        return len(cells) == count and bool(said) and all(is_value(cells[k], mark) for k in said if valued[k])
+
+    for n, k in enumerate(reversed(filled[-_FOOT:])):
+        cells = split(lines[k])
+        if is_row(cells):
+            return (k + 1, n) if n else (len(lines), 0)
+        if len(cells) > 1 and all(is_value(cell, mark) for cell in cells):
+            break
+    return len(lines), 0
 
 
 def _is_row(cells: list[str], count: int, mark: str) -> bool:

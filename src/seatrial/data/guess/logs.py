@@ -111,7 +111,17 @@ def _topic(base: Path, table: Table, context: bool) -> Topic:
     name = table.path.relative_to(base).as_posix()
     around = name.rpartition(".")[0] if context else ""
     columns = _signed(tuple(map(_gapped, columns_of(table, around))))
-    return Topic(name, table, columns, next(iter(clocks(columns)), None))
+    clock = next(iter(clocks(columns)), None)
+    if clock is None and len(table.columns[0]) > 2:
+        turned = replace(table, columns=tuple(column[::-1] for column in table.columns))
+        columns = _signed(tuple(map(_gapped, columns_of(turned, around))))
+        clock = next(iter(clocks(columns)), None)
+        if clock is not None:
+            answer = replace(clock.answer, evidence=f"{clock.answer.evidence}; the newest row comes first")
+            keys = {**clock.keys, "sort": "true"}
+            return Topic(name, turned, columns, replace(clock, keys=keys, answer=answer))
+        columns = _signed(tuple(map(_gapped, columns_of(table, around))))
+    return Topic(name, table, columns, clock)
 
 
 def _alike(base: Path, tables: Sequence[Table], notes: list[str]) -> Log:
@@ -348,6 +358,29 @@ def _onto(t: Array, own: Array, signal: Signal) -> Array:
     near = np.clip(np.searchsorted(at, t), 1, at.size - 1)
     near -= (t - at[near - 1] < at[near] - t).astype(int)
     return values[near]
+
+
+_ENOUGH, _REACHES = 20, 2.0
+"""Rows that hold all quantities, below which they are bridged; over how many steps of each."""
+
+
+def bridged(t: Array, found: Mapping[str, Signal]) -> dict[str, Signal]:
+    """Quantities on all rows near their own readings, where hardly a row holds all of them.
+
+    Instruments that speak in turn, each in rows of its own, are compared so; where rows hold all nothing is made up.
+    """
+    known = {role: np.isfinite(one.values) for role, one in found.items()}
+    known = {role: good for role, good in known.items() if good.sum() > 2}
+    if not known or np.logical_and.reduce([*known.values()]).sum() >= _ENOUGH:
+        return dict(found)
+    out = dict(found)
+    for role, good in known.items():
+        own = t[good]
+        values = _onto(t, own, replace(found[role], values=found[role].values[good]))
+        near = np.clip(np.searchsorted(own, t), 1, own.size - 1)
+        away = np.minimum(np.abs(t - own[near]), np.abs(t - own[near - 1]))
+        out[role] = replace(found[role], values=np.where(away <= _REACHES * np.median(np.diff(own)), values, np.nan))
+    return out
 
 
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc")

@@ -114,7 +114,8 @@ def neglected(columns: Sequence[Column], text: str) -> Iterator[Entry]:
     """A doubt for each column that looks like a control and that no entry of the mapping takes."""
     for column in columns:
         words = set(tokens(column.name))
-        if quoted(column.head) in text or column.kind not in ("number", "letters") or not column.varies:
+        worded = column.kind == "text" and len({*column.cells} - {""}) > 2 and any(map(str.isdigit, column.cells[-1]))
+        if quoted(column.head) in text or not (worded or (column.kind in ("number", "letters") and column.varies)):
             continue
         if words & _WORDS or any(_PARTS.fullmatch(word) for word in words):
             doubt = (f"{column.said} looks like a control of the ship and is left out; give it a channel such as "

@@ -76,8 +76,9 @@ def instruments(mapping: Mapping) -> Iterator[tuple[str, Sensor]]:
 
 
 def _check_table(found: Mapping) -> None:
-    if not any(True for _ in instruments(found)) or not found.delimiter or found.skip < 0 or found.units_row < 0:
-        raise DataError("give one channel at least, a delimiter, and skip and units_row of 0 or more")
+    counts = found.skip, found.footer, found.units_row
+    if not any(True for _ in instruments(found)) or not found.delimiter or min(counts) < 0:
+        raise DataError("give one channel at least, a delimiter, and skip, footer and units_row of 0 or more")
     twice = next((name for k, name in enumerate(found.columns) if name and name in found.columns[:k]), None)
     if twice is not None:
         raise DataError(f"columns: '{twice}' is there twice; give each column a name of its own")
@@ -174,8 +175,9 @@ def _check_pattern(place: str, pattern: str) -> None:
     if strange is not None:
         known = ", ".join(f"%{one}" for one in _DIRECTIVES)
         raise DataError(f"{place}.format: '%{strange}' is not read; known: {known}")
-    if not ({"H", "I"} & set(found) and "M" in found):
-        raise DataError(f"{place}.format is '{pattern}'; it needs hours and minutes, %H and %M")
+    hourly = set(found) - {"f", "%"} == {"M", "S"}  # of the hour alone, as spreadsheets cut times
+    if not (hourly or ({"H", "I"} & set(found) and "M" in found)):
+        raise DataError(f"{place}.format is '{pattern}'; it needs hours and minutes, %H and %M, or %M:%S alone")
 
 
 def _check_instruments(found: Mapping) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping as Named
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,13 +49,15 @@ def in_order(series: Series) -> tuple[Series, str]:
 def single(series: Series, which: str) -> tuple[Series, int]:
     """One row a time, of neighbours with the same: the first, the last, or their mean; and how many are left out.
 
-    Values that are missing do not count in a mean.
+    Values that are missing do not count in a mean.  Rows that are spread are all kept, see `_spread`.
     """
     first = np.concatenate([[True], np.diff(series.t) != 0.0]) if series.t.size else np.zeros(0, dtype=bool)
     starts = np.flatnonzero(first)
     again = len(series.t) - len(starts)
     if not again:
         return series, 0
+    if which == "spread":
+        return replace(series, t=_spread(series.t, starts)), again
     ends = np.append(starts[1:], len(series.t)) - 1
     row = starts if which == "first" else ends
     if which == "mean":
@@ -63,6 +65,25 @@ def single(series: Series, which: str) -> tuple[Series, int]:
     else:
         channels = {name: values[row] for name, values in series.channels.items()}
     return Series(series.t[row], channels, series.rows[row]), again
+
+
+def _spread(t: Array, starts: NDArray[np.intp]) -> Array:
+    """Times of rows whose clock is coarser than they are, evenly from each of its times to the next.
+
+    The first and the last of these may hold fewer rows, of the end and of the beginning of their step.
+    """
+    counts = np.diff(np.append(starts, t.size))
+    full = float(np.median(counts))
+    steps = np.diff(t[starts])
+    step = np.append(steps, float(np.median(steps)) if steps.size else 0.0)
+    usual = float(np.median(step))
+    place = np.arange(t.size) - np.repeat(starts, counts)
+    many = counts.astype(np.float64)
+    many[[0, -1]] = np.maximum(many[[0, -1]], full)
+    place[: counts[0]] += int(many[0] - counts[0])
+    # rows before a gap of the clock fill one of its usual steps
+    width = np.where(step < 1.5 * usual, step, usual)
+    return t + place * np.repeat(width / many, counts)
 
 
 def _mean(values: Array, starts: NDArray[np.intp]) -> Array:

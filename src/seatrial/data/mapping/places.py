@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import Array, unwrapped
 from ..geodesy import Datum
@@ -14,6 +15,8 @@ from .schema import Apparent, Ground, Log, Mapping, Offset, Position
 
 _WALKED, _OFF, _NEAR = 50.0, 0.7, 0.4
 """Shortest path that shows exchanged columns [m]; how far off it must be, and how much nearer the exchanged one."""
+_TURNS = 2.5
+"""Median steps of a heading over which a line is drawn."""
 
 
 class Midship:
@@ -69,7 +72,7 @@ class Midship:
         north, east = self.channels.pop("north"), self.channels.pop("east")
         if {"u", "v_m"} <= set(self.channels):
             return
-        u, v = to_body(north, east, self.channels["psi"])
+        u, v = to_body(north, east, self._heading(np.isfinite(north + east)))
         if any(ground.antenna):
             forward, starboard = ground.antenna
             u, v = u + starboard * self._rate(), v - forward * self._rate()
@@ -77,6 +80,19 @@ class Midship:
             self.channels.setdefault(name, values)
         where = f" and moved to midship: {_words(ground.antenna)}" if any(ground.antenna) else ""
         self.steps.append(f"u, v_m from the speed over ground, turned by psi{where}")
+
+    def _heading(self, rows: NDArray[np.bool_]) -> Array:
+        """The heading; on lines between its readings where none of some rows holds one, as instruments took turns."""
+        psi = self.channels["psi"]
+        known = np.flatnonzero(np.isfinite(psi))
+        if known.size < 2 or np.isfinite(psi[rows]).any():
+            return psi
+        own = self.t[known]
+        after = np.clip(np.searchsorted(own, self.t), 1, own.size - 1)
+        near = (own[after] - self.t) * (self.t - own[after - 1]) >= 0.0
+        near &= own[after] - own[after - 1] <= _TURNS * float(np.median(np.diff(own)))
+        self.steps.append("heading on lines between its readings, as no row holds it and the speed over ground")
+        return np.where(near, np.interp(self.t, own, psi[known]), np.nan)
 
     def _through_water(self, log: Log) -> None:
         forward, starboard = log.place or (0.0, 0.0)
@@ -94,7 +110,8 @@ class Midship:
         self.channels["u"] = found["u_w"]
         if "v_w" in found:
             self.channels.setdefault("v_m", found["v_w"])
-        self.steps.append(f"{'u, v_m' if 'v_w' in found else 'u'} through the water: the log has no speed over ground")
+        names = "u, v_m" if "v_w" in found else "u"
+        self.steps.append(f"doubt: {names} through the water, as the log has no speed over ground; no current is in it")
 
     def _wind(self, apparent: Apparent) -> None:
         angle = self.channels["gamma_A"]

@@ -128,7 +128,8 @@ def _trial(source: Path, mapping: Mapping, name: str, table: Table) -> tuple[Tri
         parts.setdefault(_of(mapping, sensor.file), []).append((place, sensor))
     clock = _clock(mapping, mapping.files.pattern if mapping.files else None)
     marks = stamps(table, clock)
-    zero = marks.zero
+    # of rows that are put in order the first is not the earliest
+    zero = (replace(marks, values=np.sort(marks.values)) if clock.sort else marks).zero
     datum: list[Datum] = []
     main = _strand(table, clock, marks, zero, parts.pop(None), mapping, datum)
     others = [(file, some, _opened(source, mapping, file, some, marks, zero, datum)) for file, some in parts.items()]
@@ -211,7 +212,8 @@ def _strand(
         steps.append(said)
     if mapping.duplicates != "refuse":
         series, again = single(series, mapping.duplicates)
-        steps += [f"{again} rows with the time of another one: the {mapping.duplicates} counts"] if again else []
+        how = "spread to the next time" if mapping.duplicates == "spread" else f"the {mapping.duplicates} counts"
+        steps += [f"{again} rows with the time of another one: {how}"] if again else []
     if len(series.t) < 2:
         raise DataError(f"{table.path}: {len(series.t)} rows of numbers; a trial needs at least 2")
     wrong = disorder(series.t, _advice(clock, series.t))

@@ -301,12 +301,13 @@ class Mapping(Described):
         thousands: mark between groups of three digits, as in 6,650,000.00.
         encoding: of the text; None for that of the byte-order mark, else UTF-8.
         skip: lines before the header.
+        footer: lines after the last row, empty ones not counted.
         columns: names of the columns of a table without a header, in their order; "" for one that is not read.
         units_row: rows of units after the header; true is 1.
         sheet: of a workbook, or structure of a file of arrays; None for the first, "*" where each one that has a column
             of the mapping is a trial.
         missing: words of a missing value, beside the empty cell, nan, na and null.
-        duplicates: which of the rows of one time counts.
+        duplicates: which of the rows of one time counts; "spread" lays them evenly up to the next time.
     """
 
     time: Clock
@@ -326,11 +327,12 @@ class Mapping(Described):
     thousands: Literal["", ",", ".", "'", " "] = ""
     encoding: str | None = None
     skip: int = 0
+    footer: int = 0
     columns: Words = ()
     units_row: bool | int = False
     sheet: str | None = None
     missing: Words = ()
-    duplicates: Literal["refuse", "first", "last", "mean"] = "refuse"
+    duplicates: Literal["refuse", "first", "last", "mean", "spread"] = "refuse"
 
     @property
     def separator(self) -> str | None:

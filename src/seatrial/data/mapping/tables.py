@@ -18,7 +18,7 @@ from ..sheets import Sheets, packed, sheets_of
 from ..table import existing, once
 from ..units import KNOWN
 from .schema import Mapping
-from .text import Layout, laid_out, texts_of, typed
+from .text import Layout, above, laid_out, texts_of, typed
 from .uses import Use
 
 if TYPE_CHECKING:
@@ -172,7 +172,7 @@ def stacked(tables: Sequence[Table]) -> Table:
 
 
 def _of_text(path: Path, mapping: Mapping, wanted: Sequence[Use]) -> Table:
-    raw = texts_of(path, mapping.encoding)
+    raw = above(path, texts_of(path, mapping.encoding), mapping.footer)
     layout = laid_out(path, raw, mapping.separator, mapping.skip, int(mapping.units_row), mapping.columns)
     index = _places(path, *_header(mapping, "line"), layout.heads, wanted)
     plain = mapping.decimal == "."
@@ -200,7 +200,11 @@ def _of_frame(path: Path, mapping: Mapping, wanted: Sequence[Use], frame: pl.Dat
             first += 1  # empty rows between the names and the units
         first += units
     rows = [["" if cell is None else str(cell).strip() for cell in frame.row(k)] for k in range(first - units, first)]
-    body = frame[first:].select([frame.columns[k] for k in index.values()])
+    last = frame.height
+    if mapping.footer:
+        told = np.flatnonzero(~frame.select(_every_null(frame)).to_series().to_numpy())
+        last = int(told[-mapping.footer]) if mapping.footer <= told.size else 0
+    body = frame[first : max(last, first)].select([frame.columns[k] for k in index.values()])
     body.columns = list(index)
     filled = np.flatnonzero(~body.select(_every_null(body)).to_series().to_numpy()) if skip is not None else None
     lines = np.arange(first + 1, first + 1 + body.height, dtype=np.int64)

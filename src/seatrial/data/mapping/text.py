@@ -83,6 +83,20 @@ def texts_of(path: Path, encoding: str | None) -> bytes:
     return raw if b"\r" not in raw else raw.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
+def above(path: Path, raw: bytes, footer: int) -> bytes:
+    """A text without so many of its last lines, empty ones not counted.
+
+    Raises:
+        DataError: it has fewer lines.
+    """
+    for _ in range(footer):
+        raw = raw.rstrip(b"\n \t")
+        if not raw:
+            raise DataError(f"{path}: fewer than the {footer} lines that the mapping leaves out as a footer")
+        raw = raw[: raw.rfind(b"\n") + 1]
+    return raw
+
+
 def laid_out(
     path: Path, raw: bytes, separator: str | None, skip: int, units: int, named: Sequence[str] = ()
 ) -> Layout:  # fmt: skip

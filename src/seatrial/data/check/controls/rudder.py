@@ -292,7 +292,7 @@ def _moves(trial: Trial) -> list[tuple[int, int]]:
     near = round(ship_time / dt)
     if near < 2 or len(trial) < 8 * near + 20:
         return []  # with a row a ship time, a move has hardly more rows than the quartic has coefficients
-    ahead = trial["u"] > 0.3 * float(np.nanmax(np.abs(trial["u"])))
+    ahead = trial["u"] > 0.3 * float(np.nanmax(np.abs(trial["u"]), initial=0.0))
     if "n_P" in trial:
         ahead &= ~(trial["n_P"] <= 0)
     swing = np.abs(delta[near:] - delta[:-near])

@@ -70,6 +70,11 @@ class Pattern:
         """Whether there is a date in it."""
         return any(f"<{part}>" in self.form for part in ("year", "short"))
 
+    @property
+    def hours(self) -> bool:
+        """Whether there are hours in it."""
+        return "<hour>" in self.form
+
     def fields(self, written: pl.Series, fraction: str) -> Fields | None:
         """The parts of written times; None where one is not in the pattern.
 

@@ -28,7 +28,8 @@ NEVER = np.iinfo(np.int64).min
 """The stamp of a row without a time."""
 
 _SECOND = 10**9
-_DAY = 86_400 * _SECOND
+_HOUR = 3600 * _SECOND
+_DAY = 24 * _HOUR
 _WEEK = 7 * _DAY
 _FINE = 100_000
 _GPS_ZERO = 315_964_800 * _SECOND
@@ -212,7 +213,7 @@ def _read(table: Table, clock: Clock) -> Stamps:
         raise DataError(f"{table.at(clock.column, row)}: '{written[row]:.40}' is a time that no calendar has")
     local = np.where(known, civil(found), NEVER)
     if not pattern.dated:
-        return Stamps("day", _across_midnight(local))
+        return Stamps("day", _onwards(local, _DAY if pattern.hours else _HOUR))
     return _zoned(table, clock, local, found.zone)
 
 
@@ -223,12 +224,12 @@ def _no_time(table: Table, clock: Clock, pattern: Pattern, written: pl.Series) -
     return f"{table.at(clock.column, row)}: '{written[row]:.40}' is no time such as {pattern.example}"
 
 
-def _across_midnight(ticks: Ticks) -> Ticks:
-    """Times of day that go on where the clock begins anew."""
+def _onwards(ticks: Ticks, turn: int) -> Ticks:
+    """Times of the day, or of the hour, that go on where the clock begins anew."""
     known = np.flatnonzero(ticks != NEVER)
     out = ticks.copy()
     steps = np.diff(ticks[known])
-    out[known[1:]] += _DAY * np.cumsum(np.where(steps < -_DAY // 2, 1, np.where(steps > _DAY * 23 // 24, -1, 0)))
+    out[known[1:]] += turn * np.cumsum(np.where(steps < -turn // 2, 1, np.where(steps > turn * 23 // 24, -1, 0)))
     return out
 
 
