@@ -79,6 +79,19 @@ RESISTANCE: list[Case] = [
 ]  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("held", "kept", "holds"), [(1.25, 0.9, True), (0.8, 0.9, True), (1.25, 1.0, False), (0.8, 1.0, False)]
+)
+def test_speed_in_a_hard_turn_is_over_that_which_the_ship_holds_straight_ahead(
+    held: float, kept: float, holds: bool
+) -> None:
+    """A table without a propeller holds its own speed, whatever the approach."""
+    law = surged(lambda m: 4.0 * (held * (1.0 - (1.0 - kept) * np.abs(m.d) / LIMIT) - m.u) + 0.0 * m.n)
+    found = named(hull._turned(plain(law)), "speed left in a hard turn")
+    assert found.value == pytest.approx(kept, abs=1e-4)
+    assert found.holds == holds
+
+
 def pulled(x: float, root: float) -> Iterable[Finding]:
     """A ship that is left turning at x to either side, pushed over by any rudder."""
     return hull._pulled_out(plain(steered(lambda m: 3.0 * m.d - m.r + x * sign(m.r))), (root, root))[0]

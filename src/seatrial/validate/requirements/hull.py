@@ -157,9 +157,10 @@ def _bare(p: Probe) -> Iterator[Finding]:
 
 
 def _turned(p: Probe) -> Iterator[Finding]:
-    """Speed left in a hard turn, to both sides, at full and at half the revolutions."""
+    """Speed left in a hard turn over that held straight ahead, to both sides, at full and at half the revolutions."""
     points: list[tuple[str, float]] = []
     for share in (1.0, 0.5) if p.stops else (1.0,):
+        straight = _held(p, share)
         for side, name in ((1, "starboard"), (-1, "port")):
             try:
                 run = p.run(share * p.n_P, side * p.limit, 25 * p.unit_time / share, speed=share * p.U)
@@ -167,11 +168,25 @@ def _turned(p: Probe) -> Iterator[Finding]:
                 points.append((f"to {name} from {share:g} U: it blows up", math.nan))
                 continue
             tail = slice(-len(run) // 5, None)
-            left = float(np.mean(np.hypot(run["u"][tail], run["v_m"][tail]))) / (share * p.U)
+            left = float(np.mean(np.hypot(run["u"][tail], run["v_m"][tail]))) / straight
             points.append((f"to {name} from {share:g} U", left))
     fast = max(left for _, left in points) > limit.TURNED.high
     wrong = "a hard turn takes no speed, {at}" if fast else "it stops or runs away in a hard turn, {at}"
-    yield worst("speed left in a hard turn", points, limit.TURNED, wrong, "of the approach")
+    yield worst("speed left in a hard turn", points, limit.TURNED, wrong, "of straight ahead")
+
+
+def _held(p: Probe, share: float) -> float:
+    """Speed that is held straight ahead at a share of the revolutions [m/s]; that share of the approach where none is.
+
+    A model without a propeller holds the speed of its table, at whatever speed it approaches.
+    """
+    u = np.linspace(0.2, 2.0, 361) * share * p.U
+    pushed = p.at(np.column_stack([u, 0.0 * u, 0.0 * u]), p.controls(share * p.n_P))[:, 0]
+    held = np.flatnonzero((pushed[:-1] > 0.0) & (pushed[1:] <= 0.0))
+    if not held.size:
+        return share * p.U
+    k = held[np.argmin(np.abs(u[held] - share * p.U))]
+    return float(u[k] + (u[k + 1] - u[k]) * pushed[k] / (pushed[k] - pushed[k + 1]))
 
 
 def growth(p: Probe, u: float, side: float = 0.0) -> float:
