@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from ..core.errors import RequestError
 from ..report.blocks import Body, bullets, fields, table
 from . import options as o
 from .fits import Terminal, end, show
@@ -62,13 +63,20 @@ def yardstick(
 
 
 def case(
-    file: o.CasePath, out: o.CaseFolder, shard: o.Shard = None, dask: o.Dask = None, json: bool = False
+    file: o.CasePath = None, out: o.CaseFolder = None, shard: o.Shard = None, dask: o.Dask = None,
+    verify: o.CaseToVerify = None, json: bool = False,
 ) -> None:  # fmt: skip
     """Judge an autonomy stack in many encounters: a safety case."""
     from ..core.executors import processors
     from ..workflow.request import Stopped
     from ..workflow.safety.case import case as run
+    from ..workflow.safety.case import verified
 
+    if verify is not None:
+        end(verified(verify), json)
+        return
+    if file is None or out is None:
+        raise RequestError("name the file of a case, and the folder of its parts by -o; or --verify a folder")
     try:
         end(run(file, out, workers=processors(), shard=shard, dask=dask, sink=Terminal()), json)
     except KeyboardInterrupt:

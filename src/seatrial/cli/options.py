@@ -230,8 +230,11 @@ Windows = Annotated[float | None, Option("--restart", help="Judge windows of N s
 RunOrShip = Annotated[
     str, Argument(metavar="RUN", help="Name the folder of a run, a ship file or a ship.", offers=_ships)
 ]  # fmt: skip
-CasePath = Annotated[Path, Argument(metavar="CASE", help="Name the file of a case (.toml).")]
-CaseFolder = Annotated[Path, Option("-o", "--out", help="Write parts, page and numbers to this folder.")]
+CasePath = Annotated[Path | None, Argument(metavar="CASE", help="Name the file of a case (.toml).")]
+CaseToVerify = Annotated[
+    Path | None, Option("--verify", metavar="DIR", help="Check that a case is as it was when it was signed.")
+]  # fmt: skip
+CaseFolder = Annotated[Path | None, Option("-o", "--out", help="Write parts, page and numbers to this folder.")]
 YardstickSets = Annotated[
     tuple[Path, ...], Argument(metavar="[SET]...", help="Name files of sets; studies/yardstick unless given.")
 ]  # fmt: skip

@@ -191,7 +191,8 @@ def test_who_does_not_give_way_breaks_the_rules_and_is_drawn(tmp_path: Path) -> 
     assert all(CONTACT in (one or ()) for one in found.broken)  # all meet at one place
     page = (tmp_path / "out" / "case.html").read_text(encoding="utf-8")
     assert page.count("<svg") >= 4
-    assert "give-way 4" in page
+    assert "own ship as give-way" in page
+    assert "Sawada et al. 2024, section 6.2" in page
     plain = case(written(tmp_path, "ignores"), tmp_path / "two").result
     assert plain.broken == found.broken
 

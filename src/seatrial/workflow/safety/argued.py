@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ...campaign.analysis.proportion import Proportion
+from ...core.records import plain
+from ...core.version import __version__
 from ...encounters import Tracks
 from ...encounters.meeting import Meeting
-from ...encounters.rules import Judged, Limits, Role
+from ...encounters.rules import Judged, Limits
 from ...report.blocks import Body, bullets, fields, lead, number, soft, table
 from ...report.judging.encounter import shown
+from ...report.judging.requirements import numbers, verdict
+from ...report.judging.space import Space, drawn, space
 from ...report.page import Page, Section
 from ...ships import Ship
+from ...validate.requirements import Table
+from ..contributing.published import standing
 from .claimed import CONTACT, MUTE, SCHEMA, Case
 from .outside import Program
 
-_PICTURES = 4
+_PICTURES, _KINDS = 4, 12
 Again = Callable[[Sequence[int]], Iterator[tuple[int, Tracks, tuple[Judged, ...], tuple[int, ...]]]]
 """Sails runs again: number, tracks, verdicts and the place of the run among these."""
 
@@ -76,49 +82,128 @@ def _split(found: Case) -> list[str]:
 def document(found: Case) -> dict[str, object]:
     rules = {rule: found.share(rule) for rule in _rules(found)}
     return {
-        "schema": SCHEMA, "claim": found.file.claim, "digest": found.digest, "ship": found.file.ship,
+        "schema": SCHEMA, "claim": found.file.claim, "case": plain(found.file), "digest": found.digest,
+        "results": found.sealed, "ship": found.file.ship,
         "posterior": found.posterior or None, "stack": found.file.called, "traffic": list(found.file.traffic),
         "seed": found.file.seed, "runs": len(found.broken), "failed": sum(one is None for one in found.broken),
-        "rules": {rule: {"applied": one.runs, "broken": one.hits, "share": one.value, "low": one.interval[0],
-                         "high": one.interval[1]} for rule, one in rules.items()},
+        "rules": {rule: {"applied": one.runs, "broken": one.hits, "share": one.value if one.runs else None,
+                         "low": one.interval[0], "high": one.interval[1]} for rule, one in rules.items()},
         "broken_runs": [k for k, one in enumerate(found.broken) if one],
     }  # fmt: skip
 
 
-def page(found: Case, ship: Ship, meeting: Meeting, path: Path, again: Again) -> Page:
-    """The page of a case; `path` is that of its file."""
-    file = found.file
-    where = file.encounters
-    run = [
-        f"ship {ship.name}, steered by {file.called}",
-        f"other ships: {', '.join(file.traffic)}, drawn by run",
-        f"encounters: {where.set}" + (f", roles {', '.join(where.roles)}" if where.set == "drawn" else ""),
-        f"{len(found.broken)} runs of seed {file.seed}; wind {file.weather.wind[0]:g} to {file.weather.wind[1]:g} m/s, "
-        f"current {file.weather.current[0]:g} to {file.weather.current[1]:g} m/s, from any direction",
-        "who is met: " + _spread(meeting),
-    ]
-    limits = [
-        "other ships turn and slow with lags of a ship of their length, not by models of their own",
-        "everybody sees everybody without error, delay or loss: a fault of sensors and of reports is not tried",
-        "open water: no land, no depth, no lanes; good visibility",
-        "how often ships meet so at sea is not in these shares: they are of the encounters above",
-        "thresholds of the rules are those of `encounters.rules.limits`, each with its source; COLREG has none",
-    ]
-    return Page(f"Safety case: {file.claim}", (
+def page(found: Case, ship: Ship, meeting: Meeting, path: Path, again: Again, table_: Table | None) -> Page:
+    """The page of a case, in the order in which a surveyor asks.
+
+    Args:
+        path: of its file.
+        table_: the ship by the requirements of collision avoidance; None where it could not be judged.
+    """
+    failed = np.array([bool(one) for one in found.broken], dtype=bool)
+    tried = space(meeting, failed)
+    return Page(f"Safety case: {found.file.claim}", (
         Section("", answer(found) + fields(document(found))),
-        Section("What was run", bullets(run)),
-        Section("What was found", results(found)),
-        Section("Runs that fail", _failures(found, again)),
-        Section("What this does not show", bullets(limits)),
-        Section("Who can repeat it",
-                bullets((f"seatrial case {path} -o FOLDER", f"digest of the case {found.digest}"))),
+        Section("What is claimed, and of what", bullets(_asked(found, ship))),
+        Section("How many runs, and how sure", results(found)),
+        Section("Which ship, and how good is its model", _ship(ship, found, table_)),
+        Section("What failed", _failed(found)),
+        Section("Show me", _failures(found, again)),
+        Section("What was not tried", drawn(tried) + bullets(_not_tried(found, tried))),
+        Section("Who says", _says()),
+        Section("Repeat it", bullets((
+            f"seatrial case {path} -o FOLDER (the same to the last bit on one type of processor)",
+            f"seed {found.file.seed}, version {__version__}; a run is drawn anew by its number alone",
+        ))),
+        Section("Sign it", _signed(found)),
     ))  # fmt: skip
 
 
-def _spread(met: Meeting) -> str:
-    """How the encounters are spread over classes."""
-    counts = Counter(np.ravel(np.atleast_2d(met.roles)).tolist())
-    return ", ".join(f"{Role(one).name.lower().replace('_', '-')} {count}" for one, count in counts.most_common())
+def _asked(found: Case, ship: Ship) -> list[str]:
+    file, where = found.file, found.file.encounters
+    return [
+        f"claim: {file.claim}",
+        f"ship {ship.name}, steered by {file.called}; other ships: {', '.join(file.traffic)}, drawn by run",
+        f"encounters: {where.set}" + (f", own ship as {', '.join(where.roles)}" if where.set == "drawn" else ""),
+        f"wind {file.weather.wind[0]:g} to {file.weather.wind[1]:g} m/s, current {file.weather.current[0]:g} to "
+        f"{file.weather.current[1]:g} m/s, from any direction",
+        "a run fails where a rule is broken, hulls touch, or a stack in a process of its own falls silent",
+    ]  # fmt: skip
+
+
+def _ship(ship: Ship, found: Case, table_: Table | None) -> Body:
+    """What stands behind the model, and what it does of what collision avoidance asks of one."""
+    known = standing(ship)
+    said = [f"drawn anew for each run from the posterior of its fit, {found.posterior}: what that adds is told above"
+            if found.posterior else "taken as known exactly: nothing here says what the error of its model adds",
+            f"its file is {known.told} ({known.why})",
+            "runs whose model leaves its range of validity are no evidence and counted apart"]  # fmt: skip
+    if table_ is None:
+        return bullets(said) + soft("Not judged by the requirements of collision avoidance.")
+    rows = [(item.number, item.text, one.verdict) for item, one in table_.rows]
+    judged = table(("item", "what Sawada et al. 2024, section 6.2, ask of a model for collision avoidance", ""), rows,
+                   words=(1, 2))  # fmt: skip
+    return bullets(said) + fields({"requirements": numbers(table_)}, lead(verdict(table_)) + judged)
+
+
+def _failed(found: Case) -> Body:
+    """Which rules broke together, and in which runs."""
+    kinds: dict[tuple[str, ...], list[int]] = {}
+    for run, one in enumerate(found.broken):
+        if one:
+            kinds.setdefault(one, []).append(run)
+    if not kinds:
+        return soft("Nothing.")
+    rows = [(", ".join(kind), str(len(runs)), ", ".join(map(str, runs[:12])) + (" …" if len(runs) > 12 else ""))
+            for kind, runs in sorted(kinds.items(), key=lambda one: -len(one[1]))[:_KINDS]]  # fmt: skip
+    left = len(kinds) - len(rows)
+    more = soft(f"And {left} more combinations; all runs are in the numbers beside this page.") if left > 0 else ()
+    return table(("rules broken together", "runs", "numbers, from 0"), rows, words=(0, 2)) + more
+
+
+def _not_tried(found: Case, tried: Space) -> list[str]:
+    hit, possible = tried.hit
+    seeing = ("reports that are worse than late, lost or noisy: clutter, false echoes, lies" if found.file.sensors
+              else "errors, delays and gaps of sensors: the stack sees everybody as they are")  # fmt: skip
+    return [
+        f"{possible - hit} of {possible} cells of the encounter space in which ships can meet, above",
+        seeing,
+        "land, depth, lanes and visibility: open water, in sight of one another",
+        "own models of the other ships: they turn with lags of a ship of their length",
+        "how often ships meet so at sea: shares are of these encounters, not of voyages",
+    ]
+
+
+def _says() -> Body:
+    """Thresholds with their sources, and what is asked elsewhere of such evidence."""
+    limits = Limits()
+    rows = [(one.name, number(getattr(limits, one.name).value), getattr(limits, one.name).source)
+            for one in dataclasses.fields(limits)]  # fmt: skip
+    return (soft("COLREG 1972 has one figure, the 22.5 degrees of Rule 13(b); all others are of those named here, for "
+                 "a ship of 300 m, in SI units and radians.")
+            + table(("threshold", "value", "who says so"), rows, words=(0, 2))
+            + table(("asked for by", "what", "where it is here"), _TRACED, words=(0, 1, 2)))  # fmt: skip
+
+
+_TRACED = (
+    ("Sawada et al. 2024, section 6.2", "a model that turns, slows and drifts as ships do, with delays and limits",
+     "Which ship: item by item"),
+    ("IMO MASS Code (MSC 111, in effect from 1 July 2026, non-mandatory)", "goals met, shown by evidence for the "
+     "operational envelope", "What is claimed; How sure; What was not tried"),
+    ("DNV-CG-0264", "simulation beside assurance of the process and tests that show the simulation valid; tolerance of "
+     "failures", "Which ship; sensors and silence of a stack, where the case asks for them"),
+    ("ISO/AWI 25927", "test scenarios from the operational design domain, sampled, with indicators",
+     "What is claimed; What was not tried"),
+)  # fmt: skip
+"""Requirements of others, by their public summaries: the texts of the code and the guideline were not at hand."""
+
+
+def _signed(found: Case) -> Body:
+    return bullets((
+        f"inputs (case, ship, fit, stack): {found.digest}",
+        f"results (all parts): {found.sealed}",
+        "seatrial case --verify FOLDER finds any change of parts or numbers since; sign these two lines",
+        "name, date, signature: ______________________________",
+    ))  # fmt: skip
 
 
 def _failures(found: Case, again: Again) -> Body:

@@ -7,6 +7,7 @@ by the rules of the road.  Parts of the runs lie in the folder as they end, so t
 from __future__ import annotations
 
 import importlib.util
+import json
 import math
 import shlex
 from collections.abc import Iterator, Sequence
@@ -23,6 +24,7 @@ from ...belief.posterior import Posterior
 from ...belief.reading import posterior
 from ...campaign.running import Shard
 from ...core import executors
+from ...core.errors import SeatrialError
 from ...core.files import held_alone, write_whole
 from ...core.records import digest, from_json, json_of, read_record, to_json
 from ...data import Array
@@ -41,7 +43,9 @@ from ...report.blocks import fields, lead
 from ...report.page import write
 from ...ships import Ship
 from ...simulate.approach import approach
+from ...validate.requirements import Table
 from .. import SILENT, Outcome, RequestError, Sink
+from ..judging import requirements
 from ..request import ship_of
 from . import argued
 from .claimed import CONTACT, MUTE, PART, SCHEMA, Case, CaseFile, Part
@@ -85,10 +89,43 @@ def case(
         said = f"{len(parts)} of {len(firsts)} parts are there; the page is written by the shard that ends last"
         document = {"schema": SCHEMA, "digest": setup.digest, "parts": len(parts), "of": len(firsts)}
         return Outcome(found, fields(document, lead(said)))
-    page = argued.page(found, setup.ship, setup.meeting, path, partial(_again, setup))
+    page = argued.page(found, setup.ship, setup.meeting, path, partial(_again, setup), _required(setup.ship))
     write(out / "case.html", page)
     sink.note(f"wrote {out / 'case.html'}")
     return Outcome(found, fields(argued.document(found), argued.answer(found) + argued.results(found)))
+
+
+def _required(ship: Ship) -> Table | None:
+    """A ship by what collision avoidance asks of a model; None for one that cannot be judged so."""
+    try:
+        return requirements(ship)
+    except SeatrialError:
+        return None
+
+
+def verified(out: Path) -> Outcome[Case]:
+    """Whether the numbers of a case are those of its parts, and these are as they were when it was signed.
+
+    Raises:
+        RequestError: what has changed, or is not there.
+    """
+    path = out / "case.json"
+    said = json_of(path, SCHEMA)
+    parts = tuple(from_json(Part, json_of(one, PART), one) for one in sorted(out.glob("part-*.json")))
+    inputs, results = said.get("digest"), said.get("results")
+    for part in parts:
+        if part.case != inputs:
+            raise RequestError(f"{_place(out, part.first)}: is of case {part.case}, the numbers are of {inputs}")
+    file = from_json(CaseFile, cast("dict[str, object]", said.get("case")), path)
+    found = Case(file, str(inputs), parts, str(said.get("posterior") or ""))
+    if found.sealed != results:
+        raise RequestError(f"{out}: parts have changed since: their digest is {found.sealed}, signed was {results}")
+    own = json.loads(json.dumps(argued.document(found)))
+    for key, value in own.items():
+        if key != "schema" and said.get(key) != value:
+            raise RequestError(f"{path}: {key} is not what the parts say; run the case again")
+    return Outcome(found, fields(own, lead(f"{out}: as signed; inputs {inputs}, results {results}, "
+                                           f"{len(found.broken)} runs in {len(parts)} parts")))  # fmt: skip
 
 
 def _computed(

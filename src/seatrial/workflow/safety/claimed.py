@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Annotated, Literal
 
 from ...campaign.analysis.proportion import Proportion
-from ...core.records import Limits, NotNegative, Positive
+from ...core.records import Limits, NotNegative, Positive, digest
 from ...encounters.sensing import Sensing
 from .outside import Program
 
@@ -96,6 +96,11 @@ class Case:
     def broken(self) -> list[tuple[str, ...] | None]:
         """By run."""
         return [one for part in self.parts for one in part.broken]
+
+    @property
+    def sealed(self) -> str:
+        """Digest of all parts: of every run, what applied and what was broken."""
+        return digest([asdict(part) for part in self.parts])
 
     def share(self, rule: str) -> Proportion:
         """Of the runs to which a rule applied (contact, silence: all), those that broke it."""

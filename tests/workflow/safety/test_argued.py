@@ -1,0 +1,113 @@
+"""The argument of a case: each question has its section, and what was signed is found changed where it is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from seatrial.cli.app import main
+from seatrial.core.records import to_json
+from seatrial.encounters.meeting import drawn
+from seatrial.encounters.rules import Role
+from seatrial.encounters.sensing import Ais, Sensing
+from seatrial.report.page import write
+from seatrial.ships.files import load
+from seatrial.workflow import RequestError
+from seatrial.workflow.safety import argued
+from seatrial.workflow.safety.case import verified
+from seatrial.workflow.safety.claimed import PART, Case, CaseFile, Part
+
+
+def signed(folder: Path, *, sensors: Sensing | None = None, failed: bool = True) -> Case:
+    """A case of six runs in two parts, as the command leaves it."""
+    broken = (("15", "contact"), (), None) if failed else ((), (), ())
+    parts = (Part("in", 0, broken, (("15",), ("15", "16"), ())), Part("in", 3, (("16",), (), ()), (("16",),) * 3))
+    if not failed:
+        parts = (Part("in", 0, broken, (("15",),) * 3),)
+    found = Case(CaseFile(claim="it keeps clear", ship="kvlcc2", sensors=sensors), "in", parts, "")
+    folder.mkdir(exist_ok=True)
+    for part in parts:
+        (folder / f"part-{part.first:07d}.json").write_text(to_json(part, PART), encoding="utf-8")
+    meeting = drawn([Role.GIVE_WAY], len(found.broken), 8.0, 1)
+    page = argued.page(found, load("kvlcc2"), meeting, Path("case.toml"), lambda runs: iter(()), None)
+    write(folder / "case.html", page)
+    return found
+
+
+def test_a_case_is_as_it_was_signed(tmp_path: Path, capsys: Any) -> None:
+    found = signed(tmp_path / "a")
+    again = verified(tmp_path / "a").result
+    assert again == found
+    assert main(["case", "--verify", str(tmp_path / "a")]) == 0
+    assert found.sealed in capsys.readouterr().out
+    page = (tmp_path / "a" / "case.html").read_text(encoding="utf-8")
+    assert found.sealed in page
+    assert main(["case"]) == 2
+    assert "--verify" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (lambda folder: _edit(folder / "part-0000003.json", ["16"], []), "parts have changed since"),
+    (lambda folder: (folder / "part-0000003.json").unlink(), "parts have changed since"),
+    (lambda folder: _put(folder, lambda said: said["rules"]["15"].update(broken=0)), "rules is not what the parts say"),
+    (lambda folder: _put(folder, lambda said: said.update(claim="more")), "claim is not what the parts say"),
+    (lambda folder: _put(folder, lambda said: said.update(digest="other")), "is of case in, the numbers are of other"),
+    (lambda folder: _put(folder, lambda said: said["case"].update(ship="suzaku")), "ship is not what the parts say"),
+    (lambda folder: (folder / "case.json").unlink(), "case.json"),
+])  # fmt: skip
+def test_what_was_changed_since_is_told(tmp_path: Path, change: Any, said: str) -> None:
+    signed(tmp_path / "a")
+    change(tmp_path / "a")
+    with pytest.raises(RequestError, match=said):
+        verified(tmp_path / "a")
+
+
+def _edit(path: Path, old: Any, new: Any) -> None:
+    document = json.loads(path.read_text(encoding="utf-8"))
+    document["broken"] = [new if one == old else one for one in document["broken"]]
+    path.write_text(json.dumps(document), encoding="utf-8")
+
+
+def _put(folder: Path, change: Any) -> None:
+    path = folder / "case.json"
+    document = json.loads(path.read_text(encoding="utf-8"))
+    change(document)
+    path.write_text(json.dumps(document), encoding="utf-8")
+
+
+def test_the_page_answers_in_the_order_of_a_surveyor(tmp_path: Path) -> None:
+    signed(tmp_path / "a")
+    page = (tmp_path / "a" / "case.html").read_text(encoding="utf-8")
+    asked = ("What is claimed", "How many runs", "Which ship", "What failed", "Show me", "What was not tried",
+             "Who says", "Repeat it", "Sign it")  # fmt: skip
+    places = [page.index(one) for one in asked]
+    assert places == sorted(places)
+    assert "measured" in page  # what stands behind KVLCC2
+    assert "Hagen et al. 2023" in page
+    assert "MASS Code" in page
+
+
+def test_what_failed_is_told_by_what_broke_together_and_nothing_where_nothing_did(tmp_path: Path) -> None:
+    [table] = [one for one in argued._failed(signed(tmp_path / "a")) if hasattr(one, "rows")]
+    assert [tuple(row) for row in table.rows] == [("15, contact", "1", "0"), ("16", "1", "3")]
+    assert "Nothing" in str(argued._failed(signed(tmp_path / "b", failed=False)))
+
+
+def test_what_was_not_tried_follows_what_was() -> None:
+    tried: Any = type("S", (), {"hit": (3, 38)})()
+    blind = Case(CaseFile(claim="c", ship="s"), "d", (), "")
+    seeing = Case(CaseFile(claim="c", ship="s", sensors=Sensing(ais=Ais())), "d", (), "")
+    assert argued._not_tried(blind, tried)[0].startswith("35 of 38 cells")
+    assert "sees everybody as they are" in argued._not_tried(blind, tried)[1]
+    assert "clutter" in argued._not_tried(seeing, tried)[1]
+
+
+def test_a_case_in_which_every_model_failed_has_numbers(tmp_path: Path) -> None:
+    part = Part("in", 0, (None, None), ((), ()))
+    said = argued.document(Case(CaseFile(claim="c", ship="s"), "in", (part,), ""))
+    assert json.loads(json.dumps(said, allow_nan=False))["rules"]["contact"]["share"] is None
+    assert np.isnan(Case(CaseFile(claim="c", ship="s"), "in", (part,), "").share("contact").value)
