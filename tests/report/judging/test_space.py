@@ -47,7 +47,7 @@ def test_failed_runs_are_counted_by_run_and_ships_by_ship() -> None:
 @pytest.mark.slow
 def test_possible_cells_are_those_where_a_march_finds_a_meeting() -> None:
     """By brute force: ships on a fine grid of angles and ratios, those that pass within a hundredth of the distance."""
-    angles = np.radians(np.arange(-178.0, 180.0, 4.0))
+    angles = np.radians(np.arange(-179.0, 180.0, 2.0))
     beta, psi, k = np.meshgrid(angles, angles, np.linspace(0.25, 2.0, 120), indexing="ij")
     x, y = np.cos(beta), np.sin(beta)
     w_x, w_y = k * np.cos(psi) - 1.0, k * np.sin(psi)
@@ -59,7 +59,7 @@ def test_possible_cells_are_those_where_a_march_finds_a_meeting() -> None:
         ((np.degrees(psi) + 180.0) / 30.0).astype(int), 0, 11)  # fmt: skip
     np.add.at(found, (at[0][meets], at[1][meets]), 1)
     possible = module._possible()
-    assert possible[found > 15].all()  # but for cells that are touched at a corner
+    assert possible[found > 60].all()  # but for cells that are touched at a corner
     assert not (possible & (found == 0)).any()
     assert (possible == possible[::-1, ::-1]).all()  # mirror: port for starboard
 

@@ -165,7 +165,7 @@ def test_two_shards_write_the_bytes_of_one(tmp_path: Path, monkeypatch: pytest.M
         return {one.name: one.read_bytes() for one in sorted((tmp_path / folder).glob("part-*"))}
 
     path = written(tmp_path, runs=1001)
-    monkeypatch.setattr(module, "_LONG", 0.05)  # of each run the beginning
+    monkeypatch.setattr(module, "LONG", 0.05)  # of each run the beginning
     case(path, tmp_path / "one")
     first = case(path, tmp_path / "shards", shard="2/2")
     assert first.result.parts[0].first == 1000
