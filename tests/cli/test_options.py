@@ -59,7 +59,7 @@ CASES = (
           "extrapolate"), {"ship": "12"}, {"ship": int}),
     Case("steer", "workflow.afloat.sail"),
     Case("bridge", "workflow.afloat.sail", without=("page",)),
-    Case("range", "workflow.afloat.sail"),
+    Case("range", "workflow.afloat.sail", without=("encounter",)),
     Case("twin", "workflow.live.twin.twin", {}, ("page", "port")),
     Case("check", "workflow.validate.check", {"trials": "paths"}),
     Case("predict", "workflow.validate.predict", {"trials": "paths"}),

@@ -215,7 +215,8 @@ def test_a_voyage_on_the_wire_is_summed_up(capsys: Said) -> None:
 def test_a_scenario_is_shown_by_ships_and_criteria(capsys: Said) -> None:
     ran: Any = SimpleNamespace(stage=SimpleNamespace(scenario=SimpleNamespace(title="a crossing")), written=("a.csv",))
     found: dict[str, Any] = {
-        "indices": {"passing": {"other": {"distance": 1234.567, "at": 98.7654321, "time_in_hand": 55.5555}},
+        "indices": {"passing": {"other": {"distance": 1234.567, "at": 98.7654321, "time_in_hand": 55.5555,
+                                            "role": "give way", "rules": {"8": 0.2, "15": -0.1}}},
                     "cross_track_max": 12.345},
         "criteria": [{"name": "least_distance", "ship": "other", "value": 1234.567, "limit": 500.0, "unit": "m",
                       "met": True},
@@ -224,7 +225,7 @@ def test_a_scenario_is_shown_by_ships_and_criteria(capsys: Said) -> None:
     }  # fmt: skip
     render.show(simulation._judged(ran, found))
     out = capsys.readouterr().out
-    assert cells(out, "other") == ["other", "1234.6", "98.765", "55.56"]
+    assert cells(out, "other") == ["other", "1234.6", "98.765", "55.56", "give way", "15"]
     assert cells(out, "least distance") == ["least distance", "other", "1234.6", "500", "m", "met"]
     assert cells(out, "arrival") == ["arrival", "–", "60", "s", "not met"]
     assert "a crossing: ended after 300.0 s, at most 12.3 m off the route\na.csv" in out
@@ -758,10 +759,10 @@ def test_an_outcome_is_shown_block_by_block_and_its_errors_end_it_with_1(capsys:
 
 
 def test_a_port_is_of_the_page() -> None:
-    asked = (Serving(True), Serving(True, 0), Serving(True, 9000), Serving())
+    asked = (Serving(page=True), Serving(0, True), Serving(9000, True), Serving())
     assert [fits.port_of(one, fits.PORT) for one in asked] == [fits.PORT, 0, 9000, None]
     with pytest.raises(RequestError, match="--port 9000 is of the page"):
-        fits.port_of(Serving(False, 9000), fits.PORT)
+        fits.port_of(Serving(9000, False), fits.PORT)
 
 
 def test_progress_in_words_is_seldom_off_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:

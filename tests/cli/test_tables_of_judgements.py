@@ -12,9 +12,8 @@ from typing import Any
 import pytest
 
 from seatrial.choosing.purposes import BERTHING, COLLISION_AVOIDANCE
-from seatrial.cli import fits, judging, ships, simulation
-from seatrial.cli.app import app, main
-from seatrial.cli.command import about
+from seatrial.cli import fits, folders, judging, ships, simulation
+from seatrial.cli.app import main
 from seatrial.core.parameters import update
 from seatrial.report.blocks import fields, line
 from seatrial.ships.files import load
@@ -193,10 +192,8 @@ def test_what_is_of_a_page_needs_one(option: list[str], capsys: Said) -> None:
     assert f"{option[0]} is of the page; add --page" in capsys.readouterr().err
 
 
-def test_pages_of_three_commands_are_at_ports_of_their_own() -> None:
-    assert sorted([Page().port, fits.PORT, simulation.TWIN_PORT]) == [8020, 8021, 8022]
-    told = next(about(one) for one in app.whole()["twin"].params if one.name == "port")
-    assert f"else {fits.PORT} or {simulation.TWIN_PORT}" in told
+def test_pages_of_four_commands_are_at_ports_of_their_own() -> None:
+    assert sorted([Page().port, fits.PORT, simulation.TWIN_PORT, folders.DESK_PORT]) == [8020, 8021, 8022, 8030]
 
 
 def test_a_twin_listens_only_for_a_page_and_lets_go(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:

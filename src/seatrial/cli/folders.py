@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..workflow.asked import Foreign
+from ..workflow.asked import Foreign, Port
 from . import options as o
 from .fits import Terminal, end, show
 
+DESK_PORT = 8030
 _STUDY = Path("study.toml")
 
 
-def open_(folder: o.DeskFolder = Path("."), port: o.DeskPort = 8030) -> None:
+def open_(folder: o.DeskFolder = Path("."), page: Port = Port()) -> None:
     """Serve a page that takes a folder of logs to a model by mouse."""
     from ..core.errors import RequestError
     from .render import note
@@ -25,7 +26,7 @@ def open_(folder: o.DeskFolder = Path("."), port: o.DeskPort = 8030) -> None:
     from ..realtime.listening import HERE, address, listen
 
     key = new_key()
-    with listen(HERE, port, anywhere=False) as listening:
+    with listen(HERE, DESK_PORT if page.port is None else page.port, anywhere=False) as listening:
         note(f"open {address(listening)}?key={key} in a browser; Ctrl-C ends it")
         serve(folder.resolve(), listening, key)
 

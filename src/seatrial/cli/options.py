@@ -127,7 +127,6 @@ StudyFile = Annotated[
 ]  # fmt: skip
 Folder = Annotated[Path, Argument(metavar="FOLDER", help="Name a folder of trial files or logs.")]
 DeskFolder = Annotated[Path, Argument(metavar="FOLDER", help="Name the folder to work in; it may be empty.")]
-DeskPort = Annotated[int, Option("--port", help="Serve the page at this port, 0 for a free one.")]
 StudyAction = Annotated[str, Argument(metavar="new", help="Write new for a new study.")]
 Pull = Annotated[Path, Argument(help="Name a bollard pull table with columns such as n [1/s],T_1 [N].")]
 CaptiveTables = Annotated[
@@ -320,10 +319,8 @@ ScenarioOrShip = Annotated[
     Path, Argument(metavar="SCENARIO", help="Name a scenario file; with --encounter, a ship.")
 ]  # fmt: skip
 Encounter = Annotated[
-    str | None, Option("--encounter", metavar="SET:NUMBER", help="Meet ships: imazu:7, dnv:3, or drawn:give-way.")
-]  # fmt: skip
-Conduct = Annotated[
-    str, Option("--conduct", help="Let ships of --encounter behave so: rules, port, ignores, late, small.")
+    str | None,
+    Option("--encounter", metavar="SET:NUMBER[,CONDUCT]", help="Run this encounter: imazu:7, drawn:give-way,late."),
 ]  # fmt: skip
 ScenarioFile = Annotated[Path | None, Option("--scenario", help="Run a scenario file around the ship.")]
 

@@ -192,15 +192,15 @@ def bridge(
 
 
 def range_(
-    scenario: o.ScenarioOrShip, encounter: o.Encounter = None, conduct: o.Conduct = "rules",
-    departure: Departure = Departure(), around: Around = Around(), waves: InWaves = InWaves(), wire: Wire = Wire(),
-    page: Page = Page(), bands: Bands = Bands(), run: RealTime = RealTime(), json: bool = False,
+    scenario: o.ScenarioOrShip, encounter: o.Encounter = None, departure: Departure = Departure(),
+    around: Around = Around(), waves: InWaves = InWaves(), wire: Wire = Wire(), page: Page = Page(),
+    bands: Bands = Bands(), run: RealTime = RealTime(), json: bool = False,
 ) -> None:  # fmt: skip
     """Run a scenario, or an encounter of a ship, and judge its criteria."""
     from ..workflow.afloat import sail
     from ..workflow.afloat.scenes import met
 
-    played = scenario if encounter is None else met(str(scenario), encounter, conduct, departure)
+    played = scenario if encounter is None else met(str(scenario), encounter, departure)
     ran = sail(None, played, departure, around, waves, wire, page, bands, run, judge=True, note=note,
                printed=_printed(json))  # fmt: skip
     answer(_judged(ran, ran.document()), json)

@@ -38,7 +38,7 @@ def _channel(name: str, values: Array) -> dict[str, Any]:
     return {"name": name, "unit": shown, "values": [None if value != value else value for value in scaled.tolist()]}
 
 
-def cut(path: Path, trial: str, stretches: Sequence[Sequence[float]]) -> None:
+def cut(path: Path, trial: str, stretches: Sequence[tuple[float, float]]) -> None:
     """Write a file of steps that cut stretches of time, each from its first to its last second, out of a trial.
 
     Raises:
@@ -49,5 +49,5 @@ def cut(path: Path, trial: str, stretches: Sequence[Sequence[float]]) -> None:
     for first, last in stretches:
         if not first < last:
             raise RequestError(f"a stretch from {first:g} to {last:g} s ends before it begins")
-    step = Step(do="cut", where=tuple((float(a), float(b)) for a, b in sorted(stretches)), trials=(trial,))
+    step = Step(do="cut", where=tuple(sorted(stretches)), trials=(trial,))
     write_whole(path, steps_text([(f"cut out of {trial}", (step,))]))

@@ -285,8 +285,14 @@ class Foreign:
 
 
 @dataclass(frozen=True)
-class Serving:
+class Port:
+    """A page on this machine."""
+
+    port: Annotated[int | None, Option(help="Serve the page at this port, 0 for a free one.")] = None
+
+
+@dataclass(frozen=True)
+class Serving(Port):
     """A page on this machine."""
 
     page: Annotated[bool, Option(help="Show the work on a local page while it runs.")] = False
-    port: Annotated[int | None, Option(help="Serve --page at this port, 0 for a free one (else 8021 or 8022).")] = None

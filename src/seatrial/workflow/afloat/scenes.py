@@ -36,8 +36,8 @@ def alone(ship: Ship, ghost: Ghost | None = None) -> Scenario:
                     epoch=float(round(time.time())), weather=(Weather(0.0, 0.0, CALM),))  # fmt: skip
 
 
-def met(ship: str, encounter: str, conduct: str, departure: Departure) -> Scenario:
-    """A ship in an encounter by its name (`meeting.named`), all others of one conduct.
+def met(ship: str, encounter: str, departure: Departure) -> Scenario:
+    """A ship in an encounter by its name (`meeting.named`), all others of one conduct, which may follow a comma.
 
     Raises:
         RequestError: no such encounter or conduct, or a start that the encounter gives.
@@ -47,9 +47,11 @@ def met(ship: str, encounter: str, conduct: str, departure: Departure) -> Scenar
             raise RequestError(f"--{name}: an encounter begins where x and y are zero, on course north; leave it out")
     own = ship_of(ship)
     U = approach(own)[0] if departure.speed is None else speed_of(own, departure.speed)
+    encounter, _, conduct = encounter.partition(",")
+    conduct = conduct or "rules"
     meeting = named(encounter, U, 1 if departure.seed is None else departure.seed)
     if conduct not in CONDUCTS:
-        raise RequestError(f"--conduct: {unknown(conduct, CONDUCTS, 'conduct')}")
+        raise RequestError(f"--encounter: {unknown(conduct, CONDUCTS, 'conduct')}")
     return encountered(own, meeting, [conduct] * len(meeting.x), title=f"{own.name} in {encounter}")
 
 
