@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from click.exceptions import Exit
 
 from ..report.blocks import bullets, fields, line
+from ..workflow.asked import Shares
 from . import options as o
 from .render import answer, at_terminal, fault, live, note
 
@@ -20,8 +21,8 @@ _EVERY = 10.0  # off a terminal, seconds between lines of progress
 
 
 def campaign(
-    source: o.CampaignSource, out: o.CampaignFolder = None, shard: o.Shard = None, threads: o.Threads = None,
-    dask: o.Dask = None, device: o.CampaignDevice = None, show: o.CampaignStatus = False, verify: o.Verify = False,
+    source: o.CampaignSource, out: o.CampaignFolder = None, shares: Shares = Shares(), threads: o.Threads = None,
+    device: o.CampaignDevice = None, show: o.CampaignStatus = False, verify: o.Verify = False,
     merge: o.Merge = False, report: o.CampaignReport = False, rare: o.Rare = None, runs: o.RareRuns = None,
     json: bool = False,
 ) -> None:  # fmt: skip
@@ -46,7 +47,7 @@ def campaign(
     elif rare is not None:
         _rare(Path(source), rare, out, runs, threads, json)
     else:
-        _run(Path(source), out, shard, threads, dask, device, json)
+        _run(Path(source), out, shares.shard, threads, shares.dask, device, json)
 
 
 def _write(folder: str, out: Path | None, merge: bool, json: bool) -> None:

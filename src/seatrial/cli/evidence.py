@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import RequestError
 from ..report.blocks import Body, bullets, fields, table
+from ..workflow.asked import Cluster, Shares
 from . import options as o
 from .fits import Terminal, end, show
 from .render import figure
@@ -38,16 +39,16 @@ def cite(run: o.RunOrShip, json: bool = False) -> None:
 
 def calibrate(
     model: o.FittedModel, parts: o.LeftOutParts = None, folds: o.Folds = None, horizon: o.BandHorizon = None,
-    history: o.CalibratedHistory = None, fit_first: o.CalibratedFirst = None, dask: o.Dask = None,
-    json: bool = False,
+    history: o.CalibratedHistory = None, fit_first: o.CalibratedFirst = None,
+    cluster: Cluster = Cluster(), json: bool = False,
 ) -> None:  # fmt: skip
     """Fit without some trials in turn; write bands that hold."""
     from ..workflow.evidence.calibrate import calibrate as run
     from ..workflow.request import Stopped
 
     try:
-        outcome = run(model, parts=parts, by=folds, horizon=horizon, history=history, first=fit_first, dask=dask,
-                      sink=Terminal())  # fmt: skip
+        outcome = run(model, parts=parts, by=folds, horizon=horizon, history=history, first=fit_first,
+                      dask=cluster.dask, sink=Terminal())  # fmt: skip
     except KeyboardInterrupt:
         raise Stopped("interrupted; run the same command again to go on") from None
     show(outcome, json)
@@ -63,8 +64,8 @@ def yardstick(
 
 
 def case(
-    file: o.CasePath = None, out: o.CaseFolder = None, shard: o.Shard = None, dask: o.Dask = None,
-    verify: o.CaseToVerify = None, json: bool = False,
+    file: o.CasePath, out: o.CaseFolder = None, shares: Shares = Shares(), verify: o.CaseVerify = False,
+    json: bool = False,
 ) -> None:  # fmt: skip
     """Judge an autonomy stack in many encounters: a safety case."""
     from ..core.executors import processors
@@ -72,13 +73,13 @@ def case(
     from ..workflow.safety.case import case as run
     from ..workflow.safety.case import verified
 
-    if verify is not None:
-        end(verified(verify), json)
+    if verify:
+        end(verified(file), json)
         return
-    if file is None or out is None:
-        raise RequestError("name the file of a case, and the folder of its parts by -o; or --verify a folder")
+    if out is None:
+        raise RequestError("give the folder of the parts and the page with -o DIR; or --verify one")
     try:
-        end(run(file, out, workers=processors(), shard=shard, dask=dask, sink=Terminal()), json)
+        end(run(file, out, workers=processors(), shard=shares.shard, dask=shares.dask, sink=Terminal()), json)
     except KeyboardInterrupt:
         raise Stopped("interrupted; run the same command again to go on") from None
 

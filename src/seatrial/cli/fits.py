@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from click.exceptions import Exit
 
 from ..workflow import Outcome, RequestError, Sink
-from ..workflow.asked import Bands, Predicting, Serving
+from ..workflow.asked import Bands, Cluster, Predicting, Serving
 from . import options as o
 from .render import answer, at_terminal, fault, live, note
 
@@ -46,7 +46,7 @@ def check(
 
 def identify(
     study: o.StudyFile, out: o.RunFolder, quick: o.Quick = False, only: o.OnlyFits = (),
-    free_suspects: o.FreeSuspects = False, dask: o.Dask = None, sample: o.Sample = None,
+    free_suspects: o.FreeSuspects = False, cluster: Cluster = Cluster(), sample: o.Sample = None,
     details: o.Details = False, *, serving: Serving, json: bool = False,
 ) -> None:  # fmt: skip
     """Fit a ship to trials; write the model and a report."""
@@ -57,7 +57,7 @@ def identify(
 
     with watching(port_of(serving, PORT)) as sink:
         try:
-            outcome = run(study, out, quick=quick, only=only, free_suspects=free_suspects, dask=dask,
+            outcome = run(study, out, quick=quick, only=only, free_suspects=free_suspects, dask=cluster.dask,
                           sample=sample, details=details, sink=sink)  # fmt: skip
         except KeyboardInterrupt:
             again = f" to go on in {out}" if resumes(out) else ""

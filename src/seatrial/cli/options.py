@@ -229,10 +229,8 @@ Windows = Annotated[float | None, Option("--restart", help="Judge windows of N s
 RunOrShip = Annotated[
     str, Argument(metavar="RUN", help="Name the folder of a run, a ship file or a ship.", offers=_ships)
 ]  # fmt: skip
-CasePath = Annotated[Path | None, Argument(metavar="CASE", help="Name the file of a case (.toml).")]
-CaseToVerify = Annotated[
-    Path | None, Option("--verify", metavar="DIR", help="Check that a case is as it was when it was signed.")
-]  # fmt: skip
+CasePath = Annotated[Path, Argument(metavar="CASE", help="Name the file of a case; with --verify, its folder.")]
+CaseVerify = Annotated[bool, Option("--verify", help="Check that a folder is as it was when it was signed.")]
 CaseFolder = Annotated[Path | None, Option("-o", "--out", help="Write parts, page and numbers to this folder.")]
 YardstickSets = Annotated[
     tuple[Path, ...], Argument(metavar="[SET]...", help="Name files of sets; studies/yardstick unless given.")
@@ -351,9 +349,7 @@ CampaignFolder = Annotated[
 FromCampaign = Annotated[
     str | None, Option("--from", metavar="DIR", help="Replay a run of the campaign in this folder.")
 ]  # fmt: skip
-Shard = Annotated[str | None, Option(metavar="K/N", help="Run share K of N only, such as 2/8.")]
 Threads = Annotated[int | None, Option(help="Use so many threads; one a processor unless given.")]
-Dask = Annotated[str | None, Option(metavar="ADDRESS", help="Use a Dask cluster: tcp://HOST:PORT, or local:N.")]
 CampaignDevice = Annotated[str | None, Option("--device", help="Run on cpu or cuda, whatever the file says.")]
 CampaignStatus = Annotated[bool, Option("--status", help="Show how far the campaign of a folder is.")]
 Verify = Annotated[bool, Option("--verify", help="Read every part and compare it with the manifest.")]

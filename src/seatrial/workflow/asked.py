@@ -180,6 +180,22 @@ class Departure:
 
 
 @dataclass(frozen=True)
+class Cluster:
+    """On a cluster."""
+
+    dask: Annotated[
+        str | None, Option(metavar="ADDRESS", help="Use a Dask cluster: tcp://HOST:PORT, or local:N.")
+    ] = None
+
+
+@dataclass(frozen=True)
+class Shares(Cluster):
+    """On several machines."""
+
+    shard: Annotated[str | None, Option(metavar="K/N", help="Run share K of N only, such as 2/8.")] = None
+
+
+@dataclass(frozen=True)
 class Wire:
     """Wire of NMEA 0183."""
 

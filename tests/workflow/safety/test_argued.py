@@ -46,7 +46,7 @@ def test_a_case_is_as_it_was_signed(tmp_path: Path, capsys: Any) -> None:
     assert found.sealed in capsys.readouterr().out
     page = (tmp_path / "a" / "case.html").read_text(encoding="utf-8")
     assert found.sealed in page
-    assert main(["case"]) == 2
+    assert main(["case", "a.toml"]) == 2
     assert "--verify" in capsys.readouterr().err
 
 
