@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
@@ -51,7 +52,7 @@ def test_there_are_22_problems_and_21_are_distinct() -> None:
 
 def test_situations_of_dnv_have_the_roles_bearings_and_times_of_their_table() -> None:
     found = dnv()
-    assert [len(one.x) for one in found] == [1] * 5 + [2] * 15
+    assert [len(one.x) for one in found] == [1] * 5 + [2] * 15 + [3] * 35
     assert [int(one.roles[0]) for one in found[:5]] == [
         Role.HEAD_ON, Role.GIVE_WAY, Role.STAND_ON, Role.OVERTAKING, Role.OVERTAKEN]  # fmt: skip
     twelfth = found[11]
@@ -61,6 +62,17 @@ def test_situations_of_dnv_have_the_roles_bearings_and_times_of_their_table() ->
     for one in found:
         assert np.allclose(one.approach[0], 0.0, atol=1e-6)
         assert (one.roles != Role.NONE).all()
+
+
+def test_each_three_of_five_roles_are_met_once_in_the_set_of_dnv() -> None:
+    """With one, two and three targets: all 5, 15 and 35 ways to choose roles that may be alike."""
+    found = [tuple(sorted(int(role) for role in one.roles)) for one in dnv()]
+    ways = [tuple(sorted(int(role) for role in one)) for count in (1, 2, 3)
+            for one in combinations_with_replacement(CLASSES, count)]  # fmt: skip
+    assert sorted(found) == sorted(ways)
+    last = dnv()[39]
+    assert np.degrees(last.bearings[0]) == pytest.approx([10.0, -75.0, -100.0])
+    assert last.approach[1] == pytest.approx([1200.0, 900.0, 1740.0])
 
 
 @pytest.mark.parametrize("role", CLASSES)

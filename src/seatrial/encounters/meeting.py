@@ -117,16 +117,33 @@ _DNV = (
     "HO 4 1.7 15 SO -36 .8 13,HO -2 1.1 13 OG 10 .5 16,HO 0 1 17 OS 176 1.9 15,GW 18 1.3 19 GW 102 1.4 15,"
     "GW 45 1.2 19 SO -99 1.3 16,GW 60 1.5 18 OG 35 .7 15,GW 80 1.2 12 OS -150 1.7 15,SO -85 1.5 17 SO -100 1.6 15,"
     "SO -105 1.3 16 OS -165 1.6 15,SO -105 1.2 13 OG 30 .8 10,OG 15 .7 15 OG 25 .6 19,OG 20 .6 20 OS 175 1.6 14,"
-    "OS 160 1.8 15 OS 170 1.5 13"
+    "OS 160 1.8 15 OS 170 1.5 13,"
+    "HO -2 1.2 19 HO 0 1 16 HO 4 1.5 14,HO -3 1.4 19 HO 2 1 20 GW 38 .8 18,HO 5 1.5 16 HO 2 1.8 14 SO -37 .7 17,"
+    "HO -3 1.2 16 HO 2 1.8 14 OG 8 .5 20,HO -4 1.7 17 HO 0 1.3 15 OS 162 1.9 12,"
+    "HO 3 1.5 20 GW 20 1.4 17 GW 102 1.2 13,HO -2 1.4 20 GW 45 1.2 17 SO -99 1.4 15,"
+    "HO -3 1.2 20 GW 55 1.4 17 OG 30 .6 15,HO -1 .9 18 GW 80 1.2 20 OS -150 1.7 15,"
+    "HO 1 .8 17 SO -85 1.5 15 SO -100 1.6 20,HO 0 .6 20 SO -100 1.2 17 OS -155 1.7 15,"
+    "HO -1 .5 20 SO -110 1.3 15 OG 35 .8 17,HO 3 1.1 17 OG 20 .5 20 OG 25 .7 18,"
+    "HO -3 1.3 17 OG 20 .6 16 OS 175 1.6 14,HO 2 1.3 14 OS 155 1.9 16 OS 170 1.5 18,"
+    "GW 15 1.5 14 GW 35 1.4 17 GW 102 1.2 12,GW 85 1.6 16 GW 45 1.2 18 SO -105 1.4 15,"
+    "GW 9 1.2 20 GW 45 1.4 17 OG 20 .4 18,GW 10 1.8 18 GW 80 1.2 20 OS -170 1.7 16,"
+    "GW 10 .6 20 SO -75 1.5 15 SO -100 1.7 29,GW 75 1.8 21 SO -35 1.4 17 OS -155 1.7 15,"
+    "GW 45 .9 18 SO -50 1.6 16 OG 35 .7 10,GW 25 1.2 18 OG 15 .5 20 OG -25 .7 25,"
+    "GW 65 1.4 29 OG 20 .5 20 OS 175 1.6 14,GW 25 1.2 17 OS 155 1.8 15 OS -170 1.5 20,"
+    "SO -10 .6 20 SO -75 1.5 15 SO -30 1.7 19,SO -20 1.8 18 SO -50 1.4 16 OS -165 1.9 22,"
+    "SO -45 .9 20 SO -60 1.6 16 OG 35 .7 18,SO -25 1.4 18 OG 15 .6 20 OG -25 .7 25,"
+    "SO -65 1.4 17 OG 15 .4 25 OS 175 1.6 20,SO -25 1.3 16 OS 155 1.8 11 OS -160 1.6 20,"
+    "OG -15 .7 18 OG 15 .6 20 OG -25 .5 23,OG 0 .7 17 OG 10 .4 30 OS -175 1.7 20,"
+    "OG -30 .7 20 OS 155 1.8 16 OS -160 1.8 18,OS 170 1.9 16 OS 155 1.8 17 OS -160 1.7 20"
 )
-"""Situations 1 to 20 of DNV's set (ship-traffic-generator, MIT): role, bearing [deg], ratio of speeds, min."""
+"""The 55 situations of DNV's set (ship-traffic-generator, MIT): role, bearing [deg], ratio of speeds, min."""
 
 _DNV_ROLES = {"HO": Role.HEAD_ON, "GW": Role.GIVE_WAY, "SO": Role.STAND_ON,
               "OG": Role.OVERTAKING, "OS": Role.OVERTAKEN}  # fmt: skip
 
 
 def dnv(U: float = 5.1444) -> tuple[Meeting, ...]:
-    """Situations 1 to 20 of DNV's standard set, with one and two targets; U is 10 kn there [m/s]."""
+    """The 55 situations of DNV's standard set, with one, two and three targets; U is 10 kn there [m/s]."""
     _positive(U=U)
     found: list[Meeting] = []
     for text in _DNV.split(","):
