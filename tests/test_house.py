@@ -18,9 +18,9 @@ CATALOGUES = ("forces", "models", "manoeuvres", "data/formats")
 """Folders of like things, a module each, however many there are."""
 
 TESTS = REPOSITORY / "tests"
-OF_THE_HOUSE = {"contributed", "garden", "golden", "long", "recovery", "strangers"}
+OF_THE_HOUSE = {"contributed", "garden", "golden", "long", "recovery", "strangers", "twin_faults"}
 """Folders of tests that belong to no room: foreign files, wrong ships, published numbers, long runs,
-known truths, ships that no library has."""
+known truths, ships that no library has, faults for a twin."""
 
 SCENERY = {"core", "data", "environment", "ships", "sensors", "manoeuvres", "simulate"}
 """Rooms whose functions set the scene of a test of any other."""

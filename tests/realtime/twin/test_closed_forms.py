@@ -15,14 +15,18 @@ from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Trust, forecast
 from seatrial.realtime.twin.alarms import Judge
 from seatrial.realtime.twin.follow import GATE, Follower, surprise, without
 from seatrial.realtime.twin.suspects import (
+    GROWS,
     IMPULSE,
     JUMP,
+    LATE,
     LAZY,
     LOST,
     MISREAD,
+    PACE,
     RAMP,
     REVERSED,
     SCALED,
+    SHARE,
     STUCK,
     Bank,
     suspects,
@@ -245,8 +249,28 @@ def test_a_fix_that_comes_much_too_late_judges_nothing() -> None:
 ROWS, ONSET = 40, 14
 
 
-def effect(one: SimpleNamespace, run: Sailed, dt: float) -> np.ndarray:
+def of_time(one: SimpleNamespace, dt: float, passed: list) -> np.ndarray:
+    """The same for readings that are late or off by a share, and for a clock that is off its pace."""
+    onward, pushed = step_of(dt)
+    less, z = step_of(0.999 * dt), np.zeros(11)
+    rows = [CHANNELS.index(name) for name in one.what if name in CHANNELS]
+    out = np.zeros((ROWS, 5, 1))
+    for k in range(ONSET, ROWS):
+        before, acting = passed[k][1].before, passed[k][1].acting[:2]
+        there = onward @ before + pushed @ acting
+        if one.how == PACE:
+            z = onward @ z - 1e3 * (there - less[0] @ before - less[1] @ acting)
+            out[k, :, 0] = H @ z
+        else:
+            read = H @ (before - there) / dt if one.how == LATE else H @ there
+            out[k, rows, 0] = read[rows]
+    return out
+
+
+def effect(one: SimpleNamespace, run: Sailed, dt: float, passed: list) -> np.ndarray:
     """Readings that a fault of unit size adds from ONSET on, by component: shape (ROWS, 5, components)."""
+    if one.how in (LATE, SHARE, PACE):
+        return of_time(one, dt, passed)
     onward, pushed = step_of(dt)
     out = np.zeros((ROWS, 5, len(one.what)))
     for i, name in enumerate(one.what):
@@ -259,11 +283,15 @@ def effect(one: SimpleNamespace, run: Sailed, dt: float) -> np.ndarray:
                 continue
             n, delta = run.acting[k, :2]
             instead = {IMPULSE: 0.0, STUCK: (run.acting[ONSET, 1] - delta, 1.0)[i], REVERSED: -2.0 * delta, LOST: -n,
-                       MISREAD: -1.0, SCALED: -n}.get(one.how, 0.0)  # fmt: skip
+                       MISREAD: -1.0, SCALED: -n if name == "n_P" else -delta}.get(one.how, 0.0)  # fmt: skip
             if one.how == LAZY:
                 lazy += np.clip(delta - lazy, -one.share * 0.05 * dt, one.share * 0.05 * dt)
                 instead = lazy - delta
             column = 0 if name == "n_P" else 1
+            if one.how == GROWS:
+                z = onward @ z + dt * np.eye(11)[NAMES.index(name)]
+                out[k, :, i] = H @ z
+                continue
             z = onward @ z + pushed[:, column] * (0.0 if one.how == IMPULSE else instead)
             out[k, :, i] = H @ z
     return out
@@ -280,11 +308,11 @@ def test_the_evidence_of_each_suspect_is_twice_the_logarithm_of_its_bayes_factor
     before = follower
     for k, (after, step) in enumerate(passed):
         if k == ONSET:
-            bank.onset(before.t, run.acting[k])
+            bank.onset(before.t, run.acting[k], before.mean)
         if k >= ONSET:
             bank.weigh(step, run.acting[k], level=level)
         before = after
-    told = {(one.suspect.cause, one.suspect.share): one for one in bank.evidence()}
+    told = {(one.suspect.cause, one.suspect.how, one.suspect.share): one for one in bank.evidence()}
     assert len(told) == len(found) >= 12
     nu = np.concatenate([step.innovation for _, step in passed])
     S = np.zeros((nu.size, nu.size))
@@ -294,14 +322,14 @@ def test_the_evidence_of_each_suspect_is_twice_the_logarithm_of_its_bayes_factor
     for one in found:
         if one.how == STUCK and one.what[0] != "delta":
             continue
-        G = responded(passed, effect(one, run, dt))
+        G = responded(passed, effect(one, run, dt, passed))
         mean, free = (G[:, 0], G[:, 1:]) if one.how == STUCK else (np.zeros(nu.size), G)
         sizes = np.array(one.size[1:] if one.how == STUCK else one.size)
         if one.fixed and one.how != STUCK:
             mean, free, sizes = G[:, 0], G[:, :0], np.zeros(0)
         spread = S + (free * sizes**2) @ free.T
         score = 2.0 * (density(nu - mean, spread) - null)
-        evidence = told[one.cause, one.share]
+        evidence = told[one.cause, one.how, one.share]
         assert evidence.score == pytest.approx(score, rel=1e-4, abs=1e-4), one.cause
         assert evidence.onset == run.t[ONSET - 1]
         if sizes.size:
@@ -349,7 +377,7 @@ def test_a_sensor_that_jumps_is_the_best_suspect_with_its_size_and_onset(cause: 
     for k in range(100):
         after, step = before.row(float(run.t[k]), run.acting[k], run.readings[k])
         if k % 5 == 0 or bank.surprised(step):
-            bank.onset(before.t, run.acting[k])
+            bank.onset(before.t, run.acting[k], before.mean)
         bank.weigh(step, run.acting[k])
         before = after
         named = judge.named(after.t, bank.evidence())
@@ -380,7 +408,7 @@ def test_no_more_false_alarms_than_are_accepted() -> None:
         for k in range(60):
             after, step = before.row(float(run.t[k]), run.acting[k], run.readings[k])
             if k == 20:
-                bank.onset(before.t, run.acting[k])
+                bank.onset(before.t, run.acting[k], before.mean)
             if k >= 20:
                 bank.weigh(step, run.acting[k])
                 top = max(top, bank.evidence()[0].score)
@@ -402,7 +430,7 @@ def test_the_oldest_onset_makes_room_for_a_new_one() -> None:
     for k in range(60):
         after, step = before.row(float(run.t[k]), run.acting[k], run.readings[k])
         if k % 5 == 0:
-            bank.onset(before.t, run.acting[k])
+            bank.onset(before.t, run.acting[k], before.mean)
             assert bank.latest == before.t
         bank.weigh(step, run.acting[k])
         before = after

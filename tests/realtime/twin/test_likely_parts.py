@@ -222,10 +222,12 @@ def test_a_rudder_is_judged_over_twenty_seconds() -> None:
     assert first[JAMMED][1] == pytest.approx(first[JAMMED][0] - 20.0)
 
 
-@pytest.mark.parametrize(("off", "verdicts"), [(0.9, 0), (1.1, 17)])
+@pytest.mark.parametrize(("off", "verdicts"), [(0.9, 0), (1.1, 20)])
 def test_an_order_near_the_angle_calls_for_nothing(off: float, verdicts: int) -> None:
-    """An order 1.1 deg from where a rudder rests calls for that much each row of a second: 4.4 deg after four."""
+    """An order 1.1 deg from where a rudder rests calls for that much each row; one of 10 deg for a second did, too."""
     steering, angle, order = Steering("delta", 0.5, 0.0), 0.0, math.radians(off)
+    for t, before in ((-2.0, order), (-1.0, math.radians(10.0))):
+        steering.note(t, {"delta": angle, "delta_cmd": before})
     found = []
     for k in range(21):
         steering.note(float(k), {"delta": angle, "delta_cmd": order})
@@ -240,7 +242,8 @@ def test_a_servo_with_a_lag_is_called_to_move_by_its_share() -> None:
     A clock that is set back begins the count anew.
     """
     steering, order = Steering("delta", 1.0, 10.0), math.radians(20.0)
-    steering.note(-20.0, {"delta_cmd": order})
+    steering.note(-20.0, {"delta_cmd": 0.0, "delta": 0.0})
+    steering.note(-11.0, {"delta_cmd": order})
     found = []
     for k in range(8):
         steering.note(float(k), {"delta": 0.0, "delta_cmd": order})

@@ -262,6 +262,7 @@ def test_repeats_count_against_the_habit_of_the_log() -> None:
 def test_a_rudder_is_judged_by_what_its_order_calls_for(share: float, word: str) -> None:
     steering = Steering("delta", rate=0.05, lag=0.0)
     angle = 0.0
+    steering.note(-1.0, {"delta": 0.0, "delta_cmd": 0.0})
     for k in range(12):
         steering.note(float(k), {"delta": angle, "delta_cmd": 0.6})
         angle = min(angle + 0.05 * share, 0.6)
@@ -272,6 +273,20 @@ def test_a_rudder_is_judged_by_what_its_order_calls_for(share: float, word: str)
     for k in range(12):
         still.note(float(k), {"delta": 0.1, "delta_cmd": 0.1})
     assert still.verdict() is None
+
+
+@pytest.mark.parametrize("off", [math.radians(5.0), math.radians(-5.0)])
+def test_a_sensor_that_stands_beside_the_rudder_is_no_jam(off: float) -> None:
+    """From the beginning, and from the middle on, whether the order stays or moves."""
+    for begins in (0, 60):
+        steering, angle, said = Steering("delta", rate=0.04, lag=0.0), 0.0, set[str]()
+        for k in range(120):
+            order = 0.0 if k < 20 or 70 <= k < 95 else 0.3
+            steering.note(float(k), {"delta": angle + (off if k >= begins else 0.0), "delta_cmd": order})
+            angle += min(max(order - angle, -0.04), 0.04)
+            found = steering.verdict()
+            said |= {found[0]} if found else set()
+        assert said <= {FOLLOWS}
 
 
 def test_a_fault_is_named_when_it_is_clear_and_large_enough() -> None:

@@ -31,6 +31,7 @@ from seatrial.realtime.twin.settings import MHE, NOISE, noisier, scaled, usual
 from seatrial.realtime.twin.sources import Ear, channels_of, noise_of
 from seatrial.realtime.twin.stuck import FOLLOWS, JAMMED, SLOW, Repeats, Steering, steerings
 from seatrial.realtime.twin.suspects import (
+    GROWS,
     IMPULSE,
     JUMP,
     LAZY,
@@ -289,11 +290,19 @@ def test_every_suspect_of_a_ship_has_its_advice_and_an_unknown_fault_has_none() 
 
 def test_the_usual_size_of_each_fault() -> None:
     """The linear ship: 100 m long at 5 m/s; noise of .5 m and 2e-4 rad/s; slow forces start at 2e-3 m/s2."""
-    found = {(one.cause, one.share): one for one in suspects(machine())}
+    every = suspects(machine())
+    found = {(one.cause, one.share): one for one in every if one.how != GROWS}
+    assert {one.cause: one.size for one in every if one.how == GROWS} == {  # within two lengths, 40 s
+        "current changed": pytest.approx((0.0125,) * 2), "resistance or wind changed": pytest.approx((5e-4,)),
+        "wind or another force changed": pytest.approx((5e-4, 5e-6)),
+    }  # fmt: skip
     sizes = {
         "position jumped": (20.0 * 0.5 + 5.0,) * 2, "position drifts": (0.5,) * 2,
         "compass jumped": (math.radians(5.0),), "compass drifts": (math.radians(5.0) / 60.0,),
-        "rate gyro jumped": (2e-3,), "log jumped": (1.0,), "current changed": (0.5,) * 2,
+        "rate gyro jumped": (2e-3,), "log jumped": (1.0,), "rate gyro drifts": (2e-3 / 120.0,),
+        "log drifts": (1.0 / 120.0,), "position late": (3.0,), "compass late": (3.0,), "rate gyro late": (3.0,),
+        "log late": (3.0,), "rate gyro scaled": (0.1,), "log scaled": (0.1,), "delta sensor scaled": (0.1,),
+        "clock of the log off its pace": (0.02,), "current changed": (0.5,) * 2,
         "wind or another force changed": (2e-2, 2e-4), "resistance or wind changed": (2e-2,),
         "delta jammed": (1.0, math.radians(1.0)), "delta of the wrong sign": (1.0,),
         "delta sensor jumped": (math.radians(3.0),), "n_P sensor jumped": (0.1,), "n_P without its thrust": (1.0,),
@@ -328,9 +337,9 @@ def test_onsets_fill_a_window_and_the_oldest_makes_room() -> None:
     assert bank.latest == -math.inf
     assert bank.evidence() == []
     for k in range(18):
-        bank.onset(5.0 * k, np.zeros(10))
+        bank.onset(5.0 * k, np.zeros(10), np.zeros(len(bank.machine.names)))
     assert sorted(bank._onset) == [5.0 * k for k in range(18)]
-    bank.onset(90.0, np.zeros(10))
+    bank.onset(90.0, np.zeros(10), np.zeros(len(bank.machine.names)))
     assert sorted(bank._onset)[0] == 5.0
     assert bank.latest == 90.0
     narrow = Bank(machine(window=5.0), suspects(machine()))
@@ -351,7 +360,7 @@ def stepped(innovation: Any, spread: Any, rows: Any = None, taken: Any = None) -
     rows = np.arange(k) if rows is None else np.array(rows)
     taken = np.ones(k, dtype=bool) if taken is None else np.array(taken)
     return Step(1.0, 1.0, rows, taken, innovation, spread, np.linalg.inv(spread), np.eye(11), np.zeros((k, 11)),
-                np.zeros((11, k)), np.zeros(11), np.zeros(10))  # fmt: skip
+                np.zeros((11, k)), np.zeros(11), np.zeros(10), np.zeros(k))  # fmt: skip
 
 
 def test_a_bank_is_surprised_once_by_a_channel_beyond_six_deviations() -> None:
@@ -473,7 +482,7 @@ def test_an_unknown_antenna_may_be_a_third_of_the_length_away_and_little_aside()
     placed = usual(SHIP, ALL, antenna=(-90.0, 3.0))
     assert placed.antenna == (-90.0, 3.0)
     assert (placed.sensors["position"].x, placed.sensors["velocity"].y) == (-90.0, 3.0)  # type: ignore[attr-defined]
-    assert "antenna.x" not in placed.start
+    assert placed.start["antenna.x"] == placed.start["antenna.y"] == pytest.approx(0.03 * SHIP.L_pp)
 
 
 def test_a_gyro_has_a_bias_only_where_there_is_one_and_it_is_asked_for() -> None:
@@ -659,6 +668,7 @@ def test_three_readings_alike_are_repeated_since_their_first(count: int, since: 
 
 def moved(share: float, rows: int = 12, lag: float = 0.0, order: float = 0.6) -> Steering:
     steering, angle = Steering("delta", 0.05, lag), 0.0
+    steering.note(-1.0, {"delta": 0.0, "delta_cmd": 0.0})
     for k in range(rows):
         steering.note(float(k), {"delta": angle, "delta_cmd": order})
         angle += 0.05 * share
@@ -679,6 +689,7 @@ def test_a_verdict_takes_three_rows_and_four_degrees() -> None:
     assert moved(0.0, rows=3).verdict() is None
     assert moved(0.0, rows=4).verdict() is not None
     little = Steering("delta", 0.01, 0.0)
+    little.note(-1.0, {"delta": 0.0, "delta_cmd": 0.0})
     verdicts = []
     for k in range(10):
         little.note(float(k), {"delta": 0.0, "delta_cmd": 0.5})
@@ -738,7 +749,8 @@ def a_live(tmp: Any = None) -> Any:
               Alarm("log jumped", JUMP, ("u_w",), 11.0, 21.0, (1.0,), "m/s", 40.0, over=30.0)]  # fmt: skip
     tally = Tally(hours=[Hour(0.0, 1000.0, 1000), Hour(3600.0, 1500.0, 1000)])
     return SimpleNamespace(machine=here, follower=follower, alarms=alarms, active=alarms[:1], tally=tally,
-                           trust=Trust(), counts=live_module.Counts(3, 4, 5, 6))  # fmt: skip
+                           trust=Trust(), counts=live_module.Counts(3, 4, 5, 6), rough={},
+                           roughen=lambda noise: None)  # fmt: skip
 
 
 def test_the_card_counts_hours_alarms_and_changes() -> None:
@@ -821,7 +833,7 @@ def bare(**more: Any) -> Any:
     one.machine, one.alarms, one.follower, one.last = machine(), [], None, None
     one._masked, one._agreed, one._overrides, one._steering = {}, {}, {}, ()
     one._quiet = one._misfit = -math.inf
-    one._bad = []
+    one._bad, one._sea = [], None
     one.tally = Tally()
     one.done = []
     one._forget = lambda t, quiet: one.done.append(("forget", t, quiet))
@@ -905,7 +917,7 @@ def test_a_rudder_that_stops_within_a_minute_was_jammed(found: Any, before: Any,
 ])  # fmt: skip
 def test_what_a_control_at_fault_does_from_its_alarm(how: str, size: Any, held: float, now: float, rate: Any) -> None:
     one = bare()
-    one._override(Alarm("a", how, ("delta",), 1.0, 2.0, size, held=held, rate=rate))
+    one._believe(Alarm("a", how, ("delta",), 1.0, 2.0, size, held=held, rate=rate), 2.0)
     found = one._overrides["delta"]
     assert (found.how, found.now, found.rate) == (how, now, rate)
 

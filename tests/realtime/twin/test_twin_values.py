@@ -159,7 +159,7 @@ def test_innovations_squared_are_of_what_was_taken_in() -> None:
     for taken in ([True, True, True], [True, True, False], [False, True, False], [False] * 3):
         kept = np.flatnonzero(taken)
         inverse = np.linalg.inv(spread)
-        step = Step(1.0, 1.0, np.arange(3), np.array(taken), innovation, spread, inverse, *[empty] * 5)
+        step = Step(1.0, 1.0, np.arange(3), np.array(taken), innovation, spread, inverse, *[empty] * 6)
         some = innovation[kept]
         wanted = float(some @ np.linalg.solve(spread[np.ix_(kept, kept)], some)) if kept.size else 0.0
         assert step.nis == pytest.approx(wanted)

@@ -8,7 +8,28 @@ from dataclasses import dataclass, replace
 from typing import Annotated
 
 from ...core.records import Limits
-from .suspects import IMPULSE, JUMP, LAZY, LOST, MISREAD, RAMP, REVERSED, SCALED, STUCK, Evidence, Suspect
+from ...identify.filters.augmented import ANTENNA
+from .follow import Follower
+from .suspects import (
+    ELSEWHERE,
+    GROWS,
+    IMPULSE,
+    JUMP,
+    LATE,
+    LAZY,
+    LEVER,
+    LOST,
+    MISREAD,
+    OF_SENSOR,
+    PACE,
+    RAMP,
+    REVERSED,
+    SCALED,
+    SHARE,
+    STUCK,
+    Evidence,
+    Suspect,
+)
 
 # A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
 # evidence that is gone again a little later [s].
@@ -17,6 +38,8 @@ _MARGIN, _PATIENCE, _OUTLIER = 10.0, 20.0, 2.5
 _MATTERS = 0.1
 # Within this margin of the next one it cannot be told from it.
 _ALIKE = 4.0
+# An antenna is elsewhere from so many deviations of its stated place on, and twice as many of the estimate.
+_FAR = 2.5
 
 UNEXPLAINED = "the model does not explain the readings"
 WRONG = "the model is not that of the ship, or the log is wrong"
@@ -30,7 +53,10 @@ _BESIDE = "read the angle of {} at the stock, and set its sensor; the twin takes
 _STUCK = "steer by other means, and look at {} itself: its angle in the log is not what acts"
 _FORCE = "no sensor explains it better; allow for it in the passage, the forecasts have it from here on"
 _DO = {
-    JUMP: _SENSOR, RAMP: _SENSOR, FROZEN: _SENSOR, IMPULSE: _FORCE, STUCK: _STUCK,
+    JUMP: _SENSOR, RAMP: _SENSOR, LATE: _SENSOR, SHARE: _SENSOR, FROZEN: _SENSOR, IMPULSE: _FORCE, GROWS: _FORCE,
+    STUCK: _STUCK,
+    LEVER: "state where the antenna stands (--antenna, or the mapping); the twin takes it there meanwhile",
+    PACE: "set the clock of the logger, or state its rate; speeds and forecasts are off by as much",
     LAZY: "give helm early and at low rates, and look at pumps and pressure of {}; the twin lets it move as slowly",
     REVERSED: "turn the sign of {} in the mapping or at the sensor; the twin turns it meanwhile",
     LOST: "compare power and pressure at the shaft of {}, and look at the propeller; the forecasts have the loss",
@@ -64,6 +90,8 @@ class Alarm:
         score: evidence, twice the logarithm of a Bayes factor; infinite for what the log shows by itself.
         rivals: causes that cannot be told from it.
         over: when it ended [s]; infinite while it lasts.
+        of: the cause that it is a consequence of; empty for one by itself.
+        explains: causes that were named before it, or after, and are its consequences.
         held, rate: where a jammed control stands or a slow one stood at first, and how fast this one moves.
     """
 
@@ -77,6 +105,8 @@ class Alarm:
     score: Endless = math.inf
     rivals: tuple[str, ...] = ()
     over: Endless = math.inf
+    of: str = ""
+    explains: tuple[str, ...] = ()
     held: float = math.nan
     rate: Endless = math.inf
 
@@ -88,12 +118,14 @@ class Alarm:
         unit = self.unit.replace("rad", "deg")
         size = f" by {', '.join(shown)} {unit}".rstrip() if shown and self.unit != "1" else ""
         rivals = f"; cannot be told from: {', '.join(self.rivals)}" if self.rivals else ""
-        return f"{self.cause}{size}, since t = {self.since:.0f} s{rivals}"
+        more = f"; a consequence of: {self.of}" if self.of else ""
+        more += f"; explains also: {', '.join(self.explains)}" if self.explains else ""
+        return f"{self.cause}{size}, since t = {self.since:.0f} s{rivals}{more}"
 
     @property
     def advice(self) -> str:
         """What to do, in one line; empty for a fault of a kind that is not known."""
-        about = self.cause.rsplit(" ", 1)[0] if self.how in (JUMP, RAMP, FROZEN) else self.what[0]
+        about = self.cause.rsplit(" ", 1)[0] if self.how in OF_SENSOR or self.how == FROZEN else self.what[0]
         return _BY_CAUSE.get(self.cause) or _DO.get(self.how, "").format(about)
 
     @property
@@ -141,8 +173,8 @@ class Judge:
 
 
 def matters(one: Evidence) -> bool:
-    """Whether a fault is large enough to matter; a propeller does not lose less than nothing."""
-    if one.suspect.how == LOST and one.size[0] < 0.0:
+    """Whether a fault is large enough to matter; no propeller loses less than nothing, no reading is early."""
+    if one.suspect.how in (LOST, LATE) and one.size[0] < 0.0:
         return False
     return any(abs(size) >= _MATTERS * usual for size, usual in zip(one.size, one.suspect.size, strict=True))
 
@@ -155,9 +187,22 @@ def alike(a: Suspect, b: Suspect) -> bool:
 def alarm_of(best: Evidence, t: float, rivals: tuple[str, ...], frozen: bool, rate: float = math.inf) -> Alarm:
     """The alarm for a suspect; a reading that jumps or drifts because it repeats itself is frozen."""
     one = best.suspect
-    if frozen and one.how in (JUMP, RAMP):
+    if frozen and one.how in OF_SENSOR:
         return Alarm(f"{one.cause.rsplit(' ', 1)[0]} frozen", FROZEN, one.what, best.onset, t, score=best.score)
     size = () if one.fixed else best.size
     held = best.held + (best.size[1] if one.how == STUCK else 0.0)
     what = tuple(dict.fromkeys(one.what))
     return Alarm(one.cause, one.how, what, best.onset, t, size, one.unit, best.score, rivals, held=held, rate=rate)
+
+
+def elsewhere(follower: Follower | None) -> Alarm | None:
+    """The alarm for an antenna that has come out far from its stated place, little by little; None where it has not."""
+    if follower is None or not follower.machine.settings.placed:
+        return None
+    start = follower.machine.settings.start
+    found = [(*follower.value(name), start[name]) for name in ANTENNA if name in start]
+    if not any(abs(value) > _FAR * usual and abs(value) > 2.0 * _FAR * sd for value, sd, usual in found):
+        return None
+    size = tuple(value for value, _, _ in found)
+    t = follower.t
+    return Alarm(ELSEWHERE, LEVER, ANTENNA, t, t, size, "m forward, starboard", over=t)

@@ -47,7 +47,7 @@ def page(live: Live, log: str) -> Page:
     """The whole card."""
     ship, inside = live.machine.ship, [one.inside(_SHARE) for one in live.tally.hours]
     t = 0.0 if live.follower is None else live.follower.t
-    loud = [one for one in live.alarms if one.cause]
+    loud = [one for one in live.alarms if not one.of]
     state = f"{ship.name}: followed {log} to t = {t:.0f} s ({t / 3600.0:.1f} h)"
     consistent = f"{sum(inside)} of {len(inside)}"
     shown = tiles([(consistent, f"hours in which the innovations are within their {100 * _SHARE:.0f} % band"),
@@ -79,7 +79,7 @@ def page(live: Live, log: str) -> Page:
             table(("ahead", "judged", "error, rms [m]", "constant [m]", "held"), ahead) + soft(judged))),
         Section("Alarms", fields(
             {"alarms": [alarm(one) for one in live.alarms]},
-            bullets(one.line for one in live.alarms) if live.alarms else soft("None."))),
+            bullets(one.line for one in loud) if loud else soft("None."))),
         Section("Consistency", fields(
             {"hours": [{"start": one.start, "nis": one.mean, "readings": one.readings, "inside": ok}
                        for one, ok in zip(live.tally.hours, inside, strict=True)]},
@@ -93,7 +93,7 @@ def alarm(one: Any) -> Mapping[str, Any]:
     """An alarm as JSON has it."""
     return {"cause": one.cause, "text": one.text, "since": one.since, "named": one.named,
             "over": None if math.isinf(one.over) else one.over, "size": list(one.size), "unit": one.unit,
-            "rivals": list(one.rivals), "advice": one.advice}  # fmt: skip
+            "rivals": list(one.rivals), "advice": one.advice, "of": one.of, "explains": list(one.explains)}  # fmt: skip
 
 
 def _assumed(live: Live) -> dict[str, str]:

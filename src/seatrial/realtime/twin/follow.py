@@ -91,6 +91,7 @@ class Step(NamedTuple):
         gain: shape (n, k); zero where a reading was not taken in.
         before: mean at the row before, shape (n,).
         acting: controls and environment in between.
+        expected: prediction of the readings, shape (k,).
     """
 
     t: float
@@ -105,6 +106,7 @@ class Step(NamedTuple):
     gain: Array
     before: Array
     acting: Array
+    expected: Array
 
     @property
     def nis(self) -> float:
@@ -177,7 +179,8 @@ class Follower:
         late = believed & ~near & (beyond[rows] > self.machine.patience)
         pull = np.where(late, GATE * np.sign(innovation) / np.sqrt(np.diagonal(spread)), 0.0)
         mean = inside(later.mean + gain @ innovation + reach @ pull, cov, self.machine.low, self.machine.high)
-        step = Step(t, t - self.t, rows, taken, innovation, spread, inverse, onward, slope, gain, self.mean, acting)
+        step = Step(t, t - self.t, rows, taken, innovation, spread, inverse, onward, slope, gain, self.mean, acting,
+                    expected[rows])  # fmt: skip
         return replace(later, mean=mean, cov=cov, beyond=beyond), step
 
     def _beyond(self, rows: NDArray[np.intp], near: NDArray[np.bool_], span: float) -> Array:
@@ -192,12 +195,24 @@ class Follower:
         return float(self.mean[k]), math.sqrt(max(float(self.cov[k, k]), 0.0))
 
     def opened(self, names: Collection[str], deviation: Array) -> Follower:
-        """The same with more uncertainty of some states: variance by their `deviation`, shape (names,)."""
+        """The same with more uncertainty of some states: variance by their `deviation`, shape (names,).
+
+        Where the antenna may stand elsewhere, midship does as well, as the fix stays.
+        """
         cov = self.cov.copy()
         for name, sd in zip(names, deviation, strict=True):
-            k = self.machine.names.index(name)
-            cov[k, k] += float(sd) ** 2
+            column = np.zeros(self.mean.size)
+            column[self.machine.names.index(name)] = float(sd)
+            if name in ANTENNA:
+                column[[self.machine.names.index(one) for one in ("x", "y")]] = -float(sd) * lever(name, self.mean[2])
+            cov += np.outer(column, column)
         return replace(self, cov=cov)
+
+
+def lever(name: str, psi: float) -> Array:
+    """By how much a fix is moved north and east [m] where the antenna stands a metre further that way."""
+    c, s = math.cos(psi), math.sin(psi)
+    return np.array([c, s] if name == ANTENNA[0] else [-s, c])
 
 
 def inverse_of(spread: Array) -> Array:
@@ -269,6 +284,7 @@ def without(step: Step, masked: Collection[int]) -> Step:
     return step._replace(
         rows=step.rows[kept], taken=step.taken[kept], innovation=step.innovation[kept],
         spread=step.spread[np.ix_(kept, kept)], inverse=inverse, slope=step.slope[kept], gain=step.gain[:, kept],
+        expected=step.expected[kept],
     )  # fmt: skip
 
 

@@ -4,25 +4,40 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array
-from ...identify.filters.augmented import SLOW
 from ...identify.filters.filtering import inside
 from ...identify.filters.horizon import Horizon
 from ...ships import Ship
 from .acting import Acting, Override
 from .ahead import Trust
-from .alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of
+from .alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, elsewhere
+from .cases import History, Kept, acted, judged, masks, opening, override_of, together
 from .follow import Follower, Machine, Step, begun, made, surprise, without
 from .settings import MHE, Settings
 from .stuck import FOLLOWS, JAMMED, Repeats, steerings
-from .suspects import IMPULSE, JUMP, LOST, MISREAD, OF_CONTROL, RAMP, SCALED, Bank, Evidence, suspects, threshold
-from .tally import Tally
+from .suspects import (
+    ELSEWHERE,
+    GROWS,
+    IMPULSE,
+    JUMP,
+    LATE,
+    LEVER,
+    OF_CONTROL,
+    PACE,
+    SHARE,
+    Bank,
+    Evidence,
+    suspects,
+    threshold,
+)
+from .tally import Counts, Roughness, Tally
 
 # A gap of so many times L/U begins the motion anew.
 _GAP = 5.0
@@ -43,31 +58,6 @@ _SOLVE = 1.0
 MODEL = "model"
 
 
-@dataclass
-class _Kept:
-    """A row as it came in, to be taken in again once a fault is known.
-
-    Attributes:
-        t: time [s].
-        acting: controls and environment since the row before.
-        readings: by channel.
-    """
-
-    t: float
-    acting: Array
-    readings: Array
-
-
-@dataclass
-class Counts:
-    """What happened to rows that could not be taken in."""
-
-    late: int = 0
-    waiting: int = 0
-    gaps: int = 0
-    restarts: int = 0
-
-
 class Live:
     """A twin; feed it rows in the order of time.
 
@@ -79,6 +69,7 @@ class Live:
         tally: statistics of the innovations by hour.
         counts: rows that could not be taken in.
         trust: how forecasts have turned out.
+        rough: standard deviation of the sensors that waves make rougher than stated.
     """
 
     def __init__(
@@ -97,17 +88,19 @@ class Live:
         self.last: Step | None = None
         self.alarms: list[Alarm] = []
         self.tally, self.counts, self.trust = Tally(), Counts(), Trust()
-        faults = suspects(self.machine)
-        self._bank = Bank(self.machine, faults)
-        self._judge = Judge(threshold(len(faults), settings.spacing, settings.false_alarms))
+        self.rough: dict[str, float] = {}
+        self._sea: Roughness | None = None
+        self._bank = Bank(self.machine, suspects(self.machine))
+        self._judge = Judge(threshold(len(self._bank.suspects), settings.spacing, settings.false_alarms))
         self._repeats, self._steering = Repeats(), steerings(ship, channels)
         self._controls = ship.model.controls
         self._acting = Acting(ship.model, held)
         self._masked: dict[int, Alarm] = {}
         self._agreed: dict[int, float] = {}
         self._overrides: dict[str, Override] = {}
-        self._rows: deque[_Kept] = deque()
+        self._rows: deque[Kept] = deque()
         self._snapshots: deque[Follower] = deque()
+        self._history = History()
         self._horizon: Horizon | None = None
         self._solved = -math.inf
         self._quiet, self._bad, self._misfit = -math.inf, deque[tuple[float, float, int]](), -math.inf
@@ -141,8 +134,13 @@ class Live:
             one.note(t, values)
         if span > _BLIND * self._long:
             self._forget(t, 0.0)
-        follower, step = self._take(_Kept(t, acting, readings), self.follower)
+        follower, step = self._take(Kept(t, acting, readings), self.follower)
         self.trust.note(follower, step.acting, np.where(self._blind, math.nan, readings))
+        if self._sea is not None:
+            self._sea.note(step)
+            if t >= self._quiet:
+                self.roughen(self._sea.noise(self.machine))
+                self._sea = None
         self._watch(t)
         return True
 
@@ -161,7 +159,7 @@ class Live:
     @property
     def acting(self) -> Array:
         """Controls and environment as they are now, and as they are believed to act."""
-        return self._acted(_Kept(0.0, self._acting.now, self._acting.now), 0.0)
+        return self._acted(Kept(0.0, self._acting.now, self._acting.now), 0.0)
 
     def held(self) -> tuple[Array, Mapping[str, int], Mapping[str, Override]]:
         """What a saved state needs besides estimate, alarms and tallies: acting, masked, overrides."""
@@ -184,7 +182,7 @@ class Live:
             self.counts.waiting += 1
             return False
         self.follower = begun(self.machine, t, readings)
-        self._quiet = t + self.machine.settings.settle
+        self._quiet, self._sea = t + self.machine.settings.settle, Roughness()
         return True
 
     def _earlier(self, t: float, readings: Array, old: Follower) -> bool:
@@ -204,6 +202,7 @@ class Live:
             return False
         walked = old.cov[own:, own:] + np.diag(self.machine.density[own:]) * max(t - old.t, 0.0)
         self.follower, self.last = begun(self.machine, t, readings, (old.mean[own:], walked)), None
+        self._history.clear()
         self._forget(t, 2.0 * self._long)
         return True
 
@@ -218,18 +217,34 @@ class Live:
         self._bad.clear()
         self._quiet = max(self._quiet, t + quiet)
 
+    def roughen(self, noise: Mapping[str, float]) -> None:
+        """Take sensors as rough as the sea makes them: standard deviations by name."""
+        if not noise:
+            return
+        settings = self.machine.settings
+        sensors: dict[str, Any] = dict(settings.sensors)
+        sensors |= {name: replace(sensors[name], sd=sd) for name, sd in noise.items()}
+        self.rough = dict(noise)
+        self.machine = made(self.machine.ship, replace(settings, sensors=sensors))
+        self._bank, self.tally.level = Bank(self.machine, suspects(self.machine)), 1.0
+        if self.follower is not None:
+            self.follower = replace(self.follower, machine=self.machine)
+            self._history.clear()
+            self._forget(self.follower.t, min(15.0, self._long))
+
     # -- the filter, and its evidence --
 
-    def _take(self, row: _Kept, before: Follower) -> tuple[Follower, Step]:
+    def _take(self, row: Kept, before: Follower) -> tuple[Follower, Step]:
         """Take in a row, and weigh its evidence."""
         acting = self._acted(row, row.t - before.t)
         self.follower, step = before.row(row.t, acting, row.readings, self._masked)
         self.last, after = step, self.follower
         settings = self.machine.settings
         if row.t - self._bank.latest >= settings.spacing or self._bank.surprised(step):
-            self._bank.onset(before.t, acting)
+            self._bank.onset(before.t, acting, before.mean)
             self._snapshots.append(before)
         self._rows.append(row)
+        self._history.note(row, before)
         while self._rows and self._rows[0].t < row.t - settings.window - 2.0 * settings.spacing:
             self._rows.popleft()
         while len(self._snapshots) > 1 and self._snapshots[1].t <= self._rows[0].t:
@@ -260,15 +275,9 @@ class Live:
             mean, cov = self._horizon.solve()
             self.follower = replace(self.follower, mean=inside(mean, cov, machine.low, machine.high), cov=cov)
 
-    def _acted(self, row: _Kept, span: float) -> Array:
+    def _acted(self, row: Kept, span: float) -> Array:
         """Controls as they are believed to act in the row, which lasts `span` seconds."""
-        if not self._overrides:
-            return row.acting
-        out = row.acting.copy()
-        for name, one in self._overrides.items():
-            k = self._controls.index(name)
-            out[k] = one.acts(float(row.acting[k]), span)
-        return out
+        return acted(self._controls, row, self._overrides, span)
 
     # -- alarms --
 
@@ -283,6 +292,8 @@ class Live:
                 self._raise(self._frozen(name, since, t))
                 return
         self._judge_steering(t)
+        if not any(one.cause == ELSEWHERE for one in self.alarms) and (placed := elsewhere(self.follower)):
+            self.alarms.append(placed)
         if t < self._misfit + _HOUR:
             return
         best = self._judge.named(t, self._bank.evidence())
@@ -337,18 +348,46 @@ class Live:
             self.alarms[again] = alarm
         else:
             self.alarms.append(alarm)
-        recent = [one for one in self.alarms if one.named > t - _HOUR and one.how != STEERING]
+        recent = [one for one in self.alarms if one.named > t - _HOUR and one.how != STEERING and not one.of]
         if len(recent) > _MANY:
-            self._give_up(recent[0].since, t)
+            self._give_up(recent, t)
             return
-        self._explain(alarm, t)
+        others = together(self.alarms, t, lambda one: one.cause == alarm.cause)
+        found = judged(self._history, [*others, alarm]) if others else None
+        if found is None or not found.consequences:
+            self._explain(alarm, t)
+        else:
+            self._settle(alarm, found.causes, found.consequences, t)
+            self.follower = found.follower
         self._forget(t, min(15.0, self._long))
 
-    def _give_up(self, since: float, t: float) -> None:
+    def _settle(self, alarm: Alarm, causes: Sequence[Alarm], consequences: Sequence[Alarm], t: float) -> None:
+        """Tell consequences as such: what they did is undone."""
+        lead = alarm if alarm in causes else causes[-1]
+        for one in consequences:
+            for k in [k for k, by in self._masked.items() if by.cause == one.cause]:
+                del self._masked[k]
+                self._agreed.pop(k, None)
+            if one.how in OF_CONTROL:
+                self._overrides.pop(one.what[0], None)
+        told = [one.cause for one in consequences]
+        for k, one in enumerate(self.alarms):
+            if one in consequences:
+                self.alarms[k] = replace(one, of=lead.cause, over=min(one.over, t))
+            elif one is lead:
+                self.alarms[k] = replace(one, explains=tuple(dict.fromkeys([*one.explains, *told])))
+        if alarm in causes:
+            self._believe(next(one for one in self.alarms if one.cause == alarm.cause and not one.of), t)
+
+    def _give_up(self, recent: Sequence[Alarm], t: float) -> None:
         """So many faults are no sensor's: believe all again, begin the motion anew, and name nothing for an hour."""
         self._misfit = t
         self._close(lambda _: True, t)
-        self.alarms[-1] = Alarm(WRONG, "", (MODEL,), since, t, over=t)
+        told = tuple(dict.fromkeys(one.cause for one in recent[:-1]))
+        since = [one.since for one in recent]
+        self.alarms = [replace(one, of=WRONG) if one.cause in told and one.since in since else one
+                       for one in self.alarms[:-1]]  # fmt: skip
+        self.alarms.append(Alarm(WRONG, "", (MODEL,), recent[0].since, t, over=t, explains=told))
         self._masked.clear()
         self._agreed.clear()
         self._overrides.clear()
@@ -357,30 +396,20 @@ class Live:
         self._forget(t, self.machine.settings.settle)
 
     def _explain(self, alarm: Alarm, t: float) -> None:
-        channels = [self.machine.channels.index(c) for c in alarm.what if c in self.machine.channels]
-        for k in channels if alarm.how in (JUMP, RAMP, FROZEN) else ():
+        self._believe(alarm, t)
+        self._again(alarm.since, opening(self.machine, alarm))
+
+    def _believe(self, alarm: Alarm, t: float) -> None:
+        """Do without what an alarm says is wrong."""
+        for k in masks(self.machine, alarm):
             self._masked[k] = alarm
             self._agreed[k] = t
         if alarm.how in OF_CONTROL:
-            self._override(alarm)
-        opened: tuple[tuple[str, ...], Array] = (), np.zeros(0)
-        if alarm.how in OF_CONTROL:  # nor is it known how much exactly is left of its effect
-            some = tuple(name for name in SLOW if name in self.machine.names)
-            opened = some, np.array([3.0 * self.machine.settings.start[name] for name in some])
-        elif alarm.how == IMPULSE:
-            opened = alarm.what, np.abs(np.array(alarm.size)) + 1e-12
-        elif not alarm.how:
-            known = [name for name in self.machine.settings.start if name not in self.machine.settings.free]
-            opened = tuple(known), 3.0 * np.array([self.machine.settings.start[name] for name in known])
-        self._again(alarm.since, opened)
-        if alarm.how in (IMPULSE, ""):
+            self._overrides[alarm.what[0]] = override_of(alarm)
+        if alarm.how == PACE:  # all else would follow from it
+            self._misfit = t
+        if alarm.how in (IMPULSE, LEVER, GROWS, ""):
             self.alarms = [replace(one, over=t) if one is alarm else one for one in self.alarms]
-
-    def _override(self, alarm: Alarm) -> None:
-        """Let a control act as its fault has it, from its onset on."""
-        (control,) = alarm.what
-        now = {LOST: min(alarm.size[0], 1.0), MISREAD: alarm.size[0], SCALED: alarm.size[0]} if alarm.size else {}
-        self._overrides[control] = Override(alarm.how, now.get(alarm.how, alarm.held), alarm.rate)
 
     def _healed(self, evidence: Evidence, t: float) -> None:
         """A control acts again as the log says."""
@@ -416,6 +445,8 @@ class Live:
             far = step.innovation[at[0]] ** 2 > 9.0 * step.spread[at[0], at[0]]
             if far or self._repeats.stuck(self.machine.channels[k]) is not None:
                 self._agreed[k] = t
+            elif not self._shows(alarm, step, int(at[0])):
+                self._agreed[k] += step.dt
             if alarm.what[0] in ("x", "y") and alarm.how == JUMP and t - alarm.named > _RETEST and far:
                 self._reopen(alarm, t)
                 return
@@ -423,6 +454,14 @@ class Live:
                                                       for j in self._of(alarm)):  # fmt: skip
                 self._end(alarm, t)
                 return
+
+    def _shows(self, alarm: Alarm, step: Step, row: int) -> bool:
+        """Whether a reading that is late or off by a share would show it now."""
+        if alarm.how not in (LATE, SHARE) or self.follower is None:
+            return True
+        slope = step.slope[row] @ (self.follower.mean - step.before) / step.dt
+        off = alarm.size[0] * (float(slope) if alarm.how == LATE else float(step.expected[row]))
+        return off**2 > 4.0 * step.spread[row, row]
 
     def _of(self, alarm: Alarm) -> list[int]:
         return [k for k, one in self._masked.items() if one.cause == alarm.cause]

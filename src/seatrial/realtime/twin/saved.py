@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ class _Saved:
         acting: controls and environment as last logged; NaN before the first reading.
         masked: number of the alarm by channel that is not believed.
         overrides: controls at fault.
+        rough: noise of sensors that waves make rougher than stated.
     """
 
     ship: str
@@ -49,6 +50,7 @@ class _Saved:
     acting: Array
     masked: Mapping[str, int]
     overrides: Mapping[str, Override]
+    rough: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 def save_state(live: Live, path: Path) -> None:
@@ -59,7 +61,7 @@ def save_state(live: Live, path: Path) -> None:
     machine = live.machine
     found = _Saved(machine.ship.name, machine.names, machine.channels, follower.t, follower.mean, follower.cov,
                    tuple(live.alarms), tuple(live.tally.hours), live.tally.level,
-                   {str(h): one for h, one in live.trust.scores.items()}, *live.held())  # fmt: skip
+                   {str(h): one for h, one in live.trust.scores.items()}, *live.held(), live.rough)  # fmt: skip
     write_whole(path, to_json(found, _FORMAT))
 
 
@@ -80,6 +82,10 @@ def load_state(live: Live, path: Path) -> float:
     count = len(found.alarms)
     if stray := [name for name, k in found.masked.items() if name not in machine.channels or not 0 <= k < count]:
         raise StudyError(f"{path}: masked.{short(stray[0])} is no channel with an alarm; {remedy}")
+    if stray := [name for name in found.rough if name not in machine.settings.sensors]:
+        raise StudyError(f"{path}: rough.{short(stray[0])} is no sensor of this log; {remedy}")
+    live.roughen(found.rough)
+    machine = live.machine
     live.follower = Follower(machine, found.t, found.mean, found.cov)
     live.alarms, live.tally.hours, live.tally.level = list(found.alarms), list(found.hours), found.level
     live.trust.scores.update({float(h): one for h, one in found.trust.items()})

@@ -29,6 +29,8 @@ _DAY = 86400.0
 _UNCERTAIN = 0.1
 # That of the place of an antenna of which nothing is known, in lengths: forward and to starboard.
 _ANYWHERE = (0.3, 0.05)
+# One that is stated may be off by so much, each way.
+_STATED = 0.03
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,7 @@ class Settings:
         ranges: bounds of the parameters that drift.
         estimator: "ekf", or "mhe": the extended filter corrected once a second by moving horizon estimation.
         horizon: window of the latter [s].
+        placed: whether the place of the antenna is stated; else it is looked for.
     """
 
     sensors: Mapping[str, Sensor]
@@ -66,6 +69,7 @@ class Settings:
     estimator: str = EKF
     horizon: float = 60.0
     antenna: tuple[float, float] = (0.0, 0.0)
+    placed: bool = True
 
     @property
     def more(self) -> tuple[str, ...]:
@@ -99,11 +103,11 @@ def usual(
     least = {"x": 2.5e-3 * ship.L_pp, "psi": 1e-3, "r": 5e-4 / T, "u_w": 2e-3 * U, "v_north": 2e-3 * U}
     known = {name: max(value, least.get(name, 0.0)) for name, value in {**NOISE, **(noise or {})}.items()}
     place = antenna or (0.0, 0.0)
-    there = {
+    usually = {
         POSITION: Antenna(known["x"], *place), HEADING: Heading(known["psi"]), TURN: Rate(known["r"]),
         SPEED: Log(known["u_w"], channels=("u_w",)), VELOCITY: Track(known["v_north"], *place),
     }  # fmt: skip
-    sensors: dict[str, Sensor] = {name: s for name, s in there.items() if all(c in channels for c in s.channels)}
+    sensors: dict[str, Sensor] = {name: s for name, s in usually.items() if all(c in channels for c in s.channels)}
     if HEADING not in sensors or (POSITION not in sensors and VELOCITY not in sensors):
         raise StudyError(f"{ship.name}: a twin needs heading and position; the log has {', '.join(channels)}")
     spans = {name: (spec.low, spec.high) for name, spec in specs(ship.model).items()}
@@ -119,14 +123,15 @@ def usual(
     if gyro_bias and TURN in sensors:
         start[f"{BIAS}r"] = 5.0 * known["r"]
         process[f"{BIAS}r"] = 0.1 * known["r"] / math.sqrt(3600.0)
-    if antenna is None:
-        start |= {name: share * ship.L_pp for name, share in zip(ANTENNA, _ANYWHERE, strict=True)}
-        process |= dict.fromkeys(ANTENNA, 0.0)
+    there = _ANYWHERE if antenna is None else (_STATED, _STATED)
+    start |= {name: share * ship.L_pp for name, share in zip(ANTENNA, there, strict=True)}
+    process |= dict.fromkeys(ANTENNA, 0.0)
     start |= {path: uncertain[path] * value for path, value in size.items()}
     process |= {path: 0.2 * value / math.sqrt(_DAY) for path, value in size.items()}
     return Settings(
         sensors, process, start, dict.fromkeys(SLOW, tau), tuple(uncertain), settle=max(120.0, 10.0 * T),
         step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in uncertain}, estimator=estimator, antenna=place,
+        placed=antenna is not None,
     )  # fmt: skip
 
 

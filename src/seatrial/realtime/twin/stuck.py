@@ -76,14 +76,18 @@ class Steering:
         control: the control; its order is ``<control>_cmd``.
         rate: how fast it can move [rad/s].
         lag: time constant and dead time of its servo together [s].
+
+    What its sensor is off by is found where neither order nor angle moves, and where the angle jumps.
     """
 
     control: str
     rate: float
     lag: float
     _moves: deque[tuple[float, float, float]] = field(default_factory=deque[tuple[float, float, float]])
+    _both: deque[tuple[float, float, float]] = field(default_factory=deque[tuple[float, float, float]])
     _orders: deque[tuple[float, float]] = field(default_factory=deque[tuple[float, float]])
     _last: tuple[float, float] | None = None
+    _beside: float = 0.0
 
     @staticmethod
     def of(ship: Ship, control: str) -> Steering:
@@ -97,6 +101,7 @@ class Steering:
         """Note a row; NaN is no reading."""
         if self._last is not None and t <= self._last[0]:  # the clock was set back
             self._moves.clear()
+            self._both.clear()
             self._orders.clear()
             self._last = None
         order, angle = values.get(f"{self.control}_cmd", math.nan), values.get(self.control, math.nan)
@@ -107,16 +112,31 @@ class Steering:
         if self._last is not None and self._orders:
             then, before = self._last
             wanted = self._order(then)
+            self._both.append((t, wanted, angle))
             reach = self.rate * (t - then)
+            if abs(angle - before) > 1.25 * reach + _NEAR:  # no rudder does that, its sensor does
+                self._beside += angle - before
+                before = angle
+            wanted += self._beside
             if abs(wanted - before) > _NEAR:
                 called = math.copysign(min(reach, abs(wanted - before) * (t - then) / max(self.lag, t - then)),
                                        wanted - before)  # fmt: skip
                 self._moves.append((t, called, angle - before))
-            while self._moves and self._moves[0][0] < t - _SPAN:
-                self._moves.popleft()
+            for kept in (self._moves, self._both):
+                while kept and kept[0][0] < t - _SPAN:
+                    kept.popleft()
+            self._stand()
         self._last = t, angle
         while len(self._orders) > 1 and self._orders[1][0] < t - self.lag - 1.0:
             self._orders.popleft()
+
+    def _stand(self) -> None:
+        """Where neither moves, what is between them is the sensor's, and no call to move."""
+        _, ordered, angles = zip(*self._both, strict=True)
+        quiet = self._both[-1][0] - self._both[0][0] > 0.9 * _SPAN and max(ordered) - min(ordered) < _NEAR
+        if quiet and max(angles) - min(angles) < _NEAR and abs(angles[-1] - ordered[-1] - self._beside) > _NEAR:
+            self._beside = angles[-1] - ordered[-1]
+            self._moves.clear()
 
     def _order(self, t: float) -> float:
         """The order that acted at a time."""
@@ -133,11 +153,15 @@ class Steering:
         if called < _CALLED or len(self._moves) < 3:
             return None
         share = sum(a * b for _, a, b in self._moves) / sum(a * a for _, a, _ in self._moves)
+        if share > _FOLLOWS:
+            return FOLLOWS, self._moves[0][0]
+        ordered = [one for _, one, _ in self._both]
+        # an angle that stands beside an order that has not moved may be one of a sensor that is off
+        if max(ordered) - min(ordered) < _CALLED:
+            return None
         if share < _JAMMED:
             return JAMMED, self._moves[0][0]
-        if share < _SLOW:
-            return SLOW, self._moves[0][0]
-        return (FOLLOWS, self._moves[0][0]) if share > _FOLLOWS else None
+        return (SLOW, self._moves[0][0]) if share < _SLOW else None
 
 
 def steerings(ship: Ship, channels: Mapping[str, float] | tuple[str, ...]) -> tuple[Steering, ...]:

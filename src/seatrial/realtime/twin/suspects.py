@@ -18,10 +18,10 @@ import numpy as np
 
 from ...actuators import Servo
 from ...data import Array
-from ...identify.filters.augmented import BIAS, SLOW
+from ...identify.filters.augmented import ANTENNA, BIAS, SLOW
 from ...identify.nuisance import CURRENT
 from ...models import unit
-from .follow import GATE, Machine, Step, inverse_of
+from .follow import GATE, Machine, Step, inverse_of, lever
 from .settings import HEADING, POSITION, SPEED, TURN, VELOCITY
 
 # A reading counts as so many standard deviations at most; the first one beyond the gate, maybe an outlier, not at all.
@@ -33,10 +33,21 @@ _SLOW = (0.4, 0.15)
 # By how much the sensor of a control jumps, one standard deviation: an angle [rad], or a share of what it shows.
 _ANGLE, _SHARE = math.radians(3.0), 0.1
 
+# Most that a reading is late, one standard deviation, as a share of L/U, and no more than so many seconds.
+_LATE, _LATEST = 0.2, 3.0
+# By how much the clock of a log goes wrong, one standard deviation; step of the difference that shows it.
+_PACE, _STEP = 0.02, 1e-3
+# A current or force that grows comes within so many L/U.
+_COMES = 2.0
+
 JUMP, RAMP, IMPULSE = "jump", "ramp", "impulse"
+LATE, SHARE, GROWS, LEVER, PACE = "late", "share", "grows", "lever", "pace"
 STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED = "stuck", "lazy", "lost", "reversed", "misread", "scaled"
-"""How a fault acts: on a reading as a step or a ramp, on a state, on a control (holds, lags, has no effect, has the
-opposite one, is logged off by a constant or by a share)."""
+"""How a fault acts: on a reading as a step, a ramp, as one that is late or off by a share; on a state at once, or as it
+grows; on the place of the antenna; on the time between rows; on a control (holds, lags, has no effect, has the opposite
+one, is logged off by a constant or by a share)."""
+ELSEWHERE = "antenna elsewhere than stated"
+OF_SENSOR = frozenset({JUMP, RAMP, LATE, SHARE})
 OF_CONTROL = frozenset({STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED})
 
 
@@ -46,9 +57,9 @@ class Suspect:
 
     Attributes:
         cause: its name.
-        how: one of `JUMP` ... `REVERSED`.
+        how: one of `JUMP` ... `SCALED`.
         what: names of the channels, the states or the control that it acts on; one or two.
-        size: standard deviation of its size, for each of them; a stuck, lazy or reversed control has size 1.
+        size: standard deviation of each component of its size; a stuck, lazy or reversed control has size 1.
         unit: of the size.
         share: of its rate at which a lazy control moves.
     """
@@ -74,7 +85,7 @@ class Evidence:
         suspect: the kind of fault.
         score: twice the logarithm of the Bayes factor against no fault.
         onset: its most likely onset [s].
-        size, sigma: its size if it set in then, and the standard deviation of that; each as long as `suspect.what`.
+        size, sigma: its size if it set in then, and the standard deviation of that; each as long as `suspect.size`.
         held: the control that it acts on, at its onset.
     """
 
@@ -88,38 +99,66 @@ class Evidence:
 
 def suspects(machine: Machine) -> tuple[Suspect, ...]:
     """The faults that the log of this ship can show."""
-    settings, ship = machine.settings, machine.ship
+    found = [*_of_sensors(machine), *_of_states(machine), *_of_controls(machine)]
+    found.append(Suspect("clock of the log off its pace", PACE, ("t",), (_PACE,), "s/s"))
+    return tuple(one for one in found if not one.what[0].startswith(BIAS))
+
+
+def _of_sensors(machine: Machine) -> list[Suspect]:
+    ship, found = machine.ship, list[Suspect]()
     U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
-    found: list[Suspect] = []
-    for name, sensor in settings.sensors.items():
+    for name, sensor in machine.settings.sensors.items():
         channels, count = sensor.channels, len(sensor.channels)
         jump = {POSITION: 20.0 * sensor.sd + 0.05 * ship.L_pp, HEADING: math.radians(5.0), TURN: 10.0 * sensor.sd,
                 SPEED: 0.2 * U, VELOCITY: 0.2 * U}[name]  # fmt: skip
         units = {POSITION: "m", HEADING: "rad", TURN: "rad/s", SPEED: "m/s", VELOCITY: "m/s"}[name]
-        found.append(Suspect(f"{name} jumped", JUMP, channels, (jump,) * count, units))
-        if name in (POSITION, HEADING):
-            ramp = 0.1 * U if name == POSITION else math.radians(5.0) / 60.0
-            found.append(Suspect(f"{name} drifts", RAMP, channels, (ramp,) * count, f"{units}/s"))
-    there = machine.names
+        ramp = {POSITION: 0.1 * U, HEADING: jump / 60.0}.get(name, jump / 120.0)
+        found += [
+            Suspect(f"{name} jumped", JUMP, channels, (jump,) * count, units),
+            Suspect(f"{name} drifts", RAMP, channels, (ramp,) * count, f"{units}/s"),
+            Suspect(f"{name} late", LATE, channels, (min(_LATE * T, _LATEST),), "s"),
+        ]
+        if name in (TURN, SPEED):
+            found.append(Suspect(f"{name} scaled", SHARE, channels, (_SHARE,), "of what it shows"))
+    return found
+
+
+def _of_states(machine: Machine) -> list[Suspect]:
+    settings, ship, there, found = machine.settings, machine.ship, machine.names, list[Suspect]()
+    U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
+    if settings.placed and all(name in there for name in ANTENNA):
+        found.append(Suspect(ELSEWHERE, LEVER, ANTENNA, (0.1 * ship.L_pp,) * 2,
+                             "m forward, starboard"))  # fmt: skip
     if CURRENT[0] in there:
-        found.append(Suspect("current changed", IMPULSE, CURRENT, (0.1 * U,) * 2, "m/s"))
+        found += _both("current changed", CURRENT, (0.1 * U,) * 2, "m/s", T)
     forces = {name: 10.0 * settings.start[name] for name in SLOW if name in there}
     if len(forces) == len(SLOW):
         aside = tuple(forces[name] for name in SLOW[1:])
-        found.append(Suspect("wind or another force changed", IMPULSE, SLOW[1:], aside, ""))
-        found.append(Suspect("resistance or wind changed", IMPULSE, SLOW[:1], (forces[SLOW[0]],), "m/s^2"))
-    for path in settings.free:
-        found.append(Suspect(f"{path} changed", IMPULSE, (path,), (2.0 * settings.start[path],), ""))
-    for control in ship.model.controls:
+        found += _both("wind or another force changed", SLOW[1:], aside, "", T)
+        found += _both("resistance or wind changed", SLOW[:1], (forces[SLOW[0]],), "m/s^2", T)
+    return found + [Suspect(f"{path} changed", IMPULSE, (path,), (2.0 * settings.start[path],), "")
+                    for path in settings.free]  # fmt: skip
+
+
+def _of_controls(machine: Machine) -> list[Suspect]:
+    found = list[Suspect]()
+    for control in machine.ship.model.controls:
         if unit(control) == "rad":
             found.append(Suspect(f"{control} jammed", STUCK, (control,) * 2, (1.0, _BESIDE), "1"))
             found += [Suspect(f"{control} slow", LAZY, (control,), (1.0,), "1", share) for share in _SLOW]
             found.append(Suspect(f"{control} of the wrong sign", REVERSED, (control,), (1.0,), "1"))
             found.append(Suspect(f"{control} sensor jumped", MISREAD, (control,), (_ANGLE,), "rad"))
+            found.append(Suspect(f"{control} sensor scaled", SCALED, (control,), (_SHARE,), "of what it shows"))
         else:
             found.append(Suspect(f"{control} sensor jumped", SCALED, (control,), (_SHARE,), "of what it shows"))
             found.append(Suspect(f"{control} without its thrust", LOST, (control,), (1.0,), "1"))
-    return tuple(one for one in found if not one.what[0].startswith(BIAS) and T > 0.0)
+    return found
+
+
+def _both(cause: str, what: tuple[str, ...], size: tuple[float, ...], unit: str, T: float) -> list[Suspect]:
+    """A change of states at once, and one that comes in some lengths."""
+    grows = tuple(one / (_COMES * T) for one in size)
+    return [Suspect(cause, IMPULSE, what, size, unit), Suspect(cause, GROWS, what, grows, f"{unit} a second".strip())]
 
 
 class Bank:
@@ -128,7 +167,7 @@ class Bank:
     def __init__(self, machine: Machine, all_of: Sequence[Suspect]) -> None:
         self.machine, self.suspects = machine, tuple(all_of)
         self._slots = max(2, round(machine.settings.window / machine.settings.spacing))
-        self._first = np.cumsum([0, *(len(one.what) for one in self.suspects)]).astype(np.intp)
+        self._first = np.cumsum([0, *(len(one.size) for one in self.suspects)]).astype(np.intp)
         self._columns = int(self._first[-1])
         self._place = {name: k for k, name in enumerate(machine.names)}
         self._control = {name: k for k, name in enumerate(machine.ship.model.controls)}
@@ -147,8 +186,8 @@ class Bank:
         self._held = np.zeros((len(self._control), slots))
         self._lazy = np.zeros((len(self.suspects), slots))
 
-    def onset(self, t: float, acting: Array) -> None:
-        """Try this time as an onset from here on, in place of the oldest."""
+    def onset(self, t: float, acting: Array, mean: Array) -> None:
+        """Try this time as an onset from here on, in place of the oldest; `mean` is the estimate at it."""
         slot = int(np.argmin(np.where(np.isnan(self._onset), -np.inf, self._onset)))
         self._onset[slot] = t
         self._away[:, :, slot] = 0.0
@@ -158,9 +197,10 @@ class Bank:
         for k in self._acted:
             self._lazy[k, slot] = acting[self._control[self.suspects[k].what[0]]]
         for one, first in zip(self.suspects, self._first, strict=False):
-            if one.how == IMPULSE:
-                for k, name in enumerate(one.what):
-                    self._away[self._place[name], first + k, slot] = 1.0
+            for k, name in enumerate(one.what if one.how in (IMPULSE, LEVER) else ()):
+                self._away[self._place[name], first + k, slot] = 1.0
+                if one.how == LEVER:  # what it read until then was taken for the place of midship
+                    self._away[[self._place["x"], self._place["y"]], first + k, slot] = -lever(name, mean[2])
 
     def pace(self, one: Suspect) -> float:
         """How fast a lazy control moves; infinite for other suspects."""
@@ -186,9 +226,12 @@ class Bank:
         """
         n, flat = len(self.machine.names), self._columns * self._slots
         away = (step.onward @ self._away.reshape(n, flat)).reshape(n, self._columns, self._slots)
-        self._act(step, away, logged, faulty)
+        traced = self.machine.traced
+        (usual,) = traced.onward(step.before, step.acting, step.dt)
+        self._grow(step, away, usual)
+        self._act(step, away, logged, faulty, usual)
         found = (step.slope @ away.reshape(n, flat)).reshape(-1, self._columns, self._slots)
-        self._misread(step, found)
+        self._misread(step, found, step.slope @ (usual - step.before) / step.dt)
         deviation = np.sqrt(np.diagonal(step.spread))
         far = np.abs(step.innovation) > GATE * deviation
         counted = ~(far & ~self._far[step.rows])
@@ -204,13 +247,21 @@ class Bank:
         self._cross[:-1] += np.einsum("kcs,kcs->cs", found[:, :-1], weighed[:, 1:])
         self._away = away - np.tensordot(step.gain, found, 1)
 
-    def _act(self, step: Step, away: Array, logged: Array, faulty: Collection[str]) -> None:
+    def _grow(self, step: Step, away: Array, usual: Array) -> None:
+        """Add what a wrong clock and growing currents and forces do to the state; `usual` is what was expected."""
+        (slower,) = self.machine.traced.onward(step.before, step.acting, (1.0 - _STEP) * step.dt)
+        for one, first in zip(self.suspects, self._first, strict=False):
+            if one.how == PACE:
+                away[:, first] -= ((usual - slower) / _STEP)[:, None]
+            for k, name in enumerate(one.what if one.how == GROWS else ()):
+                away[self._place[name], first + k] += step.dt
+
+    def _act(self, step: Step, away: Array, logged: Array, faulty: Collection[str], usual: Array) -> None:
         """Add what faulty controls do to the state during the row; of those known to be at fault, what healing does."""
         if not self._acted:
             return
         traced = self.machine.traced
         (pushed,) = traced.pushed(step.before, step.acting, step.dt)
-        (usual,) = traced.onward(step.before, step.acting, step.dt)
         pushed = pushed.reshape(len(self._control), -1)
         for k in self._acted:
             one, column = self.suspects[k], self._first[k]
@@ -237,15 +288,18 @@ class Bank:
                 (instead,) = traced.onward(step.before, other, step.dt)
                 away[:, column] += (instead - usual)[:, None]
 
-    def _misread(self, step: Step, found: Array) -> None:
-        """Add what faulty readings do to the innovations."""
+    def _misread(self, step: Step, found: Array, rate: Array) -> None:
+        """Add what faulty readings do to the innovations; `rate` is that of the readings [1/s]."""
         row = {name: int(np.flatnonzero(step.rows == k)[0]) for k, name in enumerate(self.machine.channels)
                if k in step.rows}  # fmt: skip
         for one, first in zip(self.suspects, self._first, strict=False):
-            if one.how in (JUMP, RAMP):
-                for k, name in enumerate(one.what):
-                    if name in row:
-                        found[row[name], first + k] += 1.0 if one.how == JUMP else step.t - self._onset
+            for k, name in enumerate(one.what if one.how in OF_SENSOR else ()):
+                if name not in row:
+                    continue
+                if one.how in (JUMP, RAMP):
+                    found[row[name], first + k] += 1.0 if one.how == JUMP else step.t - self._onset
+                else:
+                    found[row[name], first] += -rate[row[name]] if one.how == LATE else step.expected[row[name]]
 
     def evidence(self) -> list[Evidence]:
         """The best onset of each suspect, the best suspect first; none before the first onset."""
@@ -256,7 +310,7 @@ class Bank:
         weight = self._weight[:, live] + self._prior
         found: list[Evidence] = []
         for one, first in zip(self.suspects, self._first, strict=False):
-            part = slice(int(first), int(first) + len(one.what))
+            part = slice(int(first), int(first) + len(one.size))
             score, size, sigma = _ratio(one, part, b, weight, cross, self._prior)
             j = int(np.argmax(score))
             number = self._control.get(one.what[0])
@@ -277,7 +331,7 @@ def _ratio(
         return score, np.stack([np.ones_like(left), left / w[1]]), np.stack([np.zeros_like(left), w[1] ** -0.5])
     if one.fixed:
         return 2.0 * b[0] - (w[0] - prior[0]), np.ones_like(b), np.zeros_like(b)
-    if len(one.what) == 1:
+    if len(one.size) == 1:
         return b[0] ** 2 / w[0] - np.log(w[0] / prior[0]), b / w, w**-0.5
     det = w[0] * w[1] - x**2
     size = np.stack([w[1] * b[0] - x * b[1], w[0] * b[1] - x * b[0]]) / det

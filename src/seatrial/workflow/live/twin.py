@@ -253,5 +253,5 @@ def _shown(live: Live, log: str) -> Body:
     shown += table(("ahead [s]", "forecasts", "error [m]", "constant [m]", "held"), (
         (f"{h:g}", str(s.count), figure(s.rms, 3), figure(s.rival, 3), figure(100 * s.held, 3))
         for h, s in live.trust.scores.items()))  # fmt: skip
-    alarms = [f"alarm at {one.named:.0f} s: {one.text}" for one in live.alarms] or ["no alarm"]
+    alarms = [f"alarm at {one.named:.0f} s: {one.text}" for one in live.alarms if not one.of] or ["no alarm"]
     return shown + joined(map(line, alarms))

@@ -48,8 +48,9 @@ function head(said) {
 }
 
 function alarms(said) {
-  $("calm").hidden = said.alarms.length > 0;
-  const items = [...said.alarms].reverse().map(one => make("li", { "data-lasts": String(one.over === null) }, first(one.text),
+  const causes = said.alarms.filter(one => one.of === "");
+  $("calm").hidden = causes.length > 0;
+  const items = causes.reverse().map(one => make("li", { "data-lasts": String(one.over === null) }, first(one.text),
     make("span", {}, `named at ${clock(one.named)}${one.over === null ? "; lasts" : one.over > one.named ? `; over at ${clock(one.over)}` : ""}`), make("span", {}, one.advice)));
   $("alarms").querySelector("ol").replaceChildren(...items);
 }
