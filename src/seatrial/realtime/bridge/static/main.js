@@ -34,9 +34,11 @@ link.addEventListener("hello", () => {
   helm = new Helm(hello, request => link.ask(request), places);
   help.begin(helm.hints());
   for (const part of [chart, conning, strips, panel, range, pilot]) part.begin(hello);
-  say("");
+  document.body.classList.add("waiting");
+  say("Waiting for the first data of the simulation…", true);
 });
 link.addEventListener("picture", () => {
+  if (document.body.classList.contains("waiting")) { document.body.classList.remove("waiting"); say(""); }
   chart.keep(link.last); strips.keep(link.last); panel.show(link.last); range.show(link.last); pilot.show(link.last);
   document.body.classList.toggle("failed", link.last.failed !== null);
 });

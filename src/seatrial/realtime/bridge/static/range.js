@@ -8,15 +8,37 @@ const CALLED = { pilot: "Track pilot steers", wire: "Autopilot on the wire steer
 const TO = { pilot: "Hand to track pilot", wire: "Hand to wire", page: "Take over" };
 const STATES = { V: "to acknowledge", A: "acknowledged", U: "over, to acknowledge" };
 
+const PRIORITIES = ["A", "W", "C"], ORDER = ["V", "U", "A"];  // alarm, warning, caution; unacknowledged ones first
+const URGENT = { A: "Alarm", W: "Warning", C: "Caution" };
+
+/** Alarms as rows of the wire, the most urgent first: unacknowledged, over but unacknowledged, acknowledged; each by priority, then latest. */
+export const urgent = alarms => [...alarms].sort((a, b) => ORDER.indexOf(a[3]) - ORDER.indexOf(b[3])
+  || PRIORITIES.indexOf(a[2]) - PRIORITIES.indexOf(b[2]) || b[5] - a[5]);
+
+/** What the header says of them: how many, the worst as text, and its priority and state; empty where there is none. */
+export function badge(alarms) {
+  const [worst] = urgent(alarms);
+  return worst ? { count: alarms.length, text: `${URGENT[worst[2]]}: ${worst[4]}`, priority: worst[2], state: worst[3] }
+    : { count: 0, text: "No alarm", priority: "", state: "" };
+}
+
+/** Other ships as rows of the wire, the dangerous first, then by the distance of the nearest approach that is still ahead. */
+export const nearest = rows => [...rows].sort((a, b) => Number(b[7]) - Number(a[7]) || Number(a[6] < 0) - Number(b[6] < 0) || a[5] - b[5]);
+
 export class Range {
-  constructor(link) { this.link = link; this.#seen = {}; }
+  constructor(link) {
+    this.link = link;
+    this.#seen = {};
+    $("over").onclick = () => this.take();
+    $("badge").onclick = () => $("alarms").scrollIntoView({ block: "center" });
+  }
 
   #seen;
 
   begin(hello) {
     this.hello = hello.range;
     this.#seen = {};
-    $("range").hidden = hello.range === null;
+    $("range").hidden = $("watch").hidden = hello.range === null;
     if (hello.range === null) return;
     $("scenario").textContent = hello.range.title;
     $("hand").replaceChildren(...hello.range.known.map(to => {
@@ -44,7 +66,7 @@ export class Range {
 
   /** Acknowledge the latest alarm that is to be. */
   acknowledge() {
-    const next = this.link.last?.range?.alarms.find(([, , , state]) => state !== "A");
+    const next = urgent(this.link.last?.range?.alarms ?? []).find(([, , , state]) => state !== "A");
     if (next) this.link.ask({ do: "acknowledge", identifier: next[0], instance: next[1] });
     return Boolean(next);
   }
@@ -54,7 +76,12 @@ export class Range {
     if (!range) return;
     const mine = this.link.commands, wire = range.wire;
     const who = range.steers === "wire" ? `${CALLED.wire}${wire[0] ? `: ${wire[0]}, ${wire[1]}${wire[2] ? ", silent" : ""}` : ", nobody yet"}` : CALLED[range.steers];
-    this.#put("steers", who, () => { $("steers").textContent = who; $("steers").dataset.by = range.steers; });
+    this.#put("steers", who, () => {
+      for (const place of [$("steers"), $("who")]) { place.textContent = who; place.dataset.by = range.steers; }
+    });
+    $("over").hidden = range.steers === "page";
+    $("over").disabled = !mine;
+    this.#put("badge", JSON.stringify(range.alarms), () => this.#badge(badge(range.alarms)));
     for (const button of document.querySelectorAll("#hand button")) {
       button.disabled = !mine || button.dataset.to === range.steers;
     }
@@ -66,15 +93,21 @@ export class Range {
     this.#contacts(range.contacts);
   }
 
+  #badge({ count, text, priority, state }) {
+    $("count").textContent = String(count); $("worst").textContent = text;
+    $("badge").dataset.worst = priority; $("badge").dataset.state = state;
+  }
+
   #alarms(alarms, mine) {
-    $("alarms").replaceChildren(...alarms.map(([identifier, instance, priority, state, text, changed]) => {
+    $("alarms").replaceChildren(...urgent(alarms).map(([identifier, instance, priority, state, text, changed]) => {
       const button = make("button", { type: "button", disabled: !mine || state === "A" }, state === "A" ? "Acknowledged" : "Acknowledge");
       button.onclick = () => this.link.ask({ do: "acknowledge", identifier, instance });
       return make("li", { "data-priority": priority, "data-state": state }, make("b", {}, text), ` ${clock(changed)}, ${STATES[state]} `, button);
     }));
   }
 
-  #contacts(rows) {
+  #contacts(every) {
+    const rows = nearest(every);
     const body = $("contacts").tBodies[0];
     $("contacts").hidden = rows.length === 0;
     const cells = rows.map(([name, distance, bearing, U, chi, cpa, tcpa]) => [name, fixed(distance / MILE, 2), course(bearing).slice(0, 3),
