@@ -128,7 +128,7 @@ class Voyage:
                 "heading_error_max": None if error is None else error / DEGREE,
                 "under_keel": stage.judge.under_keel if math.isfinite(stage.judge.under_keel) else None,
             },
-            "criteria": [_criterion(one) for one in self.judged],
+            "criteria": [_criterion(one) for one in self.judged], "alarms": stage.alarms.told(),
             "events": stage.told(), "state": stage.digest, "written": self.written,
             "wire": None if stage.on_wire is None else
             {"orders": dict(stage.on_wire.conning.counts), "counts": dict(stage.on_wire.wire.counts)},

@@ -1,4 +1,4 @@
-"""The page of the bridge point by point: markup, styles and functions, as docs/range.md lists them, without a browser."""
+"""The page of the bridge point by point: markup, styles and functions, as docs/range.md has them, without a browser."""
 
 from __future__ import annotations
 

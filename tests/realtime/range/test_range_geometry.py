@@ -234,6 +234,22 @@ def test_an_instrument_is_lost_five_seconds_after_its_last_reading(kind, text):
     assert alarm.state == "U"
 
 
+def test_every_alarm_is_told_with_the_times_at_which_it_had_a_cause():
+    """Off the track from 3 to 6 s and again from 9 s on: looked for once a second; a saved run goes on with them."""
+    stage = Stage(scene(rate=5.0, limits=Limits(cross_track=50.0)))
+    stage.alarms._across = lambda: 60.0 if 2.5 < stage.loop.t < 5.5 or stage.loop.t > 8.5 else 0.0
+    stage.loop.run(7.0)
+    (told,) = stage.alarms.told()
+    assert (told["text"], told["priority"], told["state"], told["spans"]) == ("OFF TRACK", "W", "U", [[3.0, 6.0]])
+    saved = stage.loop.snapshot()
+    stage.alarms.reset()
+    assert stage.alarms.told() == []
+    stage.loop.restore(saved)
+    stage.loop.run(4.0)
+    (told,) = stage.alarms.told()
+    assert (told["state"], told["spans"]) == ("V", [[3.0, 6.0], [9.0, None]])
+
+
 @pytest.mark.parametrize(("across", "raised"), [(49.0, False), (51.0, True), (-49.0, False), (-51.0, True)])
 def test_off_track_is_beyond_the_limit_on_either_side(across, raised):
     stage = Stage(scene(rate=5.0, limits=Limits(cross_track=50.0)))

@@ -134,6 +134,7 @@ def test_the_command_plays_judges_and_records(tmp_path, capsys):
     assert said["met"] is False
     assert [one["met"] for one in said["criteria"] if one["name"] == "passing_distance"] == [False, False]
     assert said["written"] == [str(out)]
+    assert all({"priority", "text", "state", "spans"} <= set(one) for one in said["alarms"])
     assert said["steered_by"] == "pilot"
     assert "not met: passing_distance of ferry" in told.err
     again = sail(scenario=path, judge=True)

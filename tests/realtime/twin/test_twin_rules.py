@@ -301,7 +301,7 @@ def test_the_usual_size_of_each_fault() -> None:
         "compass jumped": (math.radians(5.0),), "compass drifts": (math.radians(5.0) / 60.0,),
         "rate gyro jumped": (2e-3,), "log jumped": (1.0,), "rate gyro drifts": (2e-3 / 120.0,),
         "log drifts": (1.0 / 120.0,), "position late": (3.0,), "compass late": (3.0,), "rate gyro late": (3.0,),
-        "log late": (3.0,), "rate gyro scaled": (0.1,), "log scaled": (0.1,), "delta sensor scaled": (0.1,),
+        "log late": (3.0,), "rate gyro scaled": (0.3,), "log scaled": (0.3,), "delta sensor scaled": (0.1,),
         "clock of the log off its pace": (0.02,), "current changed": (0.5,) * 2,
         "wind or another force changed": (2e-2, 2e-4), "resistance or wind changed": (2e-2,),
         "delta jammed": (1.0, math.radians(1.0)), "delta of the wrong sign": (1.0,),

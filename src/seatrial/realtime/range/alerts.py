@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 from ...core.errors import RefusalError
@@ -51,12 +51,14 @@ class Alarm:
         state: as in the sentence ALF.
         changed: simulated time of the last change [s].
         revision: number of changes, 1 to 99 and then 1 again.
+        spans: from when to when there was a cause [s]; the last one is open, None, while there is.
     """
 
     cause: Cause
     state: State
     changed: float
     revision: int = 1
+    spans: list[tuple[float, float | None]] = field(default_factory=list[tuple[float, float | None]])
 
     def turn(self, state: State, t: float) -> None:
         """Change the state."""
@@ -110,10 +112,21 @@ class Alarms:
         for key, cause in causes.items():
             if key not in self.alarms:
                 self.alarms[key] = Alarm(cause, "V", loop.t)
-            self.alarms[key].turn(_RAISED[self.alarms[key].state], loop.t)
+            alarm = self.alarms[key]
+            alarm.turn(_RAISED[alarm.state], loop.t)
+            if not alarm.spans or alarm.spans[-1][1] is not None:
+                alarm.spans.append((loop.t, None))
         for key, alarm in self.alarms.items():
             if key not in causes:
                 alarm.turn(_ENDED[alarm.state], loop.t)
+                if alarm.spans and alarm.spans[-1][1] is None:
+                    alarm.spans[-1] = alarm.spans[-1][0], loop.t
+
+    def told(self) -> list[dict[str, Any]]:
+        """Every alarm that there has been, for JSON: what, when there was a cause [s], and its state now."""
+        return [{"identifier": one.cause.identifier, "instance": one.cause.instance, "priority": one.cause.priority,
+                 "text": one.cause.text, "state": one.state, "spans": [list(span) for span in one.spans]}
+                for one in self.alarms.values()]  # fmt: skip
 
     def standing(self) -> Sequence[Alarm]:
         """The alarms that are not normal, the latest first."""
@@ -157,11 +170,13 @@ class Alarms:
         return t - kept[0][0] >= _STUCK and max(angles) - min(angles) < _MOVED
 
     def snapshot(self) -> dict[str, Any]:
-        return {"alarms": [[*one.cause, one.state, one.changed, one.revision] for one in self.alarms.values()],
+        return {"alarms": [[*one.cause, one.state, one.changed, one.revision, [list(span) for span in one.spans]]
+                           for one in self.alarms.values()],
                 "heard": self._heard, "angles": self._angles}  # fmt: skip
 
     def restore(self, saved: Mapping[str, Any]) -> None:
-        found = [Alarm(Cause(*one[:4]), one[4], float(one[5]), int(one[6])) for one in saved["alarms"]]
+        found = [Alarm(Cause(*one[:4]), one[4], float(one[5]), int(one[6]), [(a, b) for a, b in one[7]])
+                 for one in saved["alarms"]]  # fmt: skip
         self.alarms = {(one.cause.identifier, one.cause.instance): one for one in found}
         self._heard = dict(saved["heard"])
         self._angles = {name: [(t, angle) for t, angle in rows] for name, rows in saved["angles"].items()}

@@ -33,6 +33,8 @@ _SLOW = (0.4, 0.15)
 # By how much the sensor of a control jumps, one standard deviation: an angle [rad], or a share of what it shows.
 _ANGLE, _SHARE = math.radians(3.0), 0.1
 
+# By how much a sensor of the motion is off as a share, one standard deviation: at one speed it is the step's.
+_SCALE = 0.3
 # Most that a reading is late, one standard deviation, as a share of L/U, and no more than so many seconds.
 _LATE, _LATEST = 0.2, 3.0
 # By how much the clock of a log goes wrong, one standard deviation; step of the difference that shows it.
@@ -119,7 +121,7 @@ def _of_sensors(machine: Machine) -> list[Suspect]:
             Suspect(f"{name} late", LATE, channels, (min(_LATE * T, _LATEST),), "s"),
         ]
         if name in (TURN, SPEED):
-            found.append(Suspect(f"{name} scaled", SHARE, channels, (_SHARE,), "of what it shows"))
+            found.append(Suspect(f"{name} scaled", SHARE, channels, (_SCALE,), "of what it shows"))
     return found
 
 
