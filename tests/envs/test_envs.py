@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from seatrial.engine import rollout
 from seatrial.environment import CALM
@@ -414,3 +414,36 @@ def test_without_gymnasium_the_extra_is_named() -> None:
     code = "import sys; sys.modules['gymnasium'] = None\nimport seatrial.envs"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "pip install 'seatrial[gym]'" in done.stderr.splitlines()[-1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("id", ["seatrial/Course-v0", "seatrial/Track-v0"])
+def test_episodes_that_begin_in_the_same_step_are_those_of_single_ships(id: str) -> None:
+    """Gymnasium's own vector of single environments, over several ends of episodes, cut off and over."""
+    mode, limit = AutoresetMode.SAME_STEP, 12
+    envs = gymnasium.make_vec(id, num_envs=3, limit=limit, current=(0.02, 0.1), autoreset_mode=mode)
+    many = SyncVectorEnv([lambda: gymnasium.make(id, limit=limit, current=(0.02, 0.1))] * 3, autoreset_mode=mode)
+    assert np.array_equal(envs.reset(seed=5)[0], many.reset(seed=5)[0])
+    assert envs.metadata["autoreset_mode"] == mode
+    envs.action_space.seed(1)
+    ends = 0
+    for _ in range(4 * limit):
+        actions = envs.action_space.sample()
+        seen, reward, over, cut, info = envs.step(actions)
+        wanted, paid, ended, stopped, told = many.step(actions)
+        assert np.array_equal(seen, wanted)
+        np.testing.assert_array_equal(reward, paid)
+        assert np.array_equal(over, ended)
+        assert np.array_equal(cut, stopped)
+        assert set(info) == set(told)
+        if told:
+            ends += int(info["_final_obs"].sum())
+            assert np.array_equal(info["_final_obs"], told["_final_obs"])
+            assert all(np.array_equal(info["final_obs"][k], told["final_obs"][k])
+                       for k in np.flatnonzero(info["_final_obs"]))  # fmt: skip
+    assert ends >= 9
+
+
+def test_episodes_cannot_stay_over_in_a_vector() -> None:
+    with pytest.raises(TaskError, match=r"autoreset_mode is .*; on the processor it is NEXT_STEP or SAME_STEP"):
+        ShipVectorEnv("kvlcc2_l7", Course(), autoreset_mode=AutoresetMode.DISABLED)

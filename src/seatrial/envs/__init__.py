@@ -155,6 +155,9 @@ class ShipEnv(gymnasium.Env[Observation, Observation]):
 class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
     """Ships at a task side by side; where an episode is over, the next action begins another and is not obeyed.
 
+    With `autoreset_mode=AutoresetMode.SAME_STEP` the step that ends an episode begins the next one, and its last
+    observation is `final_obs` in the info, zero on other ships; `_final_obs` says on which it is.
+
     On a GPU (`device="cuda"`) actions and what a step returns stay there: `torch.from_dlpack(observation)` takes an
     array without a copy.  Each is overwritten by the next step, and actions that are not finite are not refused.
 
@@ -164,7 +167,8 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
 
     def __init__(
         self, ship: str | Ship, task: Task, num_envs: int = 1, *, copy: bool = True, threads: int = 1,
-        device: str | Device = "cpu", precision: str = "double", render_mode: str | None = None, **settings: Any,
+        device: str | Device = "cpu", precision: str = "double", render_mode: str | None = None,
+        autoreset_mode: AutoresetMode = AutoresetMode.NEXT_STEP, **settings: Any,
     ) -> None:  # fmt: skip
         """Compile the step, or take it from the cache.
 
@@ -177,6 +181,7 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
             device: "cpu", or "cuda" for a GPU.
             precision: "double"; a GPU also takes "single".
             render_mode: None; there are no pictures.
+            autoreset_mode: `NEXT_STEP`, or `SAME_STEP` on the processor.
             settings: fields of `Settings`.
 
         Raises:
@@ -184,8 +189,14 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
             DeviceError: the device is not here, or cannot do this.
         """
         super().__init__()
-        self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+        known = (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)[: 2 if device == "cpu" else 1]
+        if autoreset_mode not in known:
+            where = "on the processor" if device == "cpu" else "on a GPU"
+            raise TaskError(f"autoreset_mode is {shown(autoreset_mode)}; {where} it is "
+                            f"{' or '.join(one.name for one in known)}")  # fmt: skip
+        self.metadata = {"render_modes": [], "autoreset_mode": autoreset_mode}
         self.render_mode, self.num_envs = render_mode, num_envs
+        self._at_once = autoreset_mode == AutoresetMode.SAME_STEP
         machine, given = device_of(device, precision), (ship_of(ship), task, num_envs, settings_of(settings))
         self._copy, self._here = copy and machine is None, machine is None
         self.lanes = Lanes(*given, threads) if machine is None else DeviceLanes(*given, machine, precision == "single")
@@ -224,7 +235,18 @@ class ShipVectorEnv(VectorEnv[Observation, Observation, Any]):
         """One action on every ship, shape (num_envs, actions), held for a period; ValueError: not such an action."""
         lanes, out = self.lanes, self._out
         lanes.step(checked(actions, self._shape) if self._here else actions)
-        return out(lanes.observation), out(lanes.reward), out(lanes.terminated), out(lanes.truncated), {}
+        info = self._over(lanes) if self._at_once and isinstance(lanes, Lanes) else {}
+        return out(lanes.observation), out(lanes.reward), out(lanes.terminated), out(lanes.truncated), info
+
+    @staticmethod
+    def _over(lanes: Lanes) -> dict[str, Any]:
+        """Begin anew where an episode is over, and what was last seen there, as Gymnasium has it."""
+        over = lanes.terminated | lanes.truncated
+        if not over.any():
+            return {}
+        last = np.where(over[:, None], lanes.observation, np.float32(0.0))
+        lanes.begin_over()
+        return {"final_obs": last, "_final_obs": over, "final_info": {}, "_final_info": over.copy()}
 
     def __copy__(self) -> ShipVectorEnv:
         return copied(self)

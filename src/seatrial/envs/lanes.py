@@ -108,6 +108,19 @@ class Lanes:
         self._advance()
         np.logical_or(self._over, self._cut, out=self._done)
 
+    def begin_over(self) -> None:
+        """Begin the next episode at once where one is over: `observation` is of its start there; all else stays."""
+        at = np.flatnonzero(self._done)
+        said = tuple(array.copy() for array in (self._observed, self._rewards, self._over, self._cut))
+        self._begin(at)
+        self._held[...] = 1.0  # every lane keeps its state; those that begin are seen
+        self._advance()
+        fresh = self._observed.reshape(len(self.seeds), -1)[at].copy()
+        for into, before in zip((self._observed, self._rewards, self._over, self._cut), said, strict=True):
+            into[...] = before
+        self._observed.reshape(len(self.seeds), -1)[at] = fresh
+        self._done[:] = False
+
     def _advance(self) -> None:
         self._step()
         states, memory = self._carried
