@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,17 +11,20 @@ import numpy as np
 import pytest
 from known_calibration import H, made
 
-from seatrial.belief.bands.calibration import beside, load, save
+from seatrial.belief.bands.calibration import Errors, beside, hardest, load, save
 from seatrial.identify import StudyError
 from virtual_logs import posterior
 
 
 @pytest.mark.slow
 def test_the_file_gives_the_same_bands(tmp_path: Path) -> None:
-    found, model = made(), tmp_path / "model.toml"
+    errors = {"day": Errors(math.inf, (0.2, math.inf)), "speed": Errors(0.3, (0.2, 0.4))}
+    found, model = replace(made(), errors=errors), tmp_path / "model.toml"
     path = save(found, beside(model))
     assert path.name == "model.bands.json"
     again = load(model, posterior())
+    assert again.errors == errors
+    assert hardest(again.errors) == "day", "a prediction that blows up is the worst"
     assert again.disturbance == found.disturbance
     assert (again.trials, again.begin, again.share) == (found.trials, "measured", found.share)
     assert again.left.kinds == found.left.kinds

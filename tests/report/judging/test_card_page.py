@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from example_report import fit
+from seatrial.belief.bands.calibration import Errors
 from seatrial.belief.bands.held import Held
 from seatrial.campaign.analysis.proportion import Proportion
 from seatrial.identify import Verdict
@@ -250,6 +251,23 @@ def test_bands_are_called_narrow_only_beyond_chance() -> None:
     assert "where an error must be known: no unseen trial has been judged" in forbidden(
         card(rows=(), calibrated=replace(found, unseen=())))  # fmt: skip
     assert narrow(rows_of("all", 1.0, 9, {"position": math.nan, "heading": 1.0}), 0.95) == ""
+
+
+def test_the_error_of_the_hardest_way_of_leaving_out_is_quoted_with_its_spread() -> None:
+    errors = {"recording": Errors(0.21, (0.13, 0.2, 0.3)), "speed": Errors(0.233, (0.1, 0.2, 0.4)),
+              "wind": Errors(0.22, (0.18, 0.26))}  # fmt: skip
+    found = Calibrated(8, ("zigzag",), 25.0, (), (), (), errors)
+    one = page(card(calibrated=found))
+    # sd of .1, .2 and .4 with n - 1
+    told = "standardised error of trials left out by speed, ± over parts"
+    assert tiles(one.sections[0].html)[-1] == ("0.23 ± 0.15", told)
+    body = next(s for s in one.sections if s.title == "Bands that hold").html
+    assert [row[0] for row in tables(body)[0][1:]] == ["by speed", "by wind", "by turns"]
+    assert tables(body)[0][1] == ["by speed", "3", "0.233", "0.15", "0.400"]
+    assert one.document["bands"]["errors"]["speed"]["spread"] == pytest.approx(math.sqrt(7.0 / 3.0) / 10.0)
+    turns = page(card(calibrated=replace(found, errors={"recording": errors["recording"]})))
+    assert tiles(turns.sections[0].html)[-1][1] == "standardised error of trials left out by turns, ± over parts"
+    assert "standardised" not in page(card(calibrated=replace(found, errors={}))).sections[0].html
 
 
 def test_numbers_that_are_not_identified_are_no_physics() -> None:

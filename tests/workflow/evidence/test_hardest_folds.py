@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from fitted_run import saved, trial
-from seatrial.belief.bands.calibration import beside
+from seatrial.belief.bands.calibration import load
+from seatrial.belief.reading import posterior
 from seatrial.cli.app import main
 from seatrial.data.trialfile import write_trial
 from seatrial.report.blocks import document
@@ -65,7 +66,8 @@ def test_the_error_of_the_hardest_way_is_that_of_fits_without_each_part(
     # ranges of speed and wind: no wind was logged; each kind on each day is each day, as all are turns
     assert [*errors] == ["recording", "day", "speed"]
     assert told["folds"] == max(errors, key=lambda way: errors[way]["mean"])
-    assert beside("run/model.toml").is_file()
+    kept = load("run/model.toml", posterior("run/model.toml", weighed=False)).errors
+    assert {way: one.numbers() for way, one in kept.items()} == errors, "the card quotes the hardest of these"
 
     study = read_study("study.toml")
     sigma = spread(study.problem.trials)

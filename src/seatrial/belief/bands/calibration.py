@@ -8,11 +8,11 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -76,6 +76,32 @@ class Left:
         return np.abs(self.error) / (self.spread**share * self.usual ** (1.0 - share))
 
 
+Error = Annotated[float, Limits(null=math.inf)]
+"""Infinite where a prediction blows up."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Standardised errors (Wakita 2022 Eq. 25) of left-out trials: of all together, and of each part."""
+
+    mean: Error
+    parts: tuple[Error, ...]
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation over the parts (n - 1)."""
+        return float(np.std(self.parts, ddof=1)) if np.isfinite(self.parts).all() else math.nan
+
+    def numbers(self) -> dict[str, Any]:
+        """The same for a JSON document."""
+        return {"mean": self.mean, "spread": self.spread, "parts": list(self.parts)}
+
+
+def hardest(errors: Mapping[str, Errors]) -> str:
+    """The way of leaving out whose trials are predicted worst."""
+    return max(errors, key=lambda way: errors[way].mean)
+
+
 @dataclass(frozen=True)
 class Calibration:
     """Bands of a fitted ship.
@@ -93,6 +119,7 @@ class Calibration:
         doubt: `past.Filter.doubt`.
         indices: errors of the indices of left-out turns and zigzags; None where none was left out.
         power: how much less the likelihood is worth by the left-out trials; None where its estimator has none.
+        errors: of left-out trials, by each way of leaving them out (`study.folds`) that was tried.
     """
 
     fit: str
@@ -108,6 +135,7 @@ class Calibration:
     doubt: float = 1.0
     indices: LeftIndices | None = None
     power: Power | None = None
+    errors: Mapping[str, Errors] = field(default_factory=dict[str, Errors])
 
     @cached_property
     def _known(self) -> dict[float, Factors]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from ...belief.bands.calibration import Errors, hardest
 from ...belief.bands.held import GROUPS, Held
 from ...identify import Fit
 from ...models.rolling import GRAVITY
@@ -47,6 +48,8 @@ _BANDS = (
     "in these bands only as far as trials left out of the fit in turn have widened it (seatrial calibrate): where "
     "they hold less often than 95 %, take the errors, not the bands."
 )
+# How recordings were dealt into parts, where it is not by what differs between them.
+_BY = {"recording": "by turns"}
 _NOT_CALIBRATED = (
     "No calibration is beside the model: seatrial calibrate MODEL makes one from fits that leave trials out in turn. "
     "Without it no band of this model has been held against an error."
@@ -63,6 +66,7 @@ class Calibrated:
         unseen: coverage and widths on the unseen trials of the card.
         left_out: the same on the recordings of the calibration, each judged by the others; empty where too few.
         doubts: where the bands say less, a line each.
+        errors: standardised ones of left-out trials, by the way of leaving them out.
     """
 
     recordings: int
@@ -71,6 +75,7 @@ class Calibrated:
     unseen: tuple[Held, ...]
     left_out: tuple[Held, ...]
     doubts: tuple[str, ...]
+    errors: Mapping[str, Errors] = field(default_factory=dict[str, Errors])
 
 
 @dataclass(frozen=True)
@@ -161,6 +166,11 @@ def _head(card: Card) -> Body:
     shown += [(f"{number(_DEGREES * row.error['psi'], 2)}°", "heading error (rms)") for row in best]
     inside = card.calibrated.unseen if card.calibrated else ()
     shown += [(share(inside[-1] if inside else row, "position"), "of positions within bands of 95 %") for row in best]
+    if card.calibrated and card.calibrated.errors:
+        way = hardest(card.calibrated.errors)
+        quoted = card.calibrated.errors[way]
+        shown.append((f"{number(quoted.mean, 2)} ± {number(quoted.spread, 2)}",
+                      f"standardised error of trials left out {_BY.get(way, f'by {way}')}, ± over parts"))  # fmt: skip
     return lead(words) + note("", warned) + (tiles(shown) if shown else ())
 
 
@@ -216,7 +226,7 @@ def _calibrated(card: Card) -> Body:
     words = (f"Bands of 95 %, calibrated on {found.recordings} recordings that fits left out in turn; kinds: "
              f"{', '.join(found.kinds)}. They hold up to {found.reach:.4g} s from a start.")  # fmt: skip
     return joined((
-        soft(words), bullets(found.doubts),
+        soft(words), _by_way(found.errors), bullets(found.doubts),
         heading("On the unseen trials"), held_table(found.unseen) if found.unseen
         else soft("No unseen trial is at hand, or none that bands could be made for."),
         heading("On the recordings of the calibration, each judged by the others"), held_table(found.left_out)
@@ -225,13 +235,24 @@ def _calibrated(card: Card) -> Body:
     ))  # fmt: skip
 
 
+def _by_way(errors: Mapping[str, Errors]) -> Body:
+    """Errors of left-out trials by each way of leaving them out, the hardest first: that one is to be quoted."""
+    if not errors:
+        return ()
+    ordered = sorted(errors.items(), key=lambda one: one[1].mean, reverse=True)
+    rows = [[_BY.get(way, f"by {way}"), str(len(one.parts)), number(one.mean, 3), number(one.spread, 2),
+             number(max(one.parts), 3)] for way, one in ordered]  # fmt: skip
+    return table(("left out", "parts", "standardised error", "± over parts", "worst part"), rows)
+
+
 def _bands_document(card: Card) -> dict[str, Any] | None:
     found = card.calibrated
     if found is None:
         return None
+    errors = {way: one.numbers() for way, one in found.errors.items()}
     return {"level": _CLAIMED, "recordings": found.recordings, "kinds": list(found.kinds), "reach": found.reach,
             "unseen": [asdict(row) for row in found.unseen], "left_out": [asdict(row) for row in found.left_out],
-            "doubts": list(found.doubts)}  # fmt: skip
+            "errors": errors, "doubts": list(found.doubts)}  # fmt: skip
 
 
 def _sizes(row: Held) -> dict[str, float]:

@@ -6,7 +6,7 @@ import math
 import shutil
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 
 from ...belief.bands.beginnings import by_first, by_history
 from ...belief.bands.calibrating import Withheld
-from ...belief.bands.calibration import LEVEL, MEASURED, Calibration, beside, save
+from ...belief.bands.calibration import LEVEL, MEASURED, Calibration, Errors, beside, hardest, save
 from ...belief.bands.conformal import needed, unsure
 from ...belief.fit_first import between_trials
 from ...belief.parts import LeftOut, left_out
@@ -88,7 +88,7 @@ def calibrate(
 
         dealt = {way: without(way, some) for way, some in ways.items()}
         errors = {way: _errors(some, study) for way, some in dealt.items()}
-        out = dealt[worst := max(errors, key=lambda way: errors[way].mean)]
+        out = dealt[worst := hardest(errors)]
         try:
             held = replace(held, power=power(fit, study.problem, study.estimator, out))
         except StudyError as error:
@@ -99,6 +99,7 @@ def calibrate(
             made.append(by_history(withheld, history))
         if first is not None:
             made.append(by_first(withheld, first, between_trials(fit.nuisances)))
+        made = [replace(one, errors=errors) for one in made]
         for one in made:
             sink.note(f"wrote {save(one, beside(model, one.begin))}")
     shutil.rmtree(folder, ignore_errors=True)
@@ -118,23 +119,6 @@ def _asked(parts: int | None, by: str | None) -> None:
 def _ways(trials: Sequence[Trial], by: str, parts: int) -> dict[str, list[list[Trial]]]:
     """The parts of the way of dealing that was asked for, or of all that tell the recordings apart."""
     return supported(trials, parts) if by == HARDEST else {by: folds(trials, by, parts)}
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Standardised errors (Wakita 2022 Eq. 25) of left-out trials: of all together, and of each part."""
-
-    mean: float
-    parts: tuple[float, ...]
-
-    @property
-    def spread(self) -> float:
-        """Standard deviation over the parts (n - 1)."""
-        return float(np.std(self.parts, ddof=1)) if np.isfinite(self.parts).all() else math.nan
-
-    def numbers(self) -> dict[str, Any]:
-        """The same for a JSON document."""
-        return {"mean": self.mean, "spread": self.spread, "parts": list(self.parts)}
 
 
 def _errors(out: Sequence[LeftOut], study: Study) -> Errors:

@@ -44,7 +44,9 @@ def calibrated_of(
     doubts = [*of_one_day(found)]
     rows = _unseen(found, posterior, unseen, seconds, far, doubts)
     kinds = tuple(sorted(set(found.left.kinds)))
-    return Calibrated(len(set(found.left.groups)), kinds, far, rows, crossed(found, LEVEL), tuple(doubts))
+    return Calibrated(
+        len(set(found.left.groups)), kinds, far, rows, crossed(found, LEVEL), tuple(doubts), found.errors
+    )
 
 
 def _unseen(
