@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from .. import Array, DataError
-from ..table import within
 from .files import Bag
 from .messages import READ, Values, unpacked
 
@@ -80,19 +79,24 @@ def gathered(path: Path, bag: Bag, ignored: Counter[str], wanted: Collection[str
         DataError: bytes that are no such message, a topic of two types, an impossible time.
     """
     found: dict[str, Series] = {}
+    left: dict[tuple[str, str], bool] = {}
     for message in bag.messages:
         topic, kind = message.topic, message.kind
-        if kind not in READ or (_ORDERS.search(topic) and READ[kind][0] not in ("Num", "Out") and topic not in wanted):
+        if (topic, kind) not in left:
+            order = _ORDERS.search(topic) and topic not in wanted
+            left[topic, kind] = kind not in READ or bool(order and READ[kind][0] not in ("Num", "Out"))
+            if not left[topic, kind] and (known := found.setdefault(topic, Series(kind)).kind) != kind:
+                raise DataError(f"{path}: {topic} is {known} and {kind}; give it one type")
+        if left[topic, kind]:
             ignored[f"{topic} ({kind})"] += 1
             continue
-        series = found.setdefault(topic, Series(kind))
-        if series.kind != kind:
-            raise DataError(f"{path}: {topic} is {series.kind} and {kind}; give it one type")
-        with within(f"{path}: {topic}, message {len(series.times) + 1}"):
+        series = found[topic]
+        try:
             if message.logged >= _NEVER:
                 raise DataError(f"logged {message.logged} ns after 1970; no clock can give that")
-            one = unpacked(kind, message.data, message.encoding, bag.definitions)
-        series.add(message.logged, one)
+            series.add(message.logged, unpacked(kind, message.data, message.encoding, bag.definitions))
+        except DataError as error:
+            raise DataError(f"{path}: {topic}, message {len(series.times) + 1}: {error}") from None
     return found
 
 
