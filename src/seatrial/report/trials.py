@@ -132,7 +132,7 @@ def _plane(found: Survey) -> str:
 
 
 def _drawn(name: str, entry: Entry) -> str:
-    """The track, north up at equal scale, beside speed, heading, rudder and revolutions over time."""
+    """The track, north up at equal scale, beside speed, heading and controls over time."""
     trial = entry.trial
     rows = slice(None, None, max(1, len(trial) // _POINTS))
     tracked = all(one in trial and np.isfinite(trial[one]).any() for one in ("x", "y"))
@@ -160,6 +160,11 @@ def _drawn(name: str, entry: Entry) -> str:
     return figures.svg(drawn, f"trial {name}")
 
 
+_CONTROLS = (("delta", "δ [°]", _DEGREE), ("steering", "steering [%]", 100.0), ("alpha", "α [°]", _DEGREE),
+             ("n", "n [1/s]", 1.0), ("f", "f [N]", 1.0), ("throttle", "throttle [%]", 100.0))  # fmt: skip
+"""Beginnings of the names of controls, their labels and what they are multiplied by."""
+
+
 def _curves(entry: Entry) -> Iterator[tuple[str, Mapping[str, Array]]]:
     """What is drawn over time: label, then lines by name."""
     trial = entry.trial
@@ -169,7 +174,7 @@ def _curves(entry: Entry) -> Iterator[tuple[str, Mapping[str, Array]]]:
         yield "ψ [°]", {"psi": _DEGREE * unwrapped(trial["psi"])}
     elif "r" in trial:
         yield "r [°/s]", {"r": _DEGREE * trial["r"]}
-    for kind, label, factor in (("delta", "δ [°]", _DEGREE), ("alpha", "α [°]", _DEGREE), ("n", "n [1/s]", 1.0)):
+    for kind, label, factor in _CONTROLS:
         names = [name for name in trial.channels if name.partition("_")[0] == kind]
         names = [name for name in names if not name.endswith("_cmd")] or names
         if names:

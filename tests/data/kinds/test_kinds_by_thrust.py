@@ -10,6 +10,7 @@ import pytest
 
 from seatrial.data import Trial
 from seatrial.data.kinds import recognised
+from seatrial.data.kinds.signals import driven
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
@@ -102,3 +103,19 @@ def test_thrusts_by_number_and_thrusts_to_one_side_are_no_pair() -> None:
     assert recognised(replace(spin, channels=shafts)).name == "spinning", "shafts are numbered from port"
     with_rudder = spin.having(delta=np.zeros(spin.t.size))
     assert not recognised(with_rudder).by_thrust
+
+
+def test_a_craft_that_thrusts_steer_is_looked_at_while_it_is_driven() -> None:
+    """From a tenth of the time before the first thrust to half of it behind the last; motors that idle do not count."""
+    trial = spun(1.0)
+    works = trial.t[trial["f_port"] != 0.0]
+    span = works[-1] - works[0]
+    idle = trial.having(f_port=trial["f_port"] + 0.01 * np.sin(trial.t), f_starboard=trial["f_starboard"] + 0.01)
+    for one in (trial, idle):
+        kept = driven(one).t
+        right = trial.t[(trial.t >= works[0] - 0.1 * span) & (trial.t <= works[-1] + 0.5 * span)]
+        assert np.array_equal(kept, right)
+    steered = trial.having(delta=0.1 * np.sin(trial.t))
+    assert driven(steered) is steered
+    alone = Trial("a", trial.t, {"n_P": np.ones(len(trial))})
+    assert driven(alone) is alone
