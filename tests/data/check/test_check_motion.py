@@ -566,6 +566,22 @@ def test_of_a_clock_places_and_a_speed_the_speed_is_off_where_the_others_are_see
         assert found.remedy.steps[0].amount == (pytest.approx(1.1, rel=1e-3),)
 
 
+def test_a_trial_that_turns_too_little_takes_the_clock_of_another_whose_speed_is_as_far_off() -> None:
+    """One logger has one clock; another with another ratio says nothing of this one."""
+    datum = {"datum": {"latitude": 54.0, "longitude": 10.0}}
+
+    def log(name: str, stretched: float, turns: float, clock: float = 1.0) -> Trial:
+        trial = ratio(stretched)
+        psi, r = turns * np.sin(0.05 * trial.t), clock * turns * 0.05 * np.cos(0.05 * trial.t)
+        return Trial(name, trial.t, {**trial.channels, "psi": psi, "r": r}, {}, {**trial.meta, **datum})
+
+    straight, turning, other, slow = log("a", 0.92, 0.05), log("b", 0.92, 0.5), log("c", 1.1, 0.5), \
+        log("d", 0.92, 0.5, 1.08)  # fmt: skip
+    keys = [[one.key for one in track_faults(straight, among) if one.where != "psi, gamma_G"]
+            for among in ((), (straight,), (straight, turning), (straight, other), (straight, slow))]  # fmt: skip
+    assert keys == [["time_scale"], ["time_scale"], ["log_scale"], ["time_scale"], ["time_scale"]]
+
+
 def test_distances_need_some_fixes_and_are_not_those_of_noise() -> None:
     assert _distance_ratio(ratio(1.2, 0.3, 400)) == pytest.approx(1.2, abs=0.03)
     assert math.isfinite(_distance_ratio(ratio(1.2, rows=20)))

@@ -158,8 +158,9 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
     sound = sensed.trials
     for trial in sound:
         told[trial.name] += [fault for fault in sensed.faults[trial.name] if not _repeats(fault, told[trial.name])]
-        for one in (whirl_faults, scale_faults, track_faults, wind_faults, heel_faults):
-            told[trial.name] += [fault for fault in one(trial) if not _repeats(fault, told[trial.name])]
+        for found in (whirl_faults(trial), scale_faults(trial), track_faults(trial, sound), wind_faults(trial),
+                      heel_faults(trial)):  # fmt: skip
+            told[trial.name] += [fault for fault in found if not _repeats(fault, told[trial.name])]
     wrong = {name for trial in sound for one in told[trial.name] if one.severity == "error" for name in one.channels}
     shared = [*surge_faults(sound)]
     if not any(one.key == "length" for trial in sound for one in told[trial.name]):

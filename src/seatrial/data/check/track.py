@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +106,7 @@ def surge_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
         )  # fmt: skip
 
 
-def track_faults(trial: Trial) -> Iterator[Fault]:
+def track_faults(trial: Trial, others: Iterable[Trial] = ()) -> Iterator[Fault]:
     """Compass and course exchanged; a clock, or a speed, that contradicts the distances."""
     if not all(name in trial for name in ("x", "y")):
         return
@@ -121,7 +121,7 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
             )  # fmt: skip
     ratio = _distance_ratio(trial) if "U_G" in trial else math.nan
     near = 1.0 / _CLOCK < ratio < _CLOCK
-    if abs(ratio - 1.0) > _CLOSE and near and _only_speed(trial, ratio):
+    if abs(ratio - 1.0) > _CLOSE and near and _only_speed(trial, ratio, others):
         yield Fault(
             "warning", "U_G", f"the speed over ground is {1.0 / ratio - 1.0:+.1%} off the track",
             "heading and rate of turn agree on the clock, and positions are those of latitude and longitude",
@@ -139,21 +139,32 @@ def track_faults(trial: Trial) -> Iterator[Fault]:
         )  # fmt: skip
 
 
-def _only_speed(trial: Trial, ratio: float) -> bool:
+def _only_speed(trial: Trial, ratio: float, others: Iterable[Trial]) -> bool:
     """Whether neither the clock nor the positions can be off by this ratio: a speed is left, which a fit can estimate.
 
-    The change of the heading is the integral of the rate of turn by the true clock, and places on the earth are not
-    stretched.
+    Places on the earth are not stretched, and the clock is denied by this trial, or, where it turns too little to tell,
+    by another of the same ship whose speed is as far off: one logger has one clock.
     """
-    if "datum" not in trial.meta or not has(trial, "psi", "r"):
+    if "datum" not in trial.meta:
         return False
+    agrees = _clocked(trial, ratio)
+    if agrees is not None:
+        return agrees
+    alike = (one for one in others if one is not trial and "U_G" in one and _clocked(one, ratio))
+    return any(abs(_distance_ratio(one) - ratio) < _HALF * abs(ratio - 1.0) for one in alike)
+
+
+def _clocked(trial: Trial, ratio: float) -> bool | None:
+    """Whether the change of the heading is the integral of the rate of turn by the clock; None of a turn too small."""
+    if not has(trial, "psi", "r"):
+        return None
     rows = trial.rows(complete(trial, ("psi", "r")))
     psi, turned = unwrapped(rows["psi"]), integral(rows.t, rows["r"])
     n = max(round(window_of(rows) / rows.dt), 1)
     there, given = psi[n:] - psi[:-n], turned[n:] - turned[:-n]
     power = float(given @ given)
     if not power > _TURNS**2 * given.size:
-        return False
+        return None
     return abs(float(given @ there) / power - 1.0) < _HALF * abs(ratio - 1.0)
 
 
