@@ -12,6 +12,7 @@ from scenes import scene
 from seatrial.core.errors import RequestError
 from seatrial.encounters.meeting import Meeting, dnv, imazu, named
 from seatrial.realtime.range.encounter import LONG, encountered
+from seatrial.realtime.range.pilots import Behaving
 from seatrial.realtime.range.scenario import Other, Sailing, ordinary
 from seatrial.realtime.range.stage import Stage
 
@@ -87,6 +88,15 @@ def test_a_ship_by_the_rules_gives_way_and_one_that_ignores_them_does_not() -> N
     assert passed["rules"].distance > 400.0
     assert passed["ignores"].touched is not None
     assert passed[None].touched is not None
+
+
+def test_each_ship_behaves_by_its_own_speed_and_place() -> None:
+    slow = Other("slow", ordinary("slow", 60.0, 3.0), Sailing(4000.0, 500.0, 0.0, 3.0), conduct="rules")
+    fast = Other("fast", ordinary("fast", 60.0, 9.0), Sailing(-4000.0, 500.0, 1.0, 9.0), conduct="late")
+    loop = Stage(scene(slow, fast, route=(), rate=2.0)).loop
+    pilots = Behaving(loop, "own", {"slow": "rules", "fast": "late"})
+    assert [float(one._speed[0]) for one in pilots._watches.values()] == pytest.approx([3.0, 9.0])
+    assert [one._ship for one in pilots._watches.values()] == [1, 2]
 
 
 @pytest.mark.slow

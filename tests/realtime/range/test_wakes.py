@@ -90,6 +90,9 @@ def test_a_long_run_keeps_a_bounded_number_of_rows_and_passes_as_near(monkeypatc
     assert tracks is not None
     assert 15 < len(tracks.t) <= 60
     assert tracks.t[-1] > 1900.0
+    gaps = np.diff(tracks.t)
+    far = np.hypot(tracks.x[1] - tracks.x[0], tracks.y[1] - tracks.y[0])[1:] > 700.0
+    assert gaps[far].max() <= 2.0 * np.median(gaps[far])  # evenly, whatever its length
     assert wakes.passed(926.0, 300.0)["other"].distance == pytest.approx(200.0 * math.sqrt(2.0))  # straight between
 
 
