@@ -29,6 +29,7 @@ from ...core.files import held_alone, write_whole
 from ...core.records import digest, from_json, json_of, read_record, to_json
 from ...data import Array
 from ...encounters import Tracks
+from ...encounters.area import encounters
 from ...encounters.conduct import CONDUCTS, Master, Scene, Watch
 from ...encounters.meeting import IMAZU_T, Meeting, Ranges, dnv, drawn, imazu, role
 from ...encounters.rules import Judged, judge
@@ -48,6 +49,7 @@ from .. import SILENT, Outcome, RequestError, Sink
 from ..judging import requirements
 from ..request import ship_of
 from . import argued
+from .ais_table import reports
 from .claimed import CONTACT, MUTE, PART, SCHEMA, Case, CaseFile, Part
 from .outside import Program, Ran, ran
 
@@ -188,10 +190,10 @@ class Setup:
         for what, (low, high) in (("wind", file.weather.wind), ("current", file.weather.current)):
             if low > high:
                 raise RequestError(f"weather.{what}: {low:g} to {high:g}; the least comes first")
-        met = _meeting(file, ship)
+        met = _meeting(file, ship, folder)
         stack = file.stack.wiring(folder) if isinstance(file.stack, Program) else _stack(file.stack, folder)
         known = _posterior(folder / file.ship) if file.ship.endswith(".toml") else None
-        mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, *_code(file.stack, folder)])
+        mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, *_beside(file, folder)])
         return Setup(file, ship, known, met, stack, Rules(), mark)
 
     def sailed(self, rows: slice, first: int, plain: bool) -> Sailed:
@@ -255,9 +257,13 @@ class Setup:
         return around
 
 
-def _meeting(file: CaseFile, ship: Ship) -> Meeting:
+def _meeting(file: CaseFile, ship: Ship, folder: Path) -> Meeting:
     """The encounters of a case, with an axis of runs; those drawn begin farther apart than ships may pass."""
     said, speed = file.encounters, approach(ship)[0]
+    if (said.file is None) == (said.set == "ais"):
+        raise RequestError("encounters.file: a table of AIS is what set = \"ais\" has, and no other set")
+    if said.file is not None:
+        return encounters(reports(folder / said.file), speed)
     if said.set == "drawn":
         if not said.roles:
             raise RequestError("encounters.roles: name one at least, such as \"give-way\"")
@@ -306,10 +312,11 @@ def _stack(said: str, folder: Path) -> str | Command:
     return cast("Command", made)
 
 
-def _code(stack: str | Program, folder: Path) -> list[str]:
-    """What is in the files of a stack, as far as its file or its command names them."""
+def _beside(file: CaseFile, folder: Path) -> list[str]:
+    """What is in the files of a stack, as far as its file or its command names them, and in the table of AIS."""
+    stack = file.stack
     words = shlex.split(stack.command) if isinstance(stack, Program) else [stack.partition(":")[0]]
-    paths = [folder / word for word in words]
+    paths = [folder / word for word in (*words, *([file.encounters.file] if file.encounters.file else []))]
     return [digest(path.read_bytes().decode(errors="replace")) for path in paths if path.is_file()]
 
 

@@ -18,9 +18,10 @@ RoleName = Literal["head-on", "give-way", "stand-on", "overtaking", "overtaken"]
 
 @dataclass(frozen=True, kw_only=True)
 class Encountered:
-    """What is met: drawn by role of the own ship towards each other one, or a fixed set."""
+    """What is met: drawn by role of the own ship towards each other one, a fixed set, or those of a table of AIS."""
 
-    set: Literal["drawn", "imazu", "dnv"] = "drawn"
+    set: Literal["drawn", "imazu", "dnv", "ais"] = "drawn"
+    file: str | None = None
     roles: tuple[RoleName, ...] = ("head-on", "give-way", "stand-on")
     runs: Annotated[int, Limits(least=1, most=1_000_000)] = 1000
     length: Positive | None = None
