@@ -25,7 +25,7 @@ NAMED = {
     b"CDF\x01": "netCDF", b"\x89HDF\r\n\x1a\n": "HDF5", b"# Created by Octave 6.4.0\n# name: t\n": "Octave",
     b"SQLite format 3\0": "SQLite", b"\x1f\x8b\x08": "gzip",
     b"\x0a\x0d\x0d\x0a": "pcapng", b"TDSm": "TDMS",
-    b"#INSPVAA,COM1,0,31.0;2416,1.0*00\n" * 5: "NovAtel", b"!Boat,Utc,BSP\n!boat,0,1\n0,46352.5,1,6.2\n": "Expedition",
+    b"!Boat,Utc,BSP\n!boat,0,1\n0,46352.5,1,6.2\n": "Expedition",
     b"2026-05-01 09:00:00.00: ATT {Yaw : 40.00}\n" * 4: "mavlogdump", b'"TOA5","a","b"\n': "Campbell",
 }  # fmt: skip
 

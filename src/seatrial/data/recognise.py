@@ -89,7 +89,7 @@ _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
     (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+: [A-Z0-9]+ \{"),
      Known("a print of mavlogdump", way=_FLASH)),
     (re.compile(r"#[A-Z0-9]+A,.*;|%[A-Z0-9]+SA,.*;"),
-     Known("an ASCII log of NovAtel", way="NovAtel Convert makes tables: seatrial import --guess")),
+     Known("an ASCII log of NovAtel", "novatel")),
     (re.compile(r"!?[Bb]oat,|0,\d{5}\.\d+,\d+,|!v\d+\."), Known("a log of Expedition", way=f"Expedition: {_TABLE}")),
     (re.compile(r"(FTP|VER|TND|DEV|POS|GYR|HCP|MSG|RAW|EC1|QUA|ATT) "), Known("a RAW file of HYPACK",
      way="export its GYR, POS and HCP records as a table")),

@@ -555,3 +555,40 @@ def test_a_second_fix_with_the_same_time_is_no_copy(tmp_path: Path) -> None:
     trial = read(path)
     assert len(trial) == 120
     assert not any("is logged" in step for step in trial.meta["processing"])
+
+
+def _compass(t: float) -> str:
+    """Sensor reading of a compass with a deviation of 1 deg W, in a variation of 4 deg E."""
+    return signed(f"HCHDG,{(course(t) + 1.0 - 4.0) % 360:.3f},1.0,W,4.0,E")
+
+
+FORMS: dict[str, Callable[[float], list[tuple[float, str]]]] = {
+    "fixes told three times": lambda t: [(t, gga(t)), (t, rmc(t)), (t + 0.01, gll(t)), (t + 0.02, hdt(t))],
+    "two ports": lambda t: [(t, rmc(t)), (t, hdt(t)), (t + 0.6, rmc(t))],
+    "two gyros of two talkers": lambda t: [(t, rmc(t)), (t, hdt(t)), (t + 0.6, hdt(t + 0.6, "GP", 2.0))],
+    "two gyros by TAG blocks": lambda t: [(t, rmc(t)), (t, tagged("HE0001", t, hdt(t))),
+                                          (t + 0.6, tagged("HE0002", t, hdt(t + 0.6, off=-1.7)))],
+    "two receivers by TAG blocks": lambda t: [(t, tagged("GP0001", t, rmc(t))), (t, hdt(t)),
+                                              (t + 0.6, tagged("GP0002", t, rmc(t + 0.6, begun=36001.0)))],
+    "a compass alone": lambda t: [(t, rmc(t)), (t, _compass(t))],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("rate", [1.0, 2.0])
+def test_rows_of_a_live_feed_are_those_of_a_clean_one(form: str, rate: float) -> None:
+    """A twin has its forecasts from these rows alone, so that they are as good as with a clean feed."""
+    rows: list[list[dict[str, float]]] = []
+    for says in (lambda t: [(t, rmc(t)), (t, hdt(t))], FORMS[form]):
+        ear, told = Ear(), list[dict[str, float]]()
+        coming = sorted((one for k in range(40) for one in says(float(k))), key=lambda one: one[0])
+        for due in np.arange(1.0, 40.0 * rate + 1.0) / rate - 0.05:
+            while coming and coming[0][0] <= due:
+                at, text = coming.pop(0)
+                ear.hear(text.encode(), at)
+            told.append(ear.row())
+        rows.append(told)
+    clean, messy = rows
+    assert sum(map(bool, clean)) == 40
+    for right, got in zip(clean, messy, strict=True):
+        assert got == pytest.approx(right, abs=2e-5)

@@ -66,7 +66,8 @@ class Ear:
 
     A quantity that several sources tell (position in RMC and GGA, heading of two gyros) is taken from one, talker and
     kind, the first of those that speak in the order of `data.nmea.sources`: a reading that comes twice would count
-    twice.  A magnetic compass tells heading once the variation is known, by the mapping or by a sentence.
+    twice.  The source in a TAG block parts two of one talker.  A magnetic compass tells heading once the variation is
+    known, by the mapping or by a sentence.
 
     Attributes:
         wrong: lines that were no valid sentence.
@@ -79,6 +80,7 @@ class Ear:
         self._now: dict[str, float] = {}
         self._held: dict[str, Array] = {}
         self._told: dict[str, tuple[str, float]] = {}
+        self._fixes: dict[str, dict[str, float]] = {}
         self._variation = None if self.aboard.variation is None else math.radians(self.aboard.variation)
         self._psi, self._r = math.nan, 0.0
 
@@ -91,14 +93,20 @@ class Ear:
             return
         for line in lines:
             try:
-                heard = hear(read_line(line).sentence)
+                framed = read_line(line)
+                heard = hear(framed.sentence)
             except NmeaError:
                 self.wrong += 1
                 continue
-            self._take(heard.source, readings(heard), t)
+            tag = framed.tag.source if framed.tag else None
+            self._take(f"{tag}/{heard.source}" if tag else heard.source, readings(heard), t)
 
     def _take(self, source: str, said: dict[str, float], t: float) -> None:
         """Readings of one sentence, where it is the one that its quantities are taken from."""
+        if "time_of_day" in said:  # the same fix again, digit by digit, is a copy that came by another port
+            told, self._fixes[source] = self._fixes.get(source), said
+            if told == said:
+                return
         if said.get("variation") and self.aboard.variation is None:  # 0 is that of a compass that has not been set
             self._variation = said["variation"]
         if "psi_magnetic" in said and "psi" not in said and self._variation is not None:
@@ -106,10 +114,14 @@ class Ear:
         for name, value in said.items():
             group = GROUP_OF.get(name, name)
             leads, last = self._told.get(group, (source, t))
-            place = (self.aboard.prefer.get(group) != source, rank(group, source))
-            before = (self.aboard.prefer.get(group) != leads, rank(group, leads))
+            place, before = self._place(group, source), self._place(group, leads)
             if source == leads or place < before or t - last > _SILENT:
                 self._told[group], self._now[name] = (source, t), value
+
+    def _place(self, group: str, source: str) -> tuple[bool, int]:
+        """Place of a source among those of a quantity; one that is preferred may be named without its TAG block."""
+        preferred = self.aboard.prefer.get(group)
+        return preferred not in (source, source.rpartition("/")[2]), rank(group, source)
 
     def row(self) -> dict[str, float]:
         """What has come in since the last row, as channels of a trial."""
