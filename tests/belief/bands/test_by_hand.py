@@ -281,6 +281,18 @@ def test_a_band_holds_what_is_no_farther_to_either_side() -> None:
     assert row.distance == pytest.approx(math.sqrt(2.0 * (4.0 + 1.0 + 0.25 + 2.25) / 4.0))
 
 
+@pytest.mark.parametrize("offset", [0, 1, 2])
+def test_a_slow_receiver_counts_with_its_last_reading_before_a_horizon(offset: int) -> None:
+    """A reading of x every third row: the error, which is the seconds since a start, is that of the reading."""
+    whole = trial("m", 30.0)
+    x = np.where(np.arange(len(whole)) % 3 == offset, whole["x"], np.nan)
+    one = windows(fanned(whole, (0, 20, 40), 6.0), whole.having(x=x), (9.0,))
+    for k, start in enumerate((0, 20, 40)):
+        rows = np.flatnonzero(np.isfinite(x) & (np.arange(len(whole)) >= start))
+        since = whole.t[rows] - whole.t[start]
+        assert one.error[k, 0, 0] == pytest.approx(max(s for s in since if s <= 9.0))
+
+
 def test_the_row_of_a_horizon_is_so_long_after_its_own_start() -> None:
     """Errors that are the seconds since a start: at a horizon of h they are h, where a window is that long."""
     measured = trial("m", 30.0)

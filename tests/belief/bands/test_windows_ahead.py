@@ -64,6 +64,16 @@ def test_windows_beyond_the_end_or_in_a_gap_do_not_count() -> None:
     assert np.isnan(other[1].distance)
 
 
+def test_a_slow_receiver_is_known_between_its_readings() -> None:
+    """A fix every fourth row: the distance is that of all readings, within what the track curves in two seconds."""
+    whole = trial(20, duration=60.0)
+    slow = np.arange(len(whole)) % 4 == 1
+    sparse = whole.having(x=np.where(slow, whole["x"], np.nan), y=np.where(slow, whole["y"], np.nan))
+    for one, other in zip(rows([whole], 0.01), rows([sparse], 0.01), strict=True):
+        assert other.distance == pytest.approx(one.distance, abs=0.1)
+        assert other.error["psi"] == pytest.approx(one.error["psi"], abs=one.horizon * NOISE["r"])
+
+
 def test_a_band_of_known_parameters_is_as_wide_as_the_readings_at_both_ends() -> None:
     """Of the heading: its own reading at the start and at the end, and the rate that was read at the start."""
     first = rows([trial(20)], 1e-9)[0]

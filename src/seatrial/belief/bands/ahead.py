@@ -20,7 +20,7 @@ from ...ships import Ship
 from ...simulate.lanes import Kernel, Lanes, Steps, run
 from ...simulate.loop import open_loop, open_loop_parameters
 from ...simulate.replay import Prepared, prepared
-from .held import SHARES, Windows
+from .held import SHARES, Windows, read_at
 
 # Lanes are sailed in groups of so many stored numbers and inputs, 64 MB.
 _STORED = 8_000_000
@@ -49,7 +49,7 @@ def ahead(
     for k, row in enumerate(ready.starts):
         at = ready.t[row] + rows * ready.dt
         for j, column in enumerate(ready.state.T):
-            measured[k, :, j] = np.interp(at, ready.t, column, right=np.nan)
+            measured[k, :, j] = read_at(at, ready.t, column)
     own = np.array([values(ship.model)[name] for name in names])
     sigma, rng = np.array([noise.get(name, 0.0) for name in STATES]), np.random.default_rng(1)
     starts = rng.standard_normal((len(draws) + 1, len(ready.starts), len(STATES))) * sigma

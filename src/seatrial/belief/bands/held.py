@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...campaign.analysis.proportion import Proportion
 from ...data import Array, Trial, unwrapped
@@ -18,6 +19,9 @@ GROUPS: Mapping[str, tuple[str, ...]] = {"position": ("x", "y"), "heading": ("ps
 """States that are counted together."""
 
 ALL = "all kinds"
+_STATES = np.arange(len(STATES))
+# Share of a horizon by which the reading that stands for it may be earlier.
+_EARLY = 0.2
 SHARES = (0.1, 0.5, 1.0)
 """Horizons as shares of the longest one."""
 
@@ -81,7 +85,7 @@ def windows(made: Fan, measured: Trial, horizons: Sequence[float]) -> Windows:
     Args:
         measured: the trial that was predicted, with the rows of the prediction among its own.
     """
-    off = differences(made, measured)
+    off, read = differences(made, measured), _last_read(made, measured)
     starts = np.append(np.flatnonzero(made.since == 0.0), len(made.since))
     error = np.full((len(starts) - 1, len(horizons), len(STATES)), np.nan)
     half = error.copy()
@@ -92,9 +96,38 @@ def windows(made: Fan, measured: Trial, horizons: Sequence[float]) -> Windows:
             # a restart at the horizon replaces the row that ends the window: the last one before stands for it
             row = row - 1 if row == b < len(made.since) and made.since[b - 1] > h - 4.0 * slack else row
             if row < b:
-                error[k, j], half[k, j] = off[row], made.half[row]
+                late = made.since[row] - made.since[read[row]] <= _EARLY * h
+                rows = np.where((read[row] >= a) & late, read[row], row)
+                error[k, j], half[k, j] = off[rows, _STATES], made.half[rows, _STATES]
     known = np.isfinite(error) & np.isfinite(half)
     return Windows.of(made.kind, horizons, np.where(known, error, np.nan), np.where(known, half, np.nan))
+
+
+def _last_read(made: Fan, measured: Trial) -> NDArray[np.intp]:
+    """Row of the latest reading of each state until a row, shape (rows, 6); the row itself where that is too old."""
+    off, rows = differences(made, measured), np.arange(len(made.since))
+    found = np.maximum.accumulate(np.where(np.isfinite(off), rows[:, None], -1), axis=0)
+    usual = np.array([_usual(made.predicted.t[np.isfinite(column)]) for column in off.T])
+    age = made.predicted.t[:, None] - made.predicted.t[np.maximum(found, 0)]
+    return np.where((found >= 0) & (age <= 1.5 * usual), found, rows[:, None])
+
+
+def read_at(at: Array, t: Array, values: Array) -> Array:
+    """What a channel read at some times, between the two readings about each; NaN in a gap and beyond the ends.
+
+    A receiver at 1 Hz has no value on most rows of a log at 5 Hz, and is known between its readings all the same.
+    """
+    times = t[np.isfinite(values)]
+    if times.size < 2:
+        return np.full(at.shape, np.nan)
+    found = np.interp(at, times, values[np.isfinite(values)], left=np.nan, right=np.nan)
+    after = np.clip(np.searchsorted(times, at), 1, times.size - 1)
+    return np.where(times[after] - times[after - 1] <= 1.5 * _usual(times), found, np.nan)
+
+
+def _usual(times: Array) -> float:
+    """Usual time between readings."""
+    return float(np.median(np.diff(times))) if times.size > 1 else 0.0
 
 
 def differences(made: Fan, measured: Trial) -> Array:
