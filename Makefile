@@ -32,12 +32,13 @@ test-all: .venv/test.stamp
 notebooks: .venv/test.stamp
 	$(BIN)/python -m pytest -q -m long tests/test_notebooks.py
 
-# The site in build/site, manual pages in build/man; a warning is an error, and so is a dead link or a request to elsewhere.
+# The site in build/site, manual pages in build/man, what an install brings in build/sbom.json; a warning is an error, and so is a dead link or a request to elsewhere.
 docs: .venv/docs.stamp
 	rm -rf build/site
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs build/site
 	$(BIN)/python docs/site/links.py build/site
 	$(BIN)/python docs/site/man.py build/man
+	$(BIN)/python docs/site/sbom.py build/sbom.json all
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .
