@@ -21,7 +21,7 @@ import seatrial as st
 
 DEGREE, KNOT = math.pi / 180.0, 1852.0 / 3600.0
 QUAY, START = st.Datum(57.6952, 11.8213), datetime(2025, 9, 18, 8, 30, tzinfo=UTC)
-HIDDEN = {"hull.R_0": 1.2, "hull.Y_v": 0.8, "hull.Y_r": 1.2, "hull.N_v": 1.2, "hull.N_r": 0.8, "hull.N_vvr": 1.3,
+HIDDEN = {"hull.R_0": 1.2, "hull.Y_v": 0.8, "hull.Y_r": 1.2, "hull.N_v": 0.8, "hull.N_r": 1.15, "hull.N_vvr": 1.3,
           "propeller.w_P0": 0.8, "rudder.kappa": 1.2, "rudder.l_R": 0.9}  # fmt: skip
 CURRENT = st.Weather(current=0.25, current_towards_deg=60.0)
 
@@ -66,7 +66,7 @@ def main(ship: str, folder: Path) -> None:
     rng = np.random.default_rng(5)
     folder.mkdir(parents=True, exist_ok=True)
     for number, (name, plan) in enumerate(plans.items()):
-        run = boat.simulate(plan, duration=150.0, dt=0.2, weather=CURRENT)
+        run = boat.simulate(plan, duration=240.0, dt=0.2, weather=CURRENT)
         trial, begins = st.Sensors(noise=noise).read(run, rng), START + timedelta(minutes=12 * number)
         lines: list[str] = []
         for k, t in enumerate(trial.t.tolist()):

@@ -71,7 +71,8 @@ def find_class(name: object, room: str, where: str) -> type:
     try:
         found = importlib.import_module(full)
     except Exception as error:  # whatever code that was trusted raises
-        raise ShipError(f"{where}: module {full} cannot be imported: {first_line(error)}") from None
+        where_from = "; is its folder in PYTHONPATH?" if getattr(error, "name", "") == full else ""
+        raise ShipError(f"{where}: module {full} cannot be imported: {first_line(error)}{where_from}") from None
     classes = {n: c for n, c in vars(found).items() if inspect.isclass(c) and is_dataclass(c)}
     if cls not in classes:
         raise ShipError(f"{where}: {unknown(cls, classes or ['none'], f'class in {module}')}")
