@@ -118,6 +118,7 @@ kvlcc2 @rudder.rate radians rate|delta
 kvlcc2 @rudder.rate degrees rate|delta
 kvlcc2 @rudder.dead_time minute dead~time
 kvlcc2 @rudder.high+@rudder.low radians angle
+mariner derivatives.X_dd sign X_delta
 mariner derivatives.X_u+derivatives.X_uu+derivatives.X_uuu sign surge|resistance
 mariner derivatives.X_u+derivatives.X_uu+derivatives.X_uuu tenfold surge|resistance
 mariner derivatives.X_u+derivatives.X_uu+derivatives.X_uuu tenth surge|resistance

@@ -28,6 +28,7 @@ from seatrial.validate.requirements import (
     steering,
     weather,
 )
+from seatrial.validate.requirements import thresholds as limit
 from seatrial.validate.requirements.draws import _together
 from seatrial.validate.requirements.probe import Probe
 
@@ -491,3 +492,13 @@ def test_the_push_of_masses_is_a_surge_a_sway_and_a_yaw() -> None:
     assert M[0, 1] == pytest.approx(0.0, abs=1e-9 * m)
     assert M[1, 2] == pytest.approx(M[2, 1], rel=1e-6, abs=1e-9 * m)
     assert 0.2 < math.sqrt(M[2, 2] / m) / ship.L_pp < 0.45
+
+
+def test_a_turned_thruster_has_its_thrust_at_any_speed_and_a_rudder_has_not() -> None:
+    """What changes with speed is then the hull's damping alone, which may be little."""
+    bounds = {}
+    for name in ("milliampere", "kvlcc2"):
+        found = {one.what: one for one in steering.answer_varies(Probe.of(load(name))).findings}
+        bounds[name] = [found[f"change of heading after 2 L/U, {what}"].bound
+                        for what in ("half the speed", "1.3 times the revolutions")]  # fmt: skip
+    assert bounds == {"milliampere": [None, limit.NOTICEABLE], "kvlcc2": [limit.NOTICEABLE] * 2}

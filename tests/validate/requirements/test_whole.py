@@ -103,3 +103,21 @@ def test_a_ship_that_rolls_rights_itself_and_heels_outwards() -> None:
     assert not turned(body__GM=-0.3)[0].holds
     assert not turned(derivatives__K_p=7.5e-6)[1].holds
     assert limit.HEEL.usual.low > 0.0
+
+
+def test_drag_of_a_turned_rudder_over_its_side_force_is_that_of_a_normal_force() -> None:
+    """X = -(1 - t_R) F_N sin(delta), Y = -(1 + a_H) F_N cos(delta): turned, it holds the ship back."""
+    ship = load("kvlcc2")
+    rudder = ship.model.rudder
+    about = "drag of the rudder over its side force"
+
+    def found(t_R: float) -> Finding:
+        moved = replace(ship, model=update(ship.model, {"rudder.t_R": t_R}))
+        return next(one for one in whole.findings(Probe.of(moved)) if one.what.startswith(about))
+
+    for t_R in (float(rudder.t_R), 0.2):
+        one = found(t_R)
+        shares = (1.0 - t_R) / (1.0 + float(rudder.a_H))
+        assert one.value == pytest.approx(shares * math.tan(math.radians(35.0)), rel=1e-6)
+        assert one.holds
+    assert not found(1.3).holds, "it would push the ship ahead"

@@ -154,6 +154,9 @@ HELM_YAW = within(0.055, 0.32, 0.02, 0.6, "moment of a rudder of 1/40 to 1/70 of
 HELM_LEVER = within(
     -0.6, -0.4, -0.7, -0.3, "the rudder stands at the stern, its force on the hull a little ahead of it"
 )
+HELM_DRAG = within(
+    0.15, 0.75, 0.0, 1.2, "(1 - t_R) tan(delta)/(1 + a_H) of a normal force: 0.24 to 0.64 on 14 ships"
+)
 _TURNING = "in a hard turn; on 14 ships, hull, propeller and rudder together"
 LARGE = {
     "Y_vvv": within(0.9, 2.7, 0.5, 4.5, _TURNING), "Y_vrr": within(-0.02, 1.8, -0.3, 3.5, _TURNING),

@@ -236,6 +236,12 @@ def _linear(ship: Whole) -> Iterator[Named]:
         limit.HELM_LEVER,
         "the rudder force does not act at the stern (x_R, x_H, a_H)",
     )
+    hard = ship.p.limit
+    ahead, right, left = ship.forces([(1.0, 0.0, 0.0, 1.0, angle) for angle in (0.0, hard, -hard)])
+    across = 0.5 * float(right[1] - left[1])
+    yield ("drag of the rudder over its side force, at the greatest angle",
+           (0.5 * float(right[0] + left[0]) - float(ahead[0])) / across if across else math.nan, "-", limit.HELM_DRAG,
+           "drag of a turned rudder (X_delta-delta, t_R) is that of no ship: it holds the ship back")  # fmt: skip
 
 
 def _large(ship: Whole) -> Iterator[Named]:
