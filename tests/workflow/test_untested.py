@@ -91,7 +91,9 @@ def test_a_plant_is_beyond_while_it_has_what_no_trial_had(model: Path) -> None:
     plant.surround(Environment(per_depth=1.0 / 30.0))
     for _ in range(300):
         plant.step()
-    assert [one.channel for one in plant.untested()] == ["depth"]
+    (one,) = plant.untested()
+    assert (one.channel, one.reached) == ("depth", pytest.approx((30.0, 30.0)))
+    assert np.isinf(one.covered).all()
 
 
 def test_the_bridge_tells_it_when_it_begins_and_when_it_is_over(model: Path, tmp_path: Path) -> None:
