@@ -24,6 +24,8 @@ DEG, KN = math.pi / 180.0, 1852.0 / 3600.0
 LATITUDE, LONGITUDE = 54.2, 10.4
 _RADIUS = 6378137.0, 6356752.3142
 LOST = 0.01
+JITTER = 0.5
+"""How late a row of a poor receiver may be [s]."""
 
 Orders = Callable[[float], Iterator[Order]]
 
@@ -91,6 +93,11 @@ def unseen(stranger: Stranger, angle: float = 35.0) -> dict[str, float]:
     return {"advance": ahead, "tactical_diameter": float(np.interp(at_180, t, path["y"]) - path["y"][0])}
 
 
+def heavy(random: np.random.Generator, count: int) -> Array:
+    """Noise of unit variance with the tails of Student's t of three degrees of freedom, whose variance is three."""
+    return random.standard_t(3.0, count) / math.sqrt(3.0)
+
+
 def lasting(random: np.random.Generator, t: Array, sigma: float, tau: float) -> Array:
     """Noise that forgets itself after tau [s]: exact steps of an Ornstein-Uhlenbeck process."""
     keep = np.exp(-np.diff(t, prepend=t[0]) / tau)
@@ -140,10 +147,16 @@ def read(stranger: Stranger, trial: Trial, t: Array, random: np.random.Generator
         true[name] = trial.motion.at(t - late)[name]
     ship, w = stranger.ship, trial.motion.weather
     small = ship.length < 15.0
+    if stranger.harsh:
+        late = trial.motion.at(t - random.uniform(0.0, JITTER, t.size))
+        true |= {name: late[name] for name in ("x", "y")}
     sway, course = np.arctan2(true["v_m"], true["u"]), true["psi"]
     A, B = (-w.wind * np.cos(w.wind_from - true["psi"]), -w.wind * np.sin(w.wind_from - true["psi"]))
     from_ahead, from_starboard = true["u"] - A, true["v_m"] - B
-    white, fix = random.standard_normal, 0.05 if small else 0.4
+    fix = 1.5 if stranger.harsh else 0.05 if small else 0.4
+
+    def white(count: int) -> Array:
+        return heavy(random, count) if stranger.harsh else random.standard_normal(count)
 
     def noisy(values: Array, sigma: float, slow: float, tau: float) -> Array:
         return values + sigma * white(t.size) + lasting(random, t, slow, tau)

@@ -32,7 +32,7 @@ from seatrial.workflow.simulation import simulate
 from seatrial.workflow.validate import check
 
 from .logs import FAULTS, sheet, unseen, written
-from .ships import BY_NAME, STRANGERS, Stranger
+from .ships import BY_NAME, Stranger
 
 INSTRUMENTS = (
     "bias", "scale", "delay", "offset", "port", "antenna", "receiver", "deviation", "direction", "exchange", "sign",
@@ -221,7 +221,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--keep", type=Path, help="folder for what the commands write, one of each ship")
     asked = parser.parse_args(arguments)
     outcomes: list[Outcome] = []
-    for stranger in STRANGERS:
+    for stranger in BY_NAME.values():
         if asked.names and stranger.name not in asked.names:
             continue
         with tempfile.TemporaryDirectory() as scratch:

@@ -131,6 +131,8 @@ class Stranger:
         form: of the truth; "mmg" and "twin" have the parameters of the ship that `estimate` makes.
         fault: planted in an instrument (`logs.FAULTS`); empty where all are right.
         seed: of noise, headings, current and wind.
+        harsh: whether its instruments are poor as well: fixes that wander by 1.5 m within a minute, tails that are
+            heavy, a receiver that is up to half a second late from row to row.
     """
 
     ship: Ship
@@ -138,6 +140,7 @@ class Stranger:
     form: str
     fault: str
     seed: int
+    harsh: bool = False
 
     @property
     def name(self) -> str:
@@ -207,4 +210,10 @@ STRANGERS: tuple[Stranger, ...] = (
     _made("roll", 50, 0.2, "gyro_scale", 20), _made("roll", 175, 0.1, "", 21), _made("roll", 300, 0.0, "", 22),
 )  # fmt: skip
 
-BY_NAME = {one.name: one for one in STRANGERS}
+JUDGES: tuple[Stranger, ...] = tuple(replace(one, harsh=True) for one in (
+    _made("mmg", 15, 0.4, "", 31), _made("twin", 30, 0.3, "rudder_offset", 32), _made("abkowitz", 65, 0.2, "", 33),
+    _esso(20, "", 34), _made("roll", 120, 0.4, "heading", 35),
+))  # fmt: skip
+"""A second garden, on which no default was chosen."""
+
+BY_NAME = {one.name: one for one in (*STRANGERS, *JUDGES)}

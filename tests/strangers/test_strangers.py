@@ -14,9 +14,9 @@ from garden.others import ESSO
 from garden.ships import held_speed, revolutions
 from seatrial.core.files import read_toml
 from seatrial.ships.estimate import estimate
-from strangers.logs import DEG, FAULTS, lasting, read, sheet, trials, unseen, weather, written
+from strangers.logs import DEG, FAULTS, JITTER, heavy, lasting, read, sheet, trials, unseen, weather, written
 from strangers.run import Outcome, _is, figures, one, table
-from strangers.ships import BY_NAME, STRANGERS, Alike
+from strangers.ships import BY_NAME, JUDGES, STRANGERS, Alike
 
 QUICK = ("mmg_8", "mmg_24")
 """Ships of the slow tier, one without a fault and one with."""
@@ -24,7 +24,8 @@ QUICK = ("mmg_8", "mmg_24")
 
 def test_there_are_twenty_ships_of_six_forms_and_every_fault_is_planted() -> None:
     lengths = [one.ship.length for one in STRANGERS]
-    assert len(BY_NAME) == len(STRANGERS) >= 20
+    assert len(BY_NAME) == len(STRANGERS) + len(JUDGES)
+    assert len(STRANGERS) >= 20
     assert min(lengths) <= 8.0
     assert max(lengths) >= 330.0
     assert len({one.form for one in STRANGERS}) == 6
@@ -74,6 +75,36 @@ def test_noise_that_lasts_has_its_size_and_forgets_in_its_time() -> None:
     lag = 20
     kept = float(np.mean(noise[lag:] * noise[:-lag]) / np.mean(noise**2))
     assert kept == pytest.approx(math.exp(-1.0), abs=0.08)
+
+
+def test_poor_instruments_have_heavy_tails_and_a_receiver_that_is_late() -> None:
+    noise = heavy(np.random.default_rng(4), 200_000)
+    assert np.mean(np.abs(noise)) == pytest.approx(2.0 / math.pi, rel=0.02)  # 2 sqrt(3)/pi of t3, over sqrt(3)
+    assert np.mean(np.abs(noise) > 4.0) == pytest.approx(0.0062, abs=0.001)  # of a normal density .00006
+    assert all(one.harsh for one in JUDGES)
+    assert not any(one.harsh for one in STRANGERS)
+    assert not {one.seed for one in JUDGES} & {one.seed for one in STRANGERS}
+
+
+@pytest.mark.slow
+def test_poor_fixes_wander_by_their_size_and_lag_behind() -> None:
+    stranger = BY_NAME["mmg_15"]
+    trial = trials(stranger.name)[-1]
+    t = np.arange(0.0, trial.duration)
+    ahead: list[float] = []
+    wander: list[float] = []
+    for seed in range(400):
+        said, true = read(stranger, trial, t, np.random.default_rng(seed)), trial.motion.at(t)
+        off = np.array([said[name] - true[name] for name in ("x", "y")])
+        track = np.array([np.cos(true["psi"]), np.sin(true["psi"])])
+        ahead.append(float(np.mean((off * track).sum(axis=0) / true["u"])))
+        wander.append(float(np.mean(off**2)))
+    speed = float(np.mean(trial.motion.at(t)["u"]))
+    # a log of a minute or two holds about one independent value: a mean of four hundred knows a lag to .04 s
+    far = 4.0 * 1.5 / speed / math.sqrt(400.0)
+    assert far < 0.5 * JITTER
+    assert np.mean(ahead) == pytest.approx(-0.5 * JITTER, abs=far)
+    assert math.sqrt(np.mean(wander)) == pytest.approx(1.5 * math.sqrt(1.04), rel=0.1)
 
 
 @pytest.mark.slow
