@@ -232,3 +232,20 @@ def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: Any) -> None:
     assert told.count("\n") == 1
     assert not (tmp_path / "out").exists()
     assert main(["case", str(written(tmp_path, runs=0)), "-o", str(tmp_path / "out")]) == 2
+
+
+def test_a_case_meets_the_ships_of_its_table_and_is_another_case_when_they_change(tmp_path: Path) -> None:
+    rows = [f"{t},{ship},{55.0 + sign * (0.05 - 5e-5 * t)},11.0,10.8,{course}"
+            for t in range(0, 900, 10) for ship, sign, course in ((1, 1, 180.0), (2, -1, 0.0))]  # fmt: skip
+    path = tmp_path / "area.csv"
+    path.write_text("t,mmsi,lat,lon,sog,cog\n" + "\n".join(rows), encoding="utf-8")
+    file = CaseFile(claim="c", ship="kvlcc2", encounters=Encountered(set="ais", file="area.csv"))
+    setup = module.Setup.of(file, tmp_path)
+    assert setup.runs == 2
+    assert np.abs(np.degrees(setup.meeting.psi)) == pytest.approx(np.full((2, 1), 180.0), abs=0.2)
+    path.write_text(path.read_text(encoding="utf-8") + "\n900,1,55.0,11.0,10.8,180.0", encoding="utf-8")
+    assert module.Setup.of(file, tmp_path).digest != setup.digest
+    for wrong, said in ((Encountered(set="ais"), "encounters.file"), (Encountered(file="area.csv"), "encounters.file"),
+                        (Encountered(set="ais", file="none.csv"), "none.csv: not a table")):  # fmt: skip
+        with pytest.raises(RequestError, match=said):
+            module.Setup.of(CaseFile(claim="c", ship="kvlcc2", encounters=wrong), tmp_path)

@@ -29,7 +29,7 @@ from ...core.files import held_alone, write_whole
 from ...core.records import digest, from_json, json_of, read_record, to_json
 from ...data import Array
 from ...encounters import Tracks
-from ...encounters.area import encounters
+from ...encounters.area import encounters, reports
 from ...encounters.conduct import CONDUCTS, Master, Scene, Watch
 from ...encounters.meeting import IMAZU_T, Meeting, Ranges, dnv, drawn, imazu, role
 from ...encounters.rules import Judged, judge
@@ -49,7 +49,6 @@ from .. import SILENT, Outcome, RequestError, Sink
 from ..judging import requirements
 from ..request import ship_of
 from . import argued
-from .ais_table import reports
 from .claimed import CONTACT, MUTE, PART, SCHEMA, Case, CaseFile, Part
 from .outside import Program, Ran, ran
 

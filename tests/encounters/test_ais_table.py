@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from seatrial.core.errors import RequestError
-from seatrial.workflow.safety.ais_table import reports
-from seatrial.workflow.safety.case import Setup
-from seatrial.workflow.safety.claimed import CaseFile, Encountered
+from seatrial.encounters.area import reports
 
 DANISH = """# Timestamp,Type of mobile,MMSI,Latitude,Longitude,SOG,COG
 31/01/2026 12:00:00,Class A,219000001,55.5,11.0,10.0,90.0
@@ -51,21 +49,3 @@ def test_what_is_no_table_is_a_line(tmp_path: Path, text: str, said: str) -> Non
     with pytest.raises(RequestError, match=said) as told:
         reports(tmp_path / "a.csv")
     assert "\n" not in str(told.value)
-
-
-def test_a_case_meets_the_ships_of_its_table_and_is_another_case_when_they_change(tmp_path: Path) -> None:
-    rows = [f"{t},{ship},{55.0 + sign * (0.05 - 5e-5 * t)},11.0,10.8,{course}"
-            for t in range(0, 900, 10) for ship, sign, course in ((1, 1, 180.0), (2, -1, 0.0))]  # fmt: skip
-    path = tmp_path / "area.csv"
-    path.write_text("t,mmsi,lat,lon,sog,cog\n" + "\n".join(rows), encoding="utf-8")
-    file = CaseFile(claim="c", ship="kvlcc2", encounters=Encountered(set="ais", file="area.csv"))
-    setup = Setup.of(file, tmp_path)
-    assert setup.runs == 2
-    assert np.abs(np.degrees(setup.meeting.psi)) == pytest.approx(np.full((2, 1), 180.0), abs=0.2)
-    path.write_text(path.read_text(encoding="utf-8") + "\n900,1,55.0,11.0,10.8,180.0", encoding="utf-8")
-    assert Setup.of(file, tmp_path).digest != setup.digest
-    for wrong in (Encountered(set="ais"), Encountered(file="area.csv")):
-        with pytest.raises(RequestError, match=r"encounters\.file"):
-            Setup.of(CaseFile(claim="c", ship="kvlcc2", encounters=wrong), tmp_path)
-    with pytest.raises(RequestError, match=r"none\.csv: not a table"):
-        Setup.of(CaseFile(claim="c", ship="kvlcc2", encounters=Encountered(set="ais", file="none.csv")), tmp_path)
