@@ -164,6 +164,7 @@ def test_a_bag_made_to_do_harm_is_a_line(tmp_path: Path, name: str, capsys: pyte
     said = capsys.readouterr().err
     assert len(said.splitlines()) == 1
     assert "a.bag" in said
+    assert ("more than 200000 messages" in said) == (name in ("repeated", "bomb"))
     assert not (tmp_path / "out").exists()
 
 
