@@ -64,7 +64,8 @@ def yardstick(
 
 
 def case(
-    file: o.CasePath, out: o.CaseFolder = None, shares: Shares = Shares(), verify: o.CaseVerify = False,
+    file: o.CasePath, out: o.CaseFolder = None, search: o.CaseSearch = None, shares: Shares = Shares(),
+    verify: o.CaseVerify = False,
     json: bool = False,
 ) -> None:  # fmt: skip
     """Judge an autonomy stack in many encounters: a safety case."""
@@ -78,6 +79,13 @@ def case(
         return
     if out is None:
         raise RequestError("give the folder of the parts and the page with -o DIR; or --verify one")
+    if search is not None:
+        if shares != Shares():
+            raise RequestError("--search goes by what it found and is not shared; leave --shard and --dask out")
+        from ..workflow.safety.failing import search as look
+
+        end(look(file, out, search, sink=Terminal()), json)
+        return
     try:
         end(run(file, out, workers=processors(), shard=shares.shard, dask=shares.dask, sink=Terminal()), json)
     except KeyboardInterrupt:

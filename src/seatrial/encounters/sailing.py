@@ -83,6 +83,7 @@ class Sailed:
 def sail(
     ship: Ship, meeting: Meeting, sea: Sea, stack: str | Conduct | Command = "rules",
     traffic: Sequence[str] = ("rules",), seed: int = 0, draws: Mapping[str, Array] | None = None,
+    chosen: NDArray[np.intp] | None = None,
 ) -> Sailed:  # fmt: skip
     """Sail encounters.
 
@@ -91,8 +92,9 @@ def sail(
         meeting: one, or many with an axis of runs.
         stack: who steers it: a conduct by name, a conduct, or a function that makes a master from the first scene.
         traffic: conducts of the others; each other ship of each run has one of them, drawn.
-        seed: of that draw, and of when each other ship looks.
+        seed: of that draw, and of when the others look.
         draws: values of parameters of the ship, shape (runs,) each.
+        chosen: number of the conduct of each other ship of each run, instead of a draw.
 
     Raises:
         RequestError: a conduct that is none, a ship that cannot be steered so, or times that do not fit.
@@ -104,10 +106,10 @@ def sail(
     fleet = _Fleet(ship, meeting, L, sea, draws or {})
     scene = fleet.scene(0.0)
     master = _master(stack, scene, fleet.first[:, 0], sea.limits)
-    rng = np.random.default_rng(seed)
-    chosen = rng.integers(len(known), size=(runs, targets))
+    if chosen is None:
+        chosen = np.random.default_rng(seed).integers(len(known), size=(runs, targets))
     watches = [Watch(known, chosen[:, k], k + 1, scene, fleet.first[:, k + 1], sea.limits) for k in range(targets)]
-    phase = int(rng.integers(round(LOOK / STEP)))
+    phase = int(np.random.default_rng((seed, 1)).integers(round(LOOK / STEP)))
     kept, orders = [fleet.motion], master.look(scene)
     keep, look = round(sea.every / STEP), round(LOOK / STEP)
     for k in range(1, (rows - 1) * keep + 1):

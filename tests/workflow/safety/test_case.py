@@ -19,7 +19,7 @@ from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety import case as module
 from seatrial.workflow.safety.case import case
-from seatrial.workflow.safety.claimed import CONTACT, Around, Case, CaseFile, Encountered, Part
+from seatrial.workflow.safety.claimed import CONTACT, Around, Case, CaseFile, Encountered, Met, Part
 
 TEXT = '''schema = "seatrial-case/1"
 claim = "it keeps clear"
@@ -96,9 +96,9 @@ def test_each_part_has_its_own_draws_of_the_ship(monkeypatch: pytest.MonkeyPatch
     setup = module.Setup(CaseFile(claim="c", ship="s"), Any, posterior, some, "rules", module.Rules(), "d")
     for rows, plain in ((slice(4, 6), False), (slice(4, 6), True)):
         setup.sailed(rows, 4, plain)
-    assert taken[0][-1]["a"].tolist() == [8.0, 10.0]
-    assert taken[0][-1]["b"].tolist() == [9.0, 11.0]
-    assert taken[1][-1] is None
+    assert taken[0][6]["a"].tolist() == [8.0, 10.0]
+    assert taken[0][6]["b"].tolist() == [9.0, 11.0]
+    assert taken[1][6] is None
     assert len(taken[0][1].x) == 2
 
 
@@ -218,6 +218,10 @@ def test_weather_is_within_its_range_and_from_all_sides() -> None:
     ({"traffic": ()}, "traffic: name a conduct"),
     ({"weather": Around(wind=(5.0, 1.0))}, "the least comes first"),
     ({"encounters": Encountered(roles=())}, "encounters.roles: name one"),
+    ({"encounters": Encountered(set="given")}, "encounters.ships: give one at least"),
+    ({"encounters": Encountered(set="given", ships=(Met(x=1e4, y=0.0, psi=3.0, U=1.0, conduct="port"),))},
+     "conduct 'port' is not in traffic"),
+    ({"weather": Around(wind_from=(1.0, 0.5))}, "weather.wind_from: 1 to 0.5; the least comes first"),
 ])  # fmt: skip
 def test_what_cannot_be_asked_is_a_line(tmp_path: Path, change: dict[str, Any], said: str) -> None:
     with pytest.raises(RequestError, match=said):

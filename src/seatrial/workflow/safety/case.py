@@ -6,6 +6,7 @@ by the rules of the road.  Parts of the runs lie in the folder as they end, so t
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import json
 import math
@@ -36,6 +37,7 @@ from ...encounters.rules import Judged, judge
 from ...encounters.rules import Limits as Rules
 from ...encounters.sailing import Command, Sailed, Sea, sail
 from ...encounters.sensing import looking
+from ...encounters.space import WEATHER, Space, around
 from ...environment import Environment
 from ...identify import StudyError
 from ...realtime.links.wiring import Wiring
@@ -49,7 +51,7 @@ from .. import SILENT, Outcome, RequestError, Sink
 from ..judging import requirements
 from ..request import ship_of
 from . import argued
-from .claimed import CONTACT, MUTE, PART, SCHEMA, Case, CaseFile, Part
+from .claimed import CONTACT, MUTE, PART, SCHEMA, Case, CaseFile, Failed, Part
 from .outside import Program, Ran, ran
 
 _TOGETHER = 1000
@@ -90,6 +92,8 @@ def case(
         said = f"{len(parts)} of {len(firsts)} parts are there; the page is written by the shard that ends last"
         document = {"schema": SCHEMA, "digest": setup.digest, "parts": len(parts), "of": len(firsts)}
         return Outcome(found, fields(document, lead(said)))
+    if file.found is not None:
+        sink.note(_as_found(file.found, replayed(setup)))
     page = argued.page(found, setup.ship, setup.meeting, path, partial(_again, setup), _required(setup.ship))
     write(out / "case.html", page)
     sink.note(f"wrote {out / 'case.html'}")
@@ -186,12 +190,13 @@ class Setup:
             _conduct(name, "traffic")
         if not file.traffic:
             raise RequestError("traffic: name a conduct at least; 'ignores' keeps course and speed")
-        for what, (low, high) in (("wind", file.weather.wind), ("current", file.weather.current)):
+        for what in WEATHER:
+            low, high = getattr(file.weather, what)
             if low > high:
                 raise RequestError(f"weather.{what}: {low:g} to {high:g}; the least comes first")
         met = _meeting(file, ship, folder)
         stack = file.stack.wiring(folder) if isinstance(file.stack, Program) else _stack(file.stack, folder)
-        known = _posterior(folder / file.ship) if file.ship.endswith(".toml") else None
+        known = _posterior(folder / file.ship) if file.ship.endswith(".toml") and not file.as_fitted else None
         mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, *_beside(file, folder)])
         return Setup(file, ship, known, met, stack, Rules(), mark)
 
@@ -199,9 +204,40 @@ class Setup:
         """Some runs of a stack that is called; `plain` on the ship as it was fitted."""
         met, count = self.meeting, len(range(*rows.indices(self.runs)))
         latest = float(np.max(np.where(np.isfinite(met.approach[1]), met.approach[1], 0.0)))
-        sea = Sea(LONG * latest, 10.0, self.file.encounters.length, self.rules, self._around(first, count))
+        said = self.file.encounters
+        sea = Sea(said.duration or LONG * latest, 10.0, said.length, self.rules, self._around(first, count))
         return sail(self.ship, self._some(rows), sea, self._seeing(first), self.file.traffic, self.file.seed + first,
-                    self._draws(rows, plain))  # fmt: skip
+                    self._draws(rows, plain), np.array([_conducts(self.file)]) if said.ships else None)  # fmt: skip
+
+    @property
+    def called(self) -> str | Command:
+        """The stack, of those that are called.
+
+        Raises:
+            RequestError: it is on a wire.
+        """
+        if isinstance(self.stack, Wiring):
+            raise RequestError("stack: a program on a wire runs one encounter at a time; a search takes a conduct, or "
+                               "FILE.py:NAME")  # fmt: skip
+        return self.stack
+
+    @property
+    def space(self) -> Space:
+        """The encounters that are drawn, as numbers.
+
+        Raises:
+            RequestError: a fixed set is met, or sensors err.
+        """
+        if self.file.encounters.set != "drawn":
+            raise RequestError(f"encounters.set: '{self.file.encounters.set}' has nothing to vary; a search takes "
+                               "\"drawn\"")  # fmt: skip
+        if self.file.sensors is not None:
+            raise RequestError("sensors: their errors differ from run to run in the same encounter, which a search "
+                               "does not follow; leave the table out")  # fmt: skip
+        said = self.file.weather
+        return Space(tuple(role(name) for name in self.file.encounters.roles), approach(self.ship)[0],
+                     len(self.file.traffic), _ranges(self.file, self.ship),
+                     (said.wind, said.wind_from, said.current, said.current_towards))  # fmt: skip
 
     def _seeing(self, first: int) -> str | Command:
         """The stack, with the sensors of the case between it and the ships."""
@@ -245,19 +281,13 @@ class Setup:
     def _around(self, first: int, count: int) -> Array:
         """Weather of these runs."""
         rng, said = np.random.default_rng((self.file.seed, first, 1)), self.file.weather
-        wind, current = (rng.uniform(*span, count) for span in (said.wind, said.current))
-        a, b = rng.uniform(-math.pi, math.pi, (2, count))
-        none = np.zeros(count)
-        given = Environment(wind * np.cos(a), wind * np.sin(a), current * np.cos(b), current * np.sin(b), none, none,
-                            none, none)  # fmt: skip
-        around = np.zeros((count, len(given)))
-        for k, channel in enumerate(given):
-            around[:, k] = channel
-        return around
+        wind, current, a, b = (rng.uniform(*span, count) for span in (said.wind, said.current, said.wind_from,
+                                                                      said.current_towards))  # fmt: skip
+        return around(np.column_stack([wind, a, current, b]))
 
 
 def _meeting(file: CaseFile, ship: Ship, folder: Path) -> Meeting:
-    """The encounters of a case, with an axis of runs; those drawn begin farther apart than ships may pass."""
+    """The encounters of a case, with an axis of runs."""
     said, speed = file.encounters, approach(ship)[0]
     if (said.file is None) == (said.set == "ais"):
         raise RequestError("encounters.file: a table of AIS is what set = \"ais\" has, and no other set")
@@ -266,12 +296,30 @@ def _meeting(file: CaseFile, ship: Ship, folder: Path) -> Meeting:
     if said.set == "drawn":
         if not said.roles:
             raise RequestError("encounters.roles: name one at least, such as \"give-way\"")
-        apart = float(Rules().passing.of(np.array(max(ship.L_pp, said.length or 0.0))))
-        met = drawn([role(name) for name in said.roles], said.runs, speed, file.seed, Ranges(apart=apart))
+        met = drawn([role(name) for name in said.roles], said.runs, speed, file.seed, _ranges(file, ship))
         return replace(met, U=np.full(said.runs, speed))
+    if said.set == "given":
+        if not said.ships:
+            raise RequestError("encounters.ships: give one at least, with x, y, psi, U and conduct")
+        _conducts(file)
+        return Meeting(np.array([speed]), *(np.array([[float(getattr(one, name)) for one in said.ships]])
+                                            for name in ("x", "y", "psi", "U")))  # fmt: skip
     some = imazu(speed, IMAZU_T) if said.set == "imazu" else dnv(speed)
     ships = max(len(one.x) for one in some)
     return _alike(some, ships)
+
+
+def _ranges(file: CaseFile, ship: Ship) -> Ranges:
+    """From where encounters are drawn; they begin farther apart than ships may pass."""
+    return Ranges(apart=float(Rules().passing.of(np.array(max(ship.L_pp, file.encounters.length or 0.0)))))
+
+
+def _conducts(file: CaseFile) -> list[int]:
+    """Numbers of the conducts of the ships given, in `traffic`."""
+    for one in file.encounters.ships:
+        if one.conduct not in file.traffic:
+            raise RequestError(f"encounters.ships: conduct '{one.conduct}' is not in traffic")
+    return [file.traffic.index(one.conduct) for one in file.encounters.ships]
 
 
 def _alike(some: Sequence[Meeting], ships: int) -> Meeting:
@@ -373,7 +421,7 @@ def _on_wire(one: Ran, first: bool) -> tuple[tuple[str, ...] | None, tuple[str, 
         return None, ()
     own = judge(one.tracks, own=True)
     silent = {MUTE} if one.silent is not None else set[str]()
-    return tuple(sorted({*_of_run(own, ()), *silent})), _applied(own, ())
+    return tuple(sorted({*broken_of(own, ()), *silent})), _applied(own, ())
 
 
 def _broken(sailed: Sailed, rows: slice) -> _Found:
@@ -383,11 +431,12 @@ def _broken(sailed: Sailed, rows: slice) -> _Found:
     applied: list[tuple[str, ...]] = [()] * count
     own = judge(sailed.tracks, own=True) if len(sailed.runs) else ()
     for k, run in enumerate(sailed.runs.tolist()):
-        broken[run], applied[run] = _of_run(own, (k,)), _applied(own, (k,))
+        broken[run], applied[run] = broken_of(own, (k,)), _applied(own, (k,))
     return tuple(broken), tuple(applied)
 
 
-def _of_run(own: Sequence[Judged], where: tuple[int, ...]) -> tuple[str, ...]:
+def broken_of(own: Sequence[Judged], where: tuple[int, ...]) -> tuple[str, ...]:
+    """Rules that the own ship did not keep in one run, and `CONTACT`."""
     said = {rule for one in own for rule in one.broken(where)}
     return tuple(sorted(said | ({CONTACT} if any(one.contact[where] for one in own) else set())))
 
@@ -409,3 +458,23 @@ def _again(setup: Setup, runs: Sequence[int]) -> Iterator[tuple[int, Tracks, tup
         judged = judge(sailed.tracks)
         for run in some:
             yield run, sailed.tracks, judged, (int(np.flatnonzero(sailed.runs == run - first)[0]),)
+
+
+def replayed(setup: Setup) -> Failed:
+    """What the one run of a kept failure breaks now, and the digest of its tracks."""
+    sailed = setup.sailed(slice(0, 1), 0, plain=True)
+    if not len(sailed.runs):
+        return Failed(broken=(), tracks="")
+    tracks = sailed.tracks
+    bits = np.stack([tracks.x, tracks.y, tracks.psi, tracks.u, tracks.v_m]).tobytes()
+    return Failed(broken=broken_of(judge(tracks, setup.rules, own=True), (0,)),
+                  tracks=hashlib.sha256(bits).hexdigest()[:16])  # fmt: skip
+
+
+def _as_found(then: Failed, now: Failed) -> str:
+    if then == now:
+        return f"as found: breaks {', '.join(now.broken)} on the same tracks, bit for bit"
+    if then.tracks == now.tracks:
+        return f"the same tracks as found, but other rules are broken: {', '.join(now.broken) or 'none'}"
+    return (f"not as found: {', '.join(now.broken) or 'nothing'} broken, then {', '.join(then.broken)}; stack, ship or "
+            "version have changed, or the type of processor")  # fmt: skip

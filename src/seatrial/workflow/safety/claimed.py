@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass, field
 from typing import Annotated, Literal
 
@@ -17,22 +18,48 @@ RoleName = Literal["head-on", "give-way", "stand-on", "overtaking", "overtaken"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Encountered:
-    """What is met: drawn by role of the own ship towards each other one, a fixed set, or those of a table of AIS."""
+class Met:
+    """A ship that is met: place north and east of the own one [m], course [rad], speed [m/s], conduct."""
 
-    set: Literal["drawn", "imazu", "dnv", "ais"] = "drawn"
+    x: float
+    y: float
+    psi: float
+    U: Positive
+    conduct: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Encountered:
+    """What is met: drawn by role of the own ship towards each other one, a fixed set, ships given, or a table of AIS.
+
+    `duration` [s] is that of a run; by the latest meeting unless given.
+    """
+
+    set: Literal["drawn", "imazu", "dnv", "given", "ais"] = "drawn"
     file: str | None = None
+    ships: tuple[Met, ...] = ()
     roles: tuple[RoleName, ...] = ("head-on", "give-way", "stand-on")
     runs: Annotated[int, Limits(least=1, most=1_000_000)] = 1000
     length: Positive | None = None
+    duration: Positive | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Around:
-    """Least and greatest true wind and current, from any direction [m/s]."""
+    """Least and greatest true wind and current [m/s], and of their directions [rad]; any unless given."""
 
     wind: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    wind_from: tuple[float, float] = (-math.pi, math.pi)
     current: tuple[NotNegative, NotNegative] = (0.0, 0.0)
+    current_towards: tuple[float, float] = (-math.pi, math.pi)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Failed:
+    """What a failure was when it was found: rules that it broke, and the digest of its tracks."""
+
+    broken: tuple[str, ...]
+    tracks: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +67,8 @@ class CaseFile:
     """A case as its file has it.
 
     `stack` and `traffic` are conducts, a stack also FILE.py:NAME of one's own, or a program on a wire.  It sees all
-    ships as they are without `sensors`.
+    ships as they are without `sensors`.  `as_fitted` draws no ship from the posterior, and `found` is of a failure that
+    was kept.
     """
 
     claim: str
@@ -51,6 +79,8 @@ class CaseFile:
     encounters: Encountered = field(default_factory=Encountered)
     weather: Around = field(default_factory=Around)
     sensors: Sensing | None = None
+    as_fitted: bool = False
+    found: Failed | None = None
 
     @property
     def called(self) -> str:
