@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -38,7 +40,8 @@ class Browser:
     def __init__(self, folder: Path, width: int = 1280, height: int = 800) -> None:
         flags = (*_FLAGS, f"--user-data-dir={folder}", f"--window-size={width},{height}", "about:blank")
         qt = (sys.executable, str(CHROMIUM), str(_free_port()), str(width), str(height))
-        self._process = subprocess.Popen((_INSTALLED, *flags) if _INSTALLED else qt, stderr=subprocess.PIPE, text=True)
+        self._process = subprocess.Popen((_INSTALLED, *flags) if _INSTALLED else qt, stderr=subprocess.PIPE, text=True,
+                                         start_new_session=True)  # fmt: skip
         port = self._port()
         with connect(port, max_size=None, proxy=None) as ws:
             ws.send(json.dumps({"id": 1, "method": "Target.getTargets"}))
@@ -116,7 +119,7 @@ class Browser:
 
     def __exit__(self, *_: object) -> None:
         self._open.close()
-        self._process.terminate()
+        os.killpg(self._process.pid, signal.SIGKILL)  # the installed program may be a script around the browser
         self._process.wait(10)
         if self._process.stderr:
             self._process.stderr.close()

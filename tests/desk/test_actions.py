@@ -102,3 +102,22 @@ def test_kinds_of_items_that_actions_ask_for_are_kinds_of_the_shelf(folder: Path
     fields = [field for action in ACTIONS.values() for field in action.fields if field.kind == "item"]
     asked = {kind for field in fields for kind in field.kinds}
     assert {one.kind for one in shelf(folder)} | {"log"} >= asked
+
+
+@pytest.mark.parametrize(("key", "given", "words"), [
+    ("guess", {"logs": "logs", "out": "m.toml"}, "import --guess logs -o m.toml"),
+    ("import", {"logs": "logs", "out": "t"}, "import logs -o t"),
+    ("check", {"trials": "trials"}, "check trials"),
+    ("check", {"trials": "trials", "out": "s.toml"}, "check trials --remedy s.toml"),
+    ("trials", {"trials": "trials", "out": "t.html"}, "trials trials -o t.html"),
+    ("mend", {"trials": "trials", "steps": "steps.toml", "out": "m"}, "mend trials --by steps.toml -o m"),
+    ("copy", {"ship": "kcs", "out": "s.toml"}, "copy kcs s.toml"),
+    ("study", {"ship": "kcs", "trials": "trials", "out": "s.toml"}, "study new kcs trials -o s.toml"),
+    ("identify", {"study": "study.toml", "out": "run"}, "identify study.toml -o run"),
+    ("predict", {"ship": "ship.toml", "trials": "trials", "out": "p"}, "predict ship.toml trials -o p"),
+    ("imo", {"ship": "ship.toml", "out": "i.html"}, "imo ship.toml -o i.html"),
+    ("requirements", {"ship": "ship.toml", "out": "r.html"}, "requirements ship.toml -o r.html"),
+    ("fmu", {"ship": "ship.toml", "out": "s.fmu"}, "export ship.toml --fmu s.fmu"),
+])  # fmt: skip
+def test_the_commands_are_those_of_the_guide(folder: Path, key: str, given: dict[str, str], words: str) -> None:
+    assert command(folder, key, given)[0] == words.split()

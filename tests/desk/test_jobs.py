@@ -32,7 +32,8 @@ def test_a_command_runs_in_the_folder_and_its_words_are_kept(tmp_path: Path) -> 
     assert (tmp_path / "my ship.toml").exists()
     assert "my ship.toml" in said["text"]
     assert jobs.said(job.number, said["read"])["text"] == ""
-    assert jobs.said(job.number, 3)["text"] == said["text"].encode()[3:].decode()
+    later = jobs.said(job.number, 3)
+    assert (later["text"], later["read"]) == (said["text"].encode()[3:].decode(), said["read"])
     other = Jobs(tmp_path)  # a page that is opened later
     assert [one["state"] for one in other.every()] == ["done"]
     wrong = other.start(["copy", "kvlcc2_l8", "x.toml"])
