@@ -173,7 +173,7 @@ def test_what_bands_do_not_say_is_told_line_by_line() -> None:
     assert told[0].startswith("no trial of the fit is of this kind (")
     assert told[0].endswith("they are turning")
     lost = asked._caveats(run(), none, PARAMETERS_ONLY, bands((3.0, math.nan, 5.0)))
-    assert lost[-1].startswith("2 of 3 draws left the validity")
+    assert lost[-1].startswith("2 of 3 draws have no revolutions that hold the speed, left the validity")
     doubt = drawing(explained=False)
     assert "the bands are too narrow" in doubt._caveats(run(), none, PARAMETERS_ONLY, bands())[0]
     assert not any("too narrow" in line for line in doubt._caveats(run(), none, LEFT_OUT, bands()))
