@@ -41,10 +41,9 @@ class Pilot:
         """The heading to steer: the old one once nobody is in the way of it or forward of the beam."""
         danger, ahead = False, False
         for bearing, cpa, tcpa in self.near.values():
-            side = (bearing - (self.heading or 0.0) + 180.0) % 360.0 - 180.0
-            stands_on = -112.5 < side < -10.0
-            danger |= cpa < CLEAR and 0.0 < tcpa < (LATE if stands_on else EARLY)
-            ahead |= tcpa > 0.0 and abs(side) < 100.0
+            before = (bearing - self.course + 180.0) % 360.0 - 180.0  # its part is that on the old course
+            danger |= cpa < CLEAR and 0.0 < tcpa < (LATE if -112.5 < before < -10.0 else EARLY)
+            ahead |= tcpa > 0.0 and abs((bearing - (self.heading or 0.0) + 180.0) % 360.0 - 180.0) < 100.0
         if danger and self.order - self.course < 150.0:
             turned = ((self.heading or 0.0) - self.order + 180.0) % 360.0 - 180.0
             if self.order == self.course or abs(turned) < 3.0:  # the turn is over and does not suffice
