@@ -18,6 +18,7 @@ from seatrial.data import DataError, Trial
 from seatrial.data.formats import reader
 from seatrial.data.formats import tlog as tlogs
 from seatrial.data.formats import ulog as ulogs
+from seatrial.data.guess import guess
 from seatrial.data.robot.topics import Number, Topics
 from seatrial.workflow.data import importing
 
@@ -253,3 +254,31 @@ def test_a_log_made_to_do_harm_is_a_line(
     assert len(said.err.splitlines()) == 1
     assert "a.dat" in said.err
     assert said.out == ""
+
+
+def test_pulses_without_their_functions_are_numbers_of_a_mapping(tmp_path: Path) -> None:
+    """The guess finds the servo that turns the boat, with its sense; what is not mapped is counted."""
+    out, path = Link(), tmp_path / "run.tlog"
+    t = 0.2 * np.arange(600)
+    order = np.where(np.arange(t.size) // 60 % 2 == 0, 0.5, -0.5)
+    r = np.zeros(t.size)
+    for k in range(1, t.size):
+        r[k] = r[k - 1] + 0.2 * (0.2 * order[k] - r[k - 1])
+    psi = 0.3 + np.cumsum(0.2 * r)
+    north, east = (np.cumsum(0.2 * one) for one in (1.5 * np.cos(psi), 1.5 * np.sin(psi)))
+    for k, now in enumerate(t.tolist()):
+        out.attitude(BOOT + now, now, float(psi[k]), float(r[k]))
+        out.place(BOOT + now, now, *DATUM.place(float(north[k]), float(east[k])), 1.5 * math.cos(psi[k]),
+                  1.5 * math.sin(psi[k]))  # fmt: skip
+        out.servos(BOOT + now, round(1500 - 400 * order[k]), 0, 1600)
+    path.write_bytes(tlog(out))
+    plain = tlogs.read(path)
+    assert "steering" not in plain
+    assert plain.meta["ignored"]["SERVO_OUTPUT_RAW[1]"] == t.size
+    found = guess(path)
+    (tmp_path / "m.toml").write_text(found.text)
+    got = tlogs.read(path, tlogs.read_mapping(tmp_path / "m.toml"))
+    there = np.isfinite(got["steering"])
+    assert there.mean() > 0.9
+    np.testing.assert_allclose(got["steering"][there], order[there], atol=2e-3)
+    assert "SERVO_OUTPUT_RAW[3]" not in found.text, "pulses that never change drive nothing"

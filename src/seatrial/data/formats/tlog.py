@@ -3,6 +3,8 @@
 A record is the time of the ground station and a frame.  What was sent says its time since boot, which counts before
 that of the radio link; the clock of the ground station gives the date.  Of several systems the autopilot that says most
 is read; a ground station (255) is none.  The .bin of the autopilot itself has more, and loses nothing on the way.
+What goes to the servos has its meaning in parameters; a log without these has numbers, ``SERVO_OUTPUT_RAW[1]``, which a
+mapping makes channels of.
 """
 
 from __future__ import annotations
@@ -25,13 +27,14 @@ from .. import DataError, Trial
 from ..instruments import Heard, trial_by
 from ..robot.messages import Values
 from ..robot.series import Series
+from ..robot.topics import Bare, Topics, named, read_topics
 from .dataflash import servos
-from .nmea import Aboard, read_mapping
 
 __all__ = ["name", "read", "read_mapping", "suffixes"]
 
 name = "tlog"
 suffixes = (".tlog",)
+read_mapping = read_topics
 _STAMP = struct.Struct(">Q")
 _BEGIN = re.compile(rb"\x00[\x03-\x0e].{6}[\xfd\xfe]", re.DOTALL)
 """A stamp of the years 2000 to 2100 [us since 1970], and the first byte of a frame behind it."""
@@ -100,7 +103,7 @@ class _System:
             self.ignored[kind] += 1
 
 
-def read(source: Path, mapping: Aboard | None = None) -> Trial:
+def read(source: Path, mapping: Topics | None = None) -> Trial:
     """Read one log; without a mapping by the one beside it."""
     systems: dict[int, _System] = {}
     steps: list[str] = []
@@ -113,13 +116,14 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
     own = systems[number]
     if len(systems) > 1:
         steps.append(f"system {number} is read; others speak too: {', '.join(str(k) for k in systems if k != number)}")
-    heard, first = _heard(own, steps)
+    heard, bare, first = _heard(own, steps)
+    plain = named(source, mapping or Topics(), heard, bare)
     heard.ignored.update(own.ignored)
-    return trial_by(source, heard, "messages of MAVLink", mapping, first, steps, base="psi")
+    return trial_by(source, heard, "messages of MAVLink", mapping, first, steps, plain=plain, base="psi")
 
 
-def _heard(own: _System, steps: list[str]) -> tuple[Heard, float]:
-    """The readings by the clock of the autopilot, and when that was zero [s since 1970]."""
+def _heard(own: _System, steps: list[str]) -> tuple[Heard, dict[str, Bare], float]:
+    """Readings by the clock of the autopilot, pulses whose use nothing says, and when it was 0 [s since 1970]."""
     at = {source: np.array(one.times) / 1e9 for source, one in own.said.items()}
     boots = {source: one.column("boot") for source, one in own.said.items()}
     late = np.concatenate([np.zeros(0), *(at[source] - boots[source] for source in at)])
@@ -131,18 +135,22 @@ def _heard(own: _System, steps: list[str]) -> tuple[Heard, float]:
         steps.append(f"times are those since boot; the delay of the link changed by {np.ptp(late):.3g} s at most")
     booted = late.size > 0 and not again
     first = float(np.median(late)) if booted else min((float(one[0]) for one in at.values()), default=0.0)
-    heard = Heard()
+    heard, bare = Heard(), dict[str, Bare]()
     for source, one in own.said.items():
         t = np.where(booted & np.isfinite(boots[source]), boots[source], at[source] - first)
         if source == _SERVOS:
             names = [name for name in one.columns if name != "boot"]
+            if not any(re.fullmatch(r"SERVO\d+_FUNCTION", known) for known in own.parameters):
+                bare |= {f"{source}[{name[1:]}]": (t, np.where(one.column(name) > 0.0, one.column(name), math.nan))
+                         for name in names if (one.column(name) > 0.0).any()}  # fmt: skip
+                continue
             rows = np.column_stack([t, *(one.column(name) for name in names)]).tolist()
             steps += servos(heard, [dict(zip(("t", *names), row, strict=True)) for row in rows], own.parameters, source)
             continue
         for name in one.columns:
             if name != "boot":
                 heard.whole(source, name, t, one.column(name))
-    return heard, first
+    return heard, bare, first
 
 
 def _messages(path: Path, steps: list[str]) -> Iterator[tuple[int, Any]]:

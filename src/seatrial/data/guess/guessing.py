@@ -92,7 +92,7 @@ def guess(src: str | Path) -> Guess:
 _SENTENCE = re.compile(rb"[$!][A-Z0-9]{4,15},")
 """The address that a sentence of NMEA 0183 begins with, behind a stamp or not."""
 _SOURCES = ("position", "ground", "log", "apparent", "heading")
-_ROBOTS = ("mcap", "rosbag2", "rosbag1", "ulog")
+_ROBOTS = ("mcap", "rosbag2", "rosbag1", "ulog", "tlog")
 
 
 def _of_numbers(src: Path, known: Reader) -> Guess:

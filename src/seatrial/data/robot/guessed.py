@@ -98,7 +98,8 @@ def _motion(trial: Trial) -> Known:
 def _lines(values: Mapping[str, Array], known: Known) -> Iterator[Line]:
     left = dict(values)
     for at in list(left):
-        if _STEERS & set(_WORDS.findall(at.lower())):
+        # an autopilot calls all that it drives servos
+        if _STEERS & set(_WORDS.findall(at.lower().replace("servo_output", ""))):
             yield _rudder(at, left.pop(at), known)
     yield from _shafts({at: left.pop(at) for at in list(left) if "rpm" in at.lower()}, known)
     pair = _pair(left, known)
