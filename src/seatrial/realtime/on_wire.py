@@ -188,7 +188,8 @@ class OnWire:
         fittings: datum, positions of instruments, rudders and shafts.
         authority: senders that may have command.
         speakers: called after each tick for lines of other sources, which go out before the ship's own.
-        said: kinds of the ship's own sentences in the last tick.
+        sends: kinds of the ship's own sentences.
+        said: those of the last tick.
         listeners: called with each valid sentence, whoever has command.
         log: file for the sentences sent, each with a TAG block that has its time; None: no log.
     """
@@ -229,7 +230,7 @@ class OnWire:
                 raise WireError(f"{kind} cannot be sent: {why}")
         if vessel.watch is None:
             loop.equip(ship, suite)
-        self._voice = Voice(fittings, rates, loop.t)
+        self._voice, self.sends = Voice(fittings, rates, loop.t), frozenset(rates)
         self.conning = Conning(plant.ship, fittings, hold, steers=steers(suite), authority=authority)
         self._number, self._was_stale, self._commander = 0, False, ""
         self._line = (0, 0)
@@ -372,7 +373,14 @@ class Lockstep:
     """
 
     def __init__(self, loop: Loop, on_wire: OnWire, to: str = "ZDA", patience: float = 10.0) -> None:
-        """Wait after each tick in which a sentence `to` is sent, at most `patience` seconds of the clock."""
+        """Wait after each tick in which a sentence `to` is sent, at most `patience` seconds of the clock.
+
+        Raises:
+            WireError: the ship sends no such sentence, so that nothing would be waited for.
+        """
+        if to not in on_wire.sends:
+            raise WireError(f"the ship waits for an answer to each {to}, which it does not send; it sends "
+                            f"{', '.join(sorted(on_wire.sends))}")  # fmt: skip
         self._on_wire, self._to, self._patience = on_wire, to, patience
         self.failure, self.answers, self.waited = "", 0, 0.0
         self.alive: Callable[[], bool] = lambda: True

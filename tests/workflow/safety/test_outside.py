@@ -104,6 +104,8 @@ def test_what_a_run_on_a_wire_is_counted_as() -> None:
     ({"command": "no_such_program_here {address}"}, "cannot be run"),
     ({"command": "python stack.py", "sends": "HDT,ZDT"}, "no sentence 'ZDT'"),
     ({"command": "python stack.py", "answers": "TTM"}, "no sentence 'TTM'"),
+    ({"command": "python stack.py", "sends": "HDT,TTM"}, "an answer to each ZDA, which it does not send; it sends HDT"),
+    ({"command": "python stack.py", "answers": "HDG", "sends": "HDT,ZDA"}, "each HDG, which it does not send"),
 ])  # fmt: skip
 def test_a_program_that_cannot_be_is_a_line(tmp_path: Path, change: dict[str, str], said: str) -> None:
     with pytest.raises(RequestError, match=said):
