@@ -18,7 +18,7 @@ from seatrial.identify.regression import captive_loads
 from seatrial.identify.regression.regression import criteria, least_squares
 from seatrial.identify.shooting.balance import smoothed
 from seatrial.identify.shooting.constraints import Inequalities, Penalty, _damping, _masses
-from seatrial.identify.trajectory.suspects import named, suspects
+from seatrial.identify.trajectory.suspects import named, recorded, suspects
 from seatrial.identify.vector import Vector
 from seatrial.ships.files import load
 
@@ -74,6 +74,19 @@ def test_a_delay_is_the_reading_a_second_before_to_first_order() -> None:
     np.testing.assert_allclose(fast, -2.0 * T[1:-1])
     single = every()["delay.psi"].reads(RUN[:, :1], None, 0.5)
     assert not single.any()
+
+
+def test_a_recorded_state_is_off_by_the_way_of_a_delay_and_by_a_bias() -> None:
+    """One second late, a position is where the ship was a second before: by u and v_m along their axes."""
+    known = every()
+    state = np.array([[5.0, 6.0, 0.3, 2.0, 0.5, 0.1], [0.0, 0.0, -1.2, 1.0, -0.4, 0.0]])
+    off = recorded([known[name] for name in ("delay.position", "bias.psi", "offset.delta")], state, 0.5)
+    ahead, across = (np.column_stack(pair) for pair in (
+        (np.cos(state[:, 2]), np.sin(state[:, 2])), (-np.sin(state[:, 2]), np.cos(state[:, 2]))))  # fmt: skip
+    np.testing.assert_allclose(off[0, :, :2], -(state[:, 3:4] * ahead + state[:, 4:5] * across), atol=1e-12)
+    assert not off[0, :, 2:].any()
+    np.testing.assert_allclose(off[1], np.eye(6)[[2, 2]])
+    assert not off[2].any()
 
 
 def test_an_input_acts_its_error_in_its_own_column() -> None:

@@ -10,11 +10,12 @@ import pytest
 
 from seatrial.core.parameters import values
 from seatrial.data import Trial
+from seatrial.forces.wind import fujiwara1998
 from seatrial.identify import StudyError
 from seatrial.ships import Ship
 from seatrial.ships.estimate import estimate
 from seatrial.ships.files import load, save
-from seatrial.study.drafting.wind import blown, outline, table, with_wind
+from seatrial.study.drafting.wind import _HEIGHT, _OUTLINES, blown, outline, table, with_wind
 from seatrial.study.freedom import stated
 from seatrial.study.study import read_ship
 
@@ -58,6 +59,21 @@ def test_it_pushes_as_ships_are_pushed_and_is_as_uncertain_as_they_differ(bare: 
     big, many = outline(10.0 * L, 10.0 * B)
     assert big["A_L"] == pytest.approx(100.0 * sizes["A_L"])
     assert many == {name: pytest.approx(pair) for name, pair in numbers.items()}
+
+
+def test_its_mean_is_the_mean_of_the_forces_on_the_outlines() -> None:
+    sizes, numbers = outline(L, B)
+    forces: dict[str, list[float]] = {"X_1": [], "Y_1": [], "N_2": []}
+    for front, side, deck, C, C_BR, H_BR in _OUTLINES.values():
+        A_T, A_L = front * B * B, side * L * L
+        own = fujiwara1998(A_T=A_T, A_L=A_L, A_OD=deck * A_L, C=C * L, C_BR=C_BR * L, H_BR=H_BR * L,
+                           H_C=_HEIGHT * A_L / L, B=B, L=L)  # fmt: skip
+        for name, some in forces.items():
+            some.append(own[name] * (A_T if name[0] == "X" else A_L))
+    for name, some in forces.items():
+        area = sizes["A_T" if name[0] == "X" else "A_L"]
+        assert numbers[name][0] * area == pytest.approx(np.mean(some))
+        assert numbers[name][1] * area == pytest.approx(np.std(some, ddof=1))
 
 
 def test_the_table_of_the_study_is_that_force_with_its_sigmas(bare: Ship, tmp_path: Path) -> None:
