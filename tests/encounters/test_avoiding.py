@@ -55,6 +55,13 @@ def test_it_stands_on_before_ships_from_port_until_it_is_alone_and_then_does_not
     assert chosen(meets(90.0, 900.0), t=560.0) > 0.0
 
 
+def test_it_goes_back_to_its_course_when_that_is_free() -> None:
+    ship = meets(180.0, 900.0)
+    pilot = KeepClear(scene(ship), Limits())
+    assert pilot.look(scene(ship)).psi[0] > 0.5
+    assert pilot.look(scene(ship, t=950.0)).psi[0] == 0.0  # it has passed
+
+
 def test_without_rules_it_turns_to_the_cheaper_side_and_at_once() -> None:
     assert chosen(meets(180.0, 900.0), rules=False, lean=0.3) < 0.0
     assert chosen(meets(180.0, 900.0), rules=False, lean=-0.3) > 0.0

@@ -222,6 +222,58 @@ def test_room_is_what_is_left_beyond_the_distance_aimed_at() -> None:
     assert room == pytest.approx(least - 1.3 * passing)
 
 
+def looked(psi: float, off: float, times: list[float], turn: float = 0.0) -> list[tuple[float, bool]]:
+    """Heading ordered [rad], and risk, at times [s]; a ship on course psi [deg] passes `off` [m] to the east at T.
+
+    All is turned about the origin, the order back.
+    """
+    angle = math.radians(psi)
+
+    def scene(t: float) -> Scene:
+        x = np.array([[V * t, V * T + V * math.cos(angle) * (t - T)]])
+        y = np.array([[0.0, off + V * math.sin(angle) * (t - T)]])
+        north, east = np.array([[V, V * math.cos(angle)]]), np.array([[0.0, V * math.sin(angle)]])
+        c, s = math.cos(turn), math.sin(turn)
+        return Scene(t, c * x - s * y, s * x + c * y, np.array([[turn, angle + turn]]), c * north - s * east,
+                     s * north + c * east, np.full(2, SHIP.L_pp))  # fmt: skip
+
+    watch = Watch((CONDUCTS["rules"],), np.array([0]), 0, scene(0.0), np.array([V]), Limits())
+    return [(float(watch.look(scene(t)).psi[0]) - turn, bool(watch.risk[0, 1])) for t in times]
+
+
+@pytest.mark.parametrize("psi", [180.0, -60.0, 60.0])
+def test_looks_turn_with_the_compass(psi: float) -> None:
+    times = [*np.linspace(0.5 * T, 1.5 * T, 21)]
+    plain, turned = (looked(psi, 1.0, times, turn) for turn in (0.0, 2.0))
+    assert [risk for _, risk in turned] == [risk for _, risk in plain]
+    assert [one for one, _ in turned] == pytest.approx([one for one, _ in plain], abs=1e-9)
+
+
+def test_who_passes_clear_is_no_risk_and_who_passes_nearer_is() -> None:
+    passing = float(Limits().passing.of(np.array(SHIP.L_pp)))
+    assert looked(180.0, 1.05 * passing, [0.9 * T]) == [(0.0, False)]
+    [(psi, risk)] = looked(180.0, 0.95 * passing, [0.9 * T])
+    assert (psi > 0.5, risk) == (True, True)
+
+
+def test_who_stands_on_acts_when_it_is_left_alone_and_no_sooner() -> None:
+    horizon, alone = (float(one.of(np.array(SHIP.L_pp))) for one in (Limits().horizon, Limits().alone))
+    early, soon = T - 0.95 * horizon, T - 0.95 * alone
+    (held, risk), (acts, _) = looked(90.0, 0.0, [early, soon])
+    assert (held, risk) == (0.0, True)
+    assert acts > 0.5
+    [(gives, _)] = looked(-90.0, 0.0, [early])  # and who gives way at once
+    assert gives > 0.5
+
+
+@pytest.mark.parametrize("psi", [180.0, -60.0, 60.0])
+def test_risk_is_over_when_each_is_abaft_the_beam_of_the_other(psi: float) -> None:
+    """Nobody alters here: they meet at T, and draw apart from then on."""
+    (_, before), (_, after), (back, _) = looked(psi, 1.0, [0.98 * T, 1.05 * T, 2.0 * T])
+    assert (before, after) == (True, False)
+    assert back == 0.0  # as soon as there is room
+
+
 def test_conducts_differ_where_their_names_say_so() -> None:
     assert CONDUCTS["port"].side == -1.0
     assert not CONDUCTS["ignores"].gives_way

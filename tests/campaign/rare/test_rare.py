@@ -58,6 +58,16 @@ def test_one_in_a_million_from_ten_thousand_runs(limit: Limit) -> None:
     assert np.mean([one.interval[0] < RARE < one.interval[1] for one in found]) > 0.8
 
 
+@pytest.mark.slow
+def test_the_interval_of_one_in_a_hundred_thousand_holds_in_nine_of_ten() -> None:
+    """A hundred repetitions of at most 2e4 runs each, of a probability that is known."""
+    searches = [searched(lambda z: linear(z) + stats.norm.ppf(RARE) - stats.norm.ppf(1e-5), seed, 3600)
+                for seed in range(100)]  # fmt: skip
+    found = [estimate(levels).interval for levels in searches]
+    assert max(3600 + 3240 * (len(levels) - 1) for levels in searches) <= 20_000
+    assert sum(low <= 1e-5 <= high for low, high in found) >= 90
+
+
 def test_a_frequent_event_is_simply_counted() -> None:
     (level,) = searched(lambda z: 1.0 - z[:, 0], 1)
     found = estimate([level])

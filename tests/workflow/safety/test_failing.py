@@ -71,6 +71,29 @@ def test_it_spends_what_it_has_and_searches_on_after_a_failure() -> None:
     assert (nothing.runs, nothing.failures) == (90, ())
 
 
+def test_runs_are_counted_from_one() -> None:
+    def third(points: np.ndarray) -> tuple[np.ndarray, list[tuple[str, ...]]]:
+        costs = np.ones(len(points))
+        costs[2] = -1.0
+        return costs, [("14",) if cost < 0.0 else () for cost in costs]
+
+    [failure] = searched(third, SPACE, 50, 1, first_only=True).failures
+    assert failure.after == 3
+
+
+def test_a_descent_goes_on_while_it_comes_nearer_and_else_begins_anew() -> None:
+    def sizes(progress: float) -> list[int]:
+        asked, found = module._asked(SPACE, 5), []
+        cube = next(asked)
+        for k in range(12):
+            found.append(len(cube))
+            cube = asked.send(np.full(len(cube), 10.0 - progress * k))
+        return found
+
+    assert sizes(0.1) == [40, *[20] * 11]
+    assert sizes(0.0) == [40, *[20] * 4, 40, *[20] * 4, 40, 20]
+
+
 def point(**values: float) -> np.ndarray:
     names = SPACE.names
     usual = {"T_1": 700.0, "k_1": 1.3, "psi_1": -2.0, "conduct_1": 1.0, "T_2": 1000.0, "k_2": 0.7, "psi_2": 2.5,
