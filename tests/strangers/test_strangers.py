@@ -190,9 +190,13 @@ def test_what_is_counted() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_a_stranger_is_better_known_after_three_commands(name: str, tmp_path: Path) -> None:
+    """A wind that no particulars tell, and a heading 4 deg off, are not given to the hull: the unseen turn is right."""
     outcome = one(BY_NAME[name], tmp_path)
     assert not outcome.refused
     assert outcome.held_out[0] < outcome.held_out[1], table([outcome])
+    assert outcome.near, table([outcome])
+    assert outcome.inside, table([outcome])
+    assert outcome.named or not outcome.fault
 
 
 @pytest.mark.long
