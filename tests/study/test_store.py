@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +9,7 @@ import numpy as np
 import pytest
 
 from seatrial.core.parameters import Free, near, read
+from seatrial.core.version import __version__
 from seatrial.data import Trial
 from seatrial.identify import Fit, Problem, StudyError, Verdict
 from seatrial.ships.estimate import estimate
@@ -40,6 +43,21 @@ def test_a_folder_belongs_to_one_problem(tmp_path: Path) -> None:
     claim(tmp_path / "run", "one", "s")
     with pytest.raises(StudyError, match="another folder"):
         claim(tmp_path / "run", "two", "s")
+
+
+def test_a_folder_of_another_problem_says_what_changed(tmp_path: Path) -> None:
+    """Its own version means other settings; another one is named; a folder of before says that it cannot tell."""
+    run = tmp_path / "run" / "run.json"
+    claim(run.parent, "one", "s")
+    held = json.loads(run.read_text(encoding="utf-8"))
+    for version, said in ((__version__, "'s' with other settings or data (one, this is two)"),
+                          ("0.1.0", f"'s' by version 0.1.0 of seatrial (this is {__version__}), perhaps with other"),
+                          (None, "with other settings or data, or by another version")):  # fmt: skip
+        kept = {key: value for key, value in {**held, "version": version}.items() if value is not None}
+        run.write_text(json.dumps(kept), encoding="utf-8")
+        with pytest.raises(StudyError, match=re.escape(said)):
+            claim(run.parent, "two", "s")
+        assert claim(run.parent, "one", "s") is False
 
 
 @pytest.mark.parametrize(("path", "kept"), [("residual_X.u", False), ("hull.Y_v", True)])

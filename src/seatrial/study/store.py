@@ -279,10 +279,23 @@ def fitted_scale(model: str | Path) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Claim:
-    """run.json: the study whose run a folder is, and the fingerprint of its problem."""
+    """run.json: the study whose run a folder is, the fingerprint of its problem, and the version that began it.
+
+    The version is empty in a folder of before it was kept.
+    """
 
     study: str
     digest: str
+    version: str = ""
+
+    @property
+    def differs(self) -> str:
+        """What is other than now where the fingerprint is: the version alone is part of it."""
+        if self.version == __version__:
+            return "with other settings or data"
+        if self.version:
+            return f"by version {self.version} of seatrial (this is {__version__}), perhaps with other settings or data"
+        return "with other settings or data, or by another version of seatrial"
 
 
 def claim(folder: str | Path, digest: str, study: str) -> bool:
@@ -299,13 +312,12 @@ def claim(folder: str | Path, digest: str, study: str) -> bool:
         held = read_json(where, Claim, "seatrial-run/1", StudyError)
         if held.digest != digest:
             raise StudyError(
-                f"{folder}: holds a run of study '{held.study}' with other settings or data, or by another "
-                f"version of seatrial ({held.digest}, this is {digest}); choose another folder with -o, or remove "
-                "this one, and it is fitted anew"
+                f"{folder}: holds a run of study '{held.study}' {held.differs} ({held.digest}, this is {digest}); "
+                "choose another folder with -o, or remove this one, and it is fitted anew"
             )
         return False
     where.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(where, to_json(Claim(study, digest), "seatrial-run/1"))
+    write_whole(where, to_json(Claim(study, digest, __version__), "seatrial-run/1"))
     return True
 
 
