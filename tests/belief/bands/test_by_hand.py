@@ -293,6 +293,15 @@ def test_a_slow_receiver_counts_with_its_last_reading_before_a_horizon(offset: i
         assert one.error[k, 0, 0] == pytest.approx(max(s for s in since if s <= 9.0))
 
 
+def test_a_gap_at_a_horizon_has_no_reading_however_near_the_last_one() -> None:
+    """Readings each half second that stop 1.5 s before the horizon of the first start."""
+    whole = trial("m", 30.0)
+    x = np.where((whole.t > 7.5) & (whole.t <= 9.5), np.nan, whole["x"])
+    one = windows(fanned(whole, (0, 20, 40), 6.0), whole.having(x=x), (9.0,))
+    assert np.isnan(one.error[0, 0, 0])
+    assert one.error[1:, 0, 0].tolist() == [9.0, 9.0]
+
+
 def test_the_row_of_a_horizon_is_so_long_after_its_own_start() -> None:
     """Errors that are the seconds since a start: at a horizon of h they are h, where a window is that long."""
     measured = trial("m", 30.0)

@@ -64,6 +64,16 @@ def test_windows_beyond_the_end_or_in_a_gap_do_not_count() -> None:
     assert np.isnan(other[1].distance)
 
 
+def test_a_draw_that_blows_up_takes_no_band_from_the_others() -> None:
+    """It counted every reading as outside: bands that held were told to hold in none."""
+    draws = MEAN + np.random.default_rng(3).standard_normal((200, 3)) @ np.sqrt(covariance(0.01))
+    lost = np.vstack([draws, [[-0.3, 1e12, 0.5]]])
+    whole, one = (held([ahead(truth(), trial(20), "turning", PATHS, some, 50.0, NOISE)]) for some in (draws, lost))
+    for with_all, with_lost in zip(whole, one, strict=True):
+        assert with_lost.inside == pytest.approx(with_all.inside, abs=0.2)
+        assert with_lost.width == pytest.approx(with_all.width, rel=0.3)  # edges of 200 draws scatter by 8 %
+
+
 def test_a_slow_receiver_is_known_between_its_readings() -> None:
     """A fix every fourth row: the distance is that of all readings, within what the track curves in two seconds."""
     whole = trial(20, duration=60.0)

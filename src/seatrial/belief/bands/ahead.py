@@ -56,11 +56,25 @@ def ahead(
     starts[0] = 0.0  # the fitted numbers start in the reading
     found = _sailed(ship, ready, names, np.vstack([own, draws]), rows, starts)
     found[1:] += rng.standard_normal(found[1:].shape) * sigma
-    low, high = np.quantile(found[1:], (0.5 * (1 - level), 0.5 * (1 + level)), axis=0)
+    low, high = _edges(found[1:], level)
     known = np.isfinite(measured) & np.isfinite(found[0])
     inside, error, half = (np.where(known, one, np.nan) for one in (
         (measured >= low) & (measured <= high), found[0] - measured, 0.5 * (high - low)))  # fmt: skip
     return Windows(kind, rows * ready.dt, error, half, inside)
+
+
+def _edges(drawn: Array, level: float) -> tuple[Array, Array]:
+    """Lower and upper edge of the draws that arrived, as one that blew up takes no band from the others; NaN of none.
+
+    Args:
+        drawn: shape (draws, windows, horizons, 6).
+    """
+    arrived = np.isfinite(drawn)
+    some = arrived.any(axis=0)
+    known = np.where(some, np.where(arrived, drawn, np.nan), 0.0)
+    edges = np.nanquantile(known, (0.5 * (1 - level), 0.5 * (1 + level)), axis=0)
+    low, high = np.where(some, edges, np.nan)
+    return low, high
 
 
 def _sailed(
