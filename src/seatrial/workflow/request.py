@@ -65,11 +65,12 @@ def grounds_of(ship: str | Path | Ship, note: Note) -> Grounds | None:
 
 def untested(grounds: Grounds | None, ship: Ship, run: Trial) -> list[str]:
     """A warning where a run leaves the trials that its ship was fitted to; none where it does not."""
+    found = grounds.beyond(run, ship.model.controls) if grounds is not None else ()
+    if not found:
+        return []  # and no pages are imported
     from ..report.judging.tested import reached
 
-    found = grounds.beyond(run, ship.model.controls) if grounds is not None else ()
-    return [f"warning: {run.name} goes beyond the trials of the fit: {reached(found)}; no error is known there"
-            for _ in found[:1]]  # fmt: skip
+    return [f"warning: {run.name} goes beyond the trials of the fit: {reached(found)}; no error is known there"]
 
 
 def as_steered(trial: Trial, predicted: Trial) -> Trial:
