@@ -15,10 +15,10 @@ from sea import sailed as at_sea
 
 from seatrial.realtime.twin.alarms import FROZEN, STEERING, WRONG, Alarm, elsewhere
 from seatrial.realtime.twin.cases import CASE, History, Kept, Verdict, judged, together
-from seatrial.realtime.twin.follow import Follower, lever
+from seatrial.realtime.twin.follow import Follower, Step, lever
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.settings import usual
-from seatrial.realtime.twin.suspects import IMPULSE, JUMP, MISREAD
+from seatrial.realtime.twin.suspects import IMPULSE, JUMP, MISREAD, Bank, suspects
 from seatrial.ships.files import load
 
 P_0 = np.diag([4.0, 4.0, 1e-4, 0.04, 0.01, 1e-6, 0.1, 0.1, 1e-6, 1e-6, 1e-10])
@@ -129,6 +129,17 @@ def test_an_antenna_far_from_its_stated_place_by_both_measures_is_told(
     if found is not None:
         assert (found.size, found.over, found.named) == ((value, 0.5), 90.0, 90.0)
     assert elsewhere(None) is None
+
+
+@pytest.mark.parametrize(("off", "kept"), [
+    ([90.0, -60.0], [25.0, -25.0 * 60.0 / 90.0]), ([20.0, -24.0], [20.0, -24.0]), ([0.0, 100.0], [0.0, 25.0]),
+])  # fmt: skip
+def test_a_fix_far_off_counts_as_one_less_far_in_the_same_direction(off: list[float], kept: list[float]) -> None:
+    """Fifty deviations of .5 m; cut at each axis for itself, a late fix was one that had jumped aside."""
+    bank, empty = Bank(machine(), suspects(machine())), np.zeros(0)
+    step = Step(1.0, 1.0, np.arange(3), np.ones(3, dtype=bool), np.array([*off, 0.01]), np.diag([0.25, 0.25, 1e-4]),
+                empty, empty, empty, empty, empty, empty, empty)  # fmt: skip
+    np.testing.assert_allclose(bank._within(step, np.array([0.5, 0.5, 0.01])), [*kept, 0.01])
 
 
 # --- on the tanker, by the simulator of the garden ---

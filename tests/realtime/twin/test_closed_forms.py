@@ -262,7 +262,14 @@ def of_time(one: SimpleNamespace, dt: float, passed: list) -> np.ndarray:
             z = onward @ z - 1e3 * (there - less[0] @ before - less[1] @ acting)
             out[k, :, 0] = H @ z
         else:
-            read = H @ (before - there) / dt if one.how == LATE else H @ there
+            shown = [H @ (onward @ passed[j][1].before + pushed @ passed[j][1].acting[:2]) for j in range(ONSET, k + 1)]
+            read = shown[-1]
+            if one.how == LATE:  # over the delay, once so much is known; before that by the rate
+                back = one.share / dt
+                j = math.floor(len(shown) - 1 - back)
+                w = len(shown) - 1 - back - j
+                read = (H @ (before - there) / dt if j < 0 else
+                        ((1.0 - w) * shown[j] + w * shown[min(j + 1, len(shown) - 1)] - shown[-1]) / one.share)
             out[k, rows, 0] = read[rows]
     return out
 

@@ -289,6 +289,15 @@ def test_a_sensor_that_stands_beside_the_rudder_is_no_jam(off: float) -> None:
         assert said <= {FOLLOWS}
 
 
+def test_a_rudder_that_is_quicker_than_its_ship_file_says_follows() -> None:
+    """Hard over within a second, several times what the rate allows."""
+    steering = Steering("delta", rate=0.06, lag=0.0)
+    for k in range(12):
+        order = -0.35 if k >= 2 else 0.0
+        steering.note(float(k), {"delta": -0.35 if k >= 3 else 0.0, "delta_cmd": order})
+        assert steering.verdict() is None or steering.verdict()[0] == FOLLOWS  # type: ignore[index]
+
+
 def test_a_fault_is_named_when_it_is_clear_and_large_enough() -> None:
     def evidence(cause: str, score: float, size: float = 5.0) -> Evidence:
         return Evidence(Suspect(cause, JUMP, ("x",), (10.0,), "m"), score, 0.0, (size,), (0.1,))

@@ -34,6 +34,9 @@ from .suspects import (
 # A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
 # evidence that is gone again a little later [s].
 _MARGIN, _PATIENCE, _OUTLIER = 10.0, 20.0, 2.5
+# A clock, which explains much a little, waits longer for the next one to fall behind; so does a share, which a drift
+# begins as [s].
+_WAITS = {PACE: 90.0, SHARE: 35.0}
 # A fault smaller than this share of its usual size is no matter, however certain.
 _MATTERS = 0.1
 # Within this margin of the next one it cannot be told from it.
@@ -165,7 +168,7 @@ class Judge:
         best = evidence[0]
         others = [one for one in evidence[1:] if not alike(one.suspect, best.suspect)]
         lead = best.score - others[0].score if others else math.inf
-        if lead < _MARGIN and t - self.crossed < _PATIENCE:
+        if lead < _MARGIN and t - self.crossed < _WAITS.get(best.suspect.how, _PATIENCE):
             return None
         if t - self.crossed < _OUTLIER:
             return None

@@ -113,11 +113,11 @@ class Steering:
             then, before = self._last
             wanted = self._order(then)
             self._both.append((t, wanted, angle))
-            reach = self.rate * (t - then)
-            if abs(angle - before) > 1.25 * reach + _NEAR:  # no rudder does that, its sensor does
-                self._beside += angle - before
+            reach, wanted = self.rate * (t - then), wanted + self._beside
+            if abs(angle - before) > 1.25 * reach + _NEAR and abs(angle - wanted) > abs(before - wanted):
+                # no rudder does that, its sensor does; one that goes to its order may only be quicker than stated
+                self._beside, wanted = self._beside + angle - before, wanted + angle - before
                 before = angle
-            wanted += self._beside
             if abs(wanted - before) > _NEAR:
                 called = math.copysign(min(reach, abs(wanted - before) * (t - then) / max(self.lag, t - then)),
                                        wanted - before)  # fmt: skip

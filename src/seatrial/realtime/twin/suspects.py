@@ -11,6 +11,7 @@ alarms follows from the number of onsets and suspects.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
@@ -35,8 +36,8 @@ _ANGLE, _SHARE = math.radians(3.0), 0.1
 
 # By how much a sensor of the motion is off as a share, one standard deviation: at one speed it is the step's.
 _SCALE = 0.3
-# Most that a reading is late, one standard deviation, as a share of L/U, and no more than so many seconds.
-_LATE, _LATEST = 0.2, 3.0
+# By how much a reading is late, as shares of L/U, and no more than so many seconds each.
+_LATE = ((0.2, 3.0), (0.5, 6.0))
 # By how much the clock of a log goes wrong, one standard deviation; step of the difference that shows it.
 _PACE, _STEP = 0.02, 1e-3
 # A current or force that grows comes within so many L/U.
@@ -63,7 +64,7 @@ class Suspect:
         what: names of the channels, the states or the control that it acts on; one or two.
         size: standard deviation of each component of its size; a stuck, lazy or reversed control has size 1.
         unit: of the size.
-        share: of its rate at which a lazy control moves.
+        share: of its rate at which a lazy control moves; the delay at which what a late reading shows is exact [s].
     """
 
     cause: str
@@ -118,7 +119,8 @@ def _of_sensors(machine: Machine) -> list[Suspect]:
         found += [
             Suspect(f"{name} jumped", JUMP, channels, (jump,) * count, units),
             Suspect(f"{name} drifts", RAMP, channels, (ramp,) * count, f"{units}/s"),
-            Suspect(f"{name} late", LATE, channels, (min(_LATE * T, _LATEST),), "s"),
+            *(Suspect(f"{name} late", LATE, channels, (lag,), "s", lag)
+              for lag in (min(share * T, most) for share, most in _LATE)),
         ]
         if name in (TURN, SPEED):
             found.append(Suspect(f"{name} scaled", SHARE, channels, (_SCALE,), "of what it shows"))
@@ -175,6 +177,8 @@ class Bank:
         self._control = {name: k for k, name in enumerate(machine.ship.model.controls)}
         self._rate = {name: _rate(machine.ship.actuators.of(name)) for name in self._control}
         self._acted = [k for k, one in enumerate(self.suspects) if one.how in OF_CONTROL]
+        self._sensor = [k for k, one in enumerate(machine.settings.sensors.values()) for _ in one.channels]
+        self._said: dict[str, deque[tuple[float, float]]] = {name: deque() for name in machine.channels}
         self._prior = np.array([size**-2.0 for one in self.suspects for size in one.size])[:, None]
         self.clear()
 
@@ -242,12 +246,21 @@ class Bank:
         inverse[np.ix_(counted, counted)] = (
             step.inverse if counted.all() else inverse_of(step.spread[np.ix_(counted, counted)])
         )
-        whitened = inverse @ np.clip(step.innovation, -_MOST * deviation, _MOST * deviation) / level
+        whitened = inverse @ self._within(step, deviation) / level
         weighed = np.tensordot(inverse / level, found, 1)
         self._score += np.tensordot(whitened, found, 1)
         self._weight += np.einsum("kcs,kcs->cs", found, weighed)
         self._cross[:-1] += np.einsum("kcs,kcs->cs", found[:, :-1], weighed[:, 1:])
         self._away = away - np.tensordot(step.gain, found, 1)
+
+    def _within(self, step: Step, deviation: Array) -> Array:
+        """The innovations, those of a sensor no further than `_MOST` deviations, in their direction."""
+        most = dict[int, float]()
+        share = np.minimum(1.0, _MOST * deviation / np.maximum(np.abs(step.innovation), 1e-300))
+        groups = [self._sensor[k] for k in step.rows.tolist()]
+        for group, one in zip(groups, share.tolist(), strict=True):
+            most[group] = min(most.get(group, 1.0), one)
+        return step.innovation * np.array([most[group] for group in groups])
 
     def _grow(self, step: Step, away: Array, usual: Array) -> None:
         """Add what a wrong clock and growing currents and forces do to the state; `usual` is what was expected."""
@@ -294,6 +307,11 @@ class Bank:
         """Add what faulty readings do to the innovations; `rate` is that of the readings [1/s]."""
         row = {name: int(np.flatnonzero(step.rows == k)[0]) for k, name in enumerate(self.machine.channels)
                if k in step.rows}  # fmt: skip
+        for name, k in row.items():
+            said = self._said[name]
+            said.append((step.t, float(step.expected[k])))
+            while len(said) > 2 and said[1][0] < step.t - _LATE[-1][1]:
+                said.popleft()
         for one, first in zip(self.suspects, self._first, strict=False):
             for k, name in enumerate(one.what if one.how in OF_SENSOR else ()):
                 if name not in row:
@@ -301,7 +319,16 @@ class Bank:
                 if one.how in (JUMP, RAMP):
                     found[row[name], first + k] += 1.0 if one.how == JUMP else step.t - self._onset
                 else:
-                    found[row[name], first] += -rate[row[name]] if one.how == LATE else step.expected[row[name]]
+                    shown = step.expected[row[name]]
+                    found[row[name], first] += shown if one.how == SHARE else (
+                        self._late(name, step.t, one.share, float(shown), float(rate[row[name]])))  # fmt: skip
+
+    def _late(self, name: str, t: float, lag: float, now: float, rate: float) -> float:
+        """What a second of delay adds to a reading, about a delay `lag`; by its rate where less is known than that."""
+        if self._said[name][0][0] > t - lag:
+            return -rate
+        times, values = zip(*self._said[name], strict=True)
+        return (float(np.interp(t - lag, times, values)) - now) / lag
 
     def evidence(self) -> list[Evidence]:
         """The best onset of each suspect, the best suspect first; none before the first onset."""
