@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-import seatrial.realtime
+import seatrial.realtime.bridge
 
-REALTIME = Path(seatrial.realtime.__file__).parent
+REALTIME = Path(seatrial.realtime.bridge.__file__).parents[1]
 STATIC = REALTIME / "bridge" / "static"
 HTML = (STATIC / "index.html").read_text(encoding="utf-8")
 CSS = (STATIC / "bridge.css").read_text(encoding="utf-8")

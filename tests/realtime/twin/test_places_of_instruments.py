@@ -214,7 +214,9 @@ def test_the_command_takes_the_antenna_from_wherever_it_is_stated(tmp_path: Path
     option = f"{AFT[0]},{AFT[1]}" if told == "option" else None
     live = twin(SHIP, nmea=str(tmp_path / "a.nmea"), mapping=mapping, antenna=option).result
     assert live.machine.settings.antenna == ((0.0, 0.0) if told == "nowhere" else pytest.approx(AFT))
-    assert (ANTENNA[0] in live.machine.names) == (told == "nowhere")
+    assert live.machine.settings.placed == (told != "nowhere")
+    # a stated place may be off by a thirtieth of the length, one that nothing states by a third
+    assert live.machine.settings.start[ANTENNA[0]] == pytest.approx((0.3 if told == "nowhere" else 0.03) * SHIP.L_pp)
 
 
 @pytest.mark.long
