@@ -13,6 +13,7 @@ from linear import CHANNELS, Sailed, machine, sailed
 from sea import Bridge
 from sea import sailed as at_sea
 
+from seatrial.realtime.twin import cases
 from seatrial.realtime.twin.alarms import FROZEN, STEERING, WRONG, Alarm, elsewhere
 from seatrial.realtime.twin.cases import CASE, History, Kept, Verdict, judged, together
 from seatrial.realtime.twin.follow import Follower, Step, lever
@@ -72,6 +73,24 @@ def test_two_faults_that_both_are_there_are_both_causes() -> None:
     assert (found.causes, found.consequences) == ((COMPASS, LOG), ())
     three = verdict(spoilt(u_w=1.0, psi=0.1), CURRENT, COMPASS, LOG)
     assert (three.causes, three.consequences) == ((COMPASS, LOG), (CURRENT,))
+
+
+@pytest.mark.parametrize(("without", "needed"), [(114.0, False), (116.0, True)])
+def test_a_fault_is_needed_where_the_rows_are_less_likely_by_fifteen(
+    monkeypatch: pytest.MonkeyPatch, without: float, needed: bool
+) -> None:
+    history = spoilt()
+    said = {2: 100.0, 1: without}
+    monkeypatch.setattr(cases, "_again", lambda history, start, alarms: (said[len(alarms)], start))
+    assert (CURRENT in verdict(history, CURRENT, LOG).causes) is needed
+
+
+def test_a_reading_that_is_taken_out_counts_as_one_as_far_off_as_expected() -> None:
+    """Three readings: one at two deviations, one taken out, one cut at six deviations."""
+    empty, variance = np.zeros(0), np.array([4.0, 0.25, 1.0])
+    step = Step(1.0, 1.0, np.array([0, 2, 3]), np.ones(3, dtype=bool), np.array([4.0, 30.0, 20.0]), np.diag(variance),
+                empty, empty, empty, empty, empty, empty, empty)  # fmt: skip
+    assert cases._unlikely(step, {2}) == pytest.approx(4.0 + 1.0 + 36.0 + float(np.log(variance).sum()))
 
 
 def test_what_sets_in_before_all_that_is_kept_cannot_be_judged() -> None:
