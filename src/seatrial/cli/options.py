@@ -230,7 +230,7 @@ RunOrShip = Annotated[
     str, Argument(metavar="RUN", help="Name the folder of a run, a ship file or a ship.", offers=_ships)
 ]  # fmt: skip
 CasePath = Annotated[Path, Argument(metavar="CASE", help="Name the file of a case; with --verify, its folder.")]
-CaseSearch = Annotated[int | None, Option(metavar="RUNS", help="Search so many runs for failures; keep each simplest.")]
+CaseSearch = Annotated[int | None, Option(metavar="RUNS", help="Run so many to find failures; keep each simplest.")]
 CaseVerify = Annotated[bool, Option("--verify", help="Check that a folder is as it was when it was signed.")]
 CaseFolder = Annotated[Path | None, Option("-o", "--out", help="Write parts, page and numbers to this folder.")]
 YardstickSets = Annotated[
