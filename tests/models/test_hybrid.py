@@ -155,14 +155,15 @@ def test_an_examination_settles_the_ship_to_what_acts() -> None:
     probe = Probe(DRAWN, 0.3, 9.0)
     known = DRAWN.model.derivative((0.0, 0.0, 0.0, 0.3, 0.05, 0.01, 2.0, -1.0, 9.0), control, around)[3:6]
     assert probe.rates(0.3, 0.05, 0.01, control, around) == pytest.approx(np.array(known, dtype=float))
-    _, runs = probe.drift([probe.state(u=0.3)], [control], 20.0, around)
-    dt, held = time_step(DRAWN), np.array([[*control, *around]])
-    steps = round(20.0 / dt) + 1
-    alone = simulator(open_loop(DRAWN)).run(
-        np.array([[0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 2.0, -1.0, 9.0]]), held[None], open_loop_parameters(DRAWN),
-        dt=dt, steps=steps, every=max(steps // 400, 1),
-    )  # fmt: skip
-    assert runs[0] == pytest.approx(alone.values[0, :, :6])
+    t, runs = probe.drift([probe.state(u=0.3)], [control], 20.0, around)
+    held, alone = np.array([[*control, *around]]), simulator(open_loop(DRAWN))
+    for dt, within in ((float(t[1]), 1e-6), (time_step(DRAWN), 1e-3)):  # its own step, and one that a log would have
+        every = max(round(float(t[1]) / dt), 1)
+        again = alone.run(
+            np.array([[0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 2.0, -1.0, 9.0]]), held[None], open_loop_parameters(DRAWN),
+            dt=float(t[1]) / every, steps=every * (len(t) - 1) + 1, every=every,
+        )  # fmt: skip
+        assert runs[0] == pytest.approx(again.values[0, :, :6], rel=within, abs=within)
 
 
 def test_windows_under_disturbances_remember_the_log_before_them() -> None:

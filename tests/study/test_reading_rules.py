@@ -13,7 +13,7 @@ import pytest
 from seatrial.core.records import filled
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
-from seatrial.identify import Problem, StudyError
+from seatrial.identify import Issue, Problem, StudyError
 from seatrial.ships.files import load
 from seatrial.study import cells, data, series, study
 from seatrial.study.data import Composition, chosen, expanded, read_compositions, read_data
@@ -324,17 +324,18 @@ def test_what_a_publication_prints_is_in_the_table_or_a_file_beside_it(tmp_path:
 def test_one_problem_is_judged_once_however_many_seeds_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
     judged: list[str] = []
 
-    def lint(problem: Any, tests: Any, estimator: Any) -> list[str]:
+    def lint(problem: Any, tests: Any, estimator: Any) -> list[Issue]:
         judged.append(problem.ship.name)
-        return [f"warning {problem.ship.name}"]
+        return [Issue("warning", problem.ship.name, "odd")]
 
     monkeypatch.setattr(cells, "lint", lint)
     monkeypatch.setattr(cells, "raise_on_errors", lambda issues: None)
-    monkeypatch.setattr(cells, "lines", lambda issues: issues)
 
     def cell(name: str) -> Any:
         problem = SimpleNamespace(ship=SimpleNamespace(name=name), free=(), trials=(), validation=())
         return SimpleNamespace(problem=problem, estimator=None)
 
-    assert cells.check([cell("a"), cell("a"), cell("b"), cell("a")], ()) == ["warning a", "warning b"]
+    assert cells.check([cell("a"), cell("a"), cell("b"), cell("a")], ()) == (
+        Issue("warning", "a", "odd"), Issue("warning", "b", "odd"),
+    )  # fmt: skip
     assert judged == ["a", "b"]

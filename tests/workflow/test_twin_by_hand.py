@@ -149,10 +149,10 @@ def test_a_summary_counts_hours_within_their_band_and_the_size_of_innovations(mo
     assert ahead.rows == (("30", "7", "2.5", "10", "95"),)
     assert (freed.words, others.words, ahead.words) == ((), (1,), ())
     assert last == Line("no alarm")
-    live.alarms = [SimpleNamespace(named=9.6, text="x")]
+    live.alarms = [SimpleNamespace(named=9.6, text="x", of=""), SimpleNamespace(named=9.7, text="y", of="x")]
     live.follower, live.tally.hours = None, []
     blocks = following._shown(live, "a.csv")
-    assert blocks[-1] == Line("alarm at 10 s: x")
+    assert blocks[-1] == Line("alarm at 10 s: x")  # the other is a consequence of it
     assert blocks[0].text.startswith("mine on a.csv: 0 s followed; innovations within their 95 % band in 0 of 0 hours")
 
 

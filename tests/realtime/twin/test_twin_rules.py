@@ -577,7 +577,7 @@ class Said:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.values: dict[bytes, tuple[str, dict[str, float]]] = {}
         monkeypatch.setattr(sources, "split", lambda data: [data])
-        monkeypatch.setattr(sources, "read_line", lambda line: SimpleNamespace(sentence=line))
+        monkeypatch.setattr(sources, "read_line", lambda line: SimpleNamespace(sentence=line, tag=None))
         monkeypatch.setattr(sources, "hear", lambda line: SimpleNamespace(source=self.values[line][0], line=line))
         monkeypatch.setattr(sources, "readings", lambda sentence: self.values[sentence.line][1])
 

@@ -210,7 +210,7 @@ def bands(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
             raise RequestError("too few recordings")
         return asked["reach"] * (level == 0.95)
 
-    found = SimpleNamespace(left=left, reach=reach)
+    found = SimpleNamespace(left=left, reach=reach, errors={})
     (tmp_path / "calibration").touch()
     monkeypatch.setattr(carded, "beside", lambda model: tmp_path / "calibration" if model == "m" else tmp_path / "no")
     monkeypatch.setattr(carded, "load", lambda model, held: found)
