@@ -47,9 +47,9 @@ def _rows(figure: Any) -> Iterator[tuple[str, ...]]:
         below = next((one.get_xlabel() for one in ax.get_shared_x_axes().get_siblings(ax) if one.get_xlabel()), "x")
         panel = f"{ax.get_ylabel() or f'panel {number}'} over {ax.get_xlabel() or below}"
         for name, points in _series(ax):
-            for x, y in points:
-                if np.isfinite(x) and np.isfinite(y):
-                    yield panel, name, f"{x:.{_DIGITS}g}", f"{y:.{_DIGITS}g}"
+            known = np.asarray(points, dtype=float).reshape(-1, 2)
+            for x, y in known[np.isfinite(known).all(axis=1)].tolist():
+                yield panel, name, f"{x:.{_DIGITS}g}", f"{y:.{_DIGITS}g}"
 
 
 def _series(ax: Any) -> Iterator[tuple[str, Any]]:
