@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from seatrial.data import Array, Trial
 from seatrial.data.check.bounds import scale_faults, whirl_faults
+from seatrial.data.check.controls import rudder
 from seatrial.data.check.controls.numbered import numbered_faults
 from seatrial.data.check.controls.rudder import (
     _balance,
@@ -27,7 +29,10 @@ from seatrial.data.check.controls.rudder import (
 from seatrial.data.check.controls.sense import rudder_faults
 from seatrial.data.check.controls.shaft import shaft_faults
 from seatrial.data.check.sensors import Fault
-from seatrial.data.prepare import Remedy
+from seatrial.data.prepare import Remedy, shifted
+from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.ships.files import load
+from seatrial.simulate.run import approach, simulate
 
 DEGREE = math.pi / 180.0
 L = 98.1  # a ship time is 3.162 s
@@ -434,3 +439,31 @@ def test_the_sense_of_each_of_two_rudders_shows_where_they_move_together(side: f
         assert f"rudder {one.where[-1]} sign" in one.what
     apart = np.random.default_rng(0).permutation(both["delta_2"])
     assert not [one for one in numbered_faults([log(400, **{**both, "delta_2": apart})]) if one.key == "sign"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("late", [0.0, 2.0, 3.0])
+def test_a_late_rudder_of_a_ship_of_unknown_length_is_told_and_a_sound_one_is_not(late: float) -> None:
+    ship = load("kcs")
+    _, n_P = approach(ship)
+    runs = [simulate(ship, Zigzag(n_P, a, a), duration=400.0, dt=0.05, every=6) for a in (0.175, 0.35)]
+    logs = [shifted(replace(run, meta={**run.meta, "L_pp": None}), -late, "delta") for run in runs]
+    found = [fault for fault in rudder.helm_faults(logs) if fault.key == "lag"]
+    assert len(found) == (late > 0.0)
+    for fault in found:
+        assert "late" in fault.what
+        assert fault.remedy.steps[0].amount[0] == pytest.approx(-late, abs=0.35 * math.sqrt(100.0 / 9.81))
+
+
+@pytest.mark.parametrize(("sizes", "told"), [((-4.0, -4.0, -4.0), True), ((-4.0, -4.0, 1.3), False),
+                                             ((-4.0, 1.4, -4.0), False), ((-4.0, -4.9, -3.1), True)])  # fmt: skip
+def test_a_lag_that_hangs_on_an_assumed_length_is_none(
+    sizes: tuple[float, float, float], told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rudder of a boat of 24 m was called 4.1 s early by the windows of 100 m, and 1.3 s late by those of 200 m."""
+    of = dict(zip((None, 50.0, 200.0), sizes, strict=True))
+    monkeypatch.setattr(rudder, "rudder_lag", lambda some: rudder.Lag(of[some[0].meta.get("L_pp")], 0.1, 1.0, True))
+    trial = log(length=None, u=1.0, r=0.0, delta=0.0)
+    found = rudder._whatever_its_length((trial,))
+    assert (found is not None) == told
+    assert rudder._whatever_its_length((replace(trial, meta={"L_pp": 200.0}),)) is not None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,8 @@ _DAMPED = 0.18
 # Lags that are tried about those that the effect of the rudder tells grossly, in ship times: so far to either side the
 # move stays in the window that is looked at.  Farther off a quartic and another move fit any slow hull.
 _REACH = 1.6
+# Lengths with which the lag of a ship of unknown length must agree [m].
+_LENGTHS = (50.0, 200.0)
 # A lag is told from this many standard errors on.
 _CERTAIN = 5.0
 # ... and by so many moves of the rudder.
@@ -251,7 +253,7 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
     gross = shown.late if shown is not None else 0.0
     long = [trial for trial in trials if trial.duration > 2.0 * abs(gross)]
     moved = [shifted(trial, gross, "delta") if gross else trial for trial in long]
-    fine = rudder_lag(moved) if moved else None
+    fine = _whatever_its_length(moved) if moved else None
     if gross and fine and abs(fine.size) > OWN * _ship_time(long[0]):
         fine = None  # the effect leaves no more open than what hulls respond later by: it is noise that a quartic fits
     if not gross and not (fine and fine.told):
@@ -264,6 +266,20 @@ def _lag(trials: Sequence[Trial]) -> Iterator[Fault]:
         step("shift", "delta", amount=(-lag,),
              text="" if lag > 0 else "it is the order: call it delta_cmd; or r is late"), "quality", "lag",
     )  # fmt: skip
+
+
+def _whatever_its_length(trials: Sequence[Trial]) -> Lag | None:
+    """The lag; of a ship of unknown length only where half and twice the usual one tell the same.
+
+    The length decides how long a hull takes to answer, and so how far a quartic is fitted: over the windows of a ship
+    of 100 m the yaw of a boat of 24 m is none, and any lag fits it.
+    """
+    found = rudder_lag(trials)
+    if found is None or all(length_of(trial) for trial in trials):
+        return found
+    others = (rudder_lag([replace(trial, meta={**trial.meta, "L_pp": L}) for trial in trials]) for L in _LENGTHS)
+    same = all(one is not None and abs(one.size - found.size) <= found.unsure for one in others)
+    return found if same else None
 
 
 def _misfit(trial: Trial, moves: Sequence[tuple[int, int]], lags: Array) -> Array:
