@@ -192,7 +192,8 @@ def test_a_calibration_leaves_parts_out_and_keeps_a_file_for_each_beginning(
     assert seen == [([("a", "c"), ("b",)], "left-out", None), (own.digest, "widened by left-out trials", ["out"], 60.0)]
     assert sink.lines[:2] == ["1 of 2 parts of the recordings left out and fitted without",
                               "2 of 2 parts of the recordings left out and fitted without"]
-    assert made.result is first
+    assert made.result.left is first.left
+    assert made.result.errors == {"recording": calibrating.Errors(0.2, (0.1, 0.4))}
     files = [beside(model), beside(model, "history 5"), beside(model, "fit-first 7")]
     assert sink.lines[2:] == [f"wrote {file}" for file in files]
     assert all(file.is_file() for file in files)
