@@ -395,18 +395,22 @@ def number(**given: Any) -> Any:
     return SimpleNamespace(**usual | given)
 
 
-def test_an_estimate_is_shown_with_its_range_and_its_rivals() -> None:
-    from seatrial.ships.formulas import NONE, UNPUBLISHED
-
-    assert ships._row(number()) == ("hull.N_r", "-0.04912", "N m s", "clarke1983", "ok", "inoue1981 -0.05123", "0.12",
-                                    "0.0099", "20% ships")  # fmt: skip
-    assert ships._row(number(unit="", others={}, share=None, basis=NONE)) == (
-        "hull.N_r", "-0.04912", "–", "clarke1983", "not published", "–", "0.12", "0.0099", "–")  # fmt: skip
-    assert ships._row(number(outside=("C_b above 0.8", "B/d below 2")))[4] == "C_b above 0.8; B/d below 2"
-    assert ships._row(number(basis=UNPUBLISHED))[4] == "ok (of compared ships)"
-    assert ships._row(number(basis=""))[4] == "–"
-    assert ships._document(number(), "here")["in_range"] is True
+def test_an_estimate_is_a_line_a_number_and_json_has_its_range_and_rivals() -> None:
+    assert ships._row(number()) == ("hull.N_r", "-0.04912", "N m s", "clarke1983", "20%")
+    assert ships._row(number(unit="", share=None)) == ("hull.N_r", "-0.04912", "–", "clarke1983", "–")
+    said = ships._document(number(), "here")
+    assert (said["in_range"], said["others"], said["relative_sigma"]) == (True, {"inoue1981": -0.0512345}, 0.2)
     assert ships._document(number(outside=("C_b",)), "here")["in_range"] is False
+
+
+@pytest.mark.slow
+def test_an_estimate_fits_a_screen_of_80_columns(tmp_path: Path, capsys: Said) -> None:
+    particulars = Path(__file__).parents[2] / "examples" / "particulars" / "kvlcc2.toml"
+    assert main(["estimate", str(particulars), "-o", str(tmp_path / "ship.toml")]) == 0
+    out, told = capsys.readouterr()
+    lines = out.splitlines()
+    assert len(lines) + len(told.splitlines()) <= 60
+    assert all(len(line.rstrip()) <= 80 for line in lines)
 
 
 # models, design, imo

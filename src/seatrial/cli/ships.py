@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..ships.estimate import Number
     from ..workflow.judging import AnotherScale
 
-HEAD = ("number", "value", "unit", "formula", "range", "other formulas", "spread", "sigma", "sigma from")
+HEAD = ("number", "value", "unit", "formula", "sigma")
 
 
 def ships(check: o.ShipToCheck = None, out: o.Report = None, json: bool = False) -> None:
@@ -129,7 +129,7 @@ def estimate(
     made = run(particulars, out, note, shallow=shallow, GM=GM)
     said = {item.path: _document(item, made.ship.entries[item.path].source) for item in made.numbers}
     answer(fields({"ship": made.ship.name, "file": out, "cautions": made.cautions, "numbers": said},
-                  table(HEAD, map(_row, made.numbers), words=(2, 3, 4, 5, 8))), json)  # fmt: skip
+                  table(HEAD, map(_row, made.numbers), words=(2, 3))), json)  # fmt: skip
 
 
 def captive(
@@ -247,17 +247,9 @@ def export(
 
 
 def _row(item: Number) -> tuple[str, ...]:
-    from ..ships.formulas import NONE, UNPUBLISHED
-
-    others = ", ".join(f"{name} {figure(value)}" for name, value in item.others.items())
-    state = "; ".join(item.outside) or {"": "–", UNPUBLISHED: "ok (of compared ships)", NONE: "not published"}.get(
-        item.basis, "ok"
-    )
-    return (
-        item.path, figure(item.value), item.unit or "–", item.formula, state, others or "–",
-        figure(item.spread, 2), figure(item.sigma, 2),
-        "–" if item.share is None else f"{item.share:.0%} {item.sigma_from.partition(' ')[0]}",
-    )  # fmt: skip
+    """A line of 80 columns; ranges, other formulas and what sigma is from stand in the ship file and in JSON."""
+    share = "–" if item.share is None else f"{item.share:.0%}"
+    return item.path, figure(item.value), item.unit or "–", item.formula, share
 
 
 def _document(item: Number, source: str) -> dict[str, Any]:
