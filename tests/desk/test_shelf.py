@@ -18,12 +18,13 @@ def test_files_are_told_by_what_is_in_them(tmp_path: Path) -> None:
     files = {
         "a.toml": 'schema = "seatrial-ship/1"', "b.toml": '# of the yard\n\nschema="seatrial-study/1"\n',
         "c.toml": 'schema = "seatrial-nmea/1"', "d.toml": "[odd", "e.toml": "x = 1", "page.HTML": "<p>",
-        "day.nmea": "$GPRMC", "notes.md": "text", ".hidden.csv": "", "steps.toml": 'schema = "seatrial-steps/1"',
+        "day.nmea": "$GPRMC", "notes.md": "text", ".hidden.csv": "", "photo.JPG": "", "plot.py": "",
+        "n2k.json": "{}", "steps.toml": 'schema = "seatrial-steps/1"',
     }  # fmt: skip
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     assert kinds(tmp_path) == {"a.toml": "ship", "b.toml": "study", "c.toml": "mapping", "page.HTML": "page",
-                               "day.nmea": "log", "steps.toml": "steps"}  # fmt: skip
+                               "day.nmea": "log", "n2k.json": "log", "steps.toml": "steps"}  # fmt: skip
 
 
 def test_a_folder_is_trials_by_its_sidecars_else_logs_and_a_run_by_its_fit(tmp_path: Path) -> None:

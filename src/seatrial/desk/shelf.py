@@ -24,7 +24,9 @@ _SCHEMAS = {
     "mapping": "mapping", "nmea": "mapping", "robot": "mapping", "captive": "mapping", "scenario": "scenario",
     "case": "case", "campaign": "campaign",
 }  # fmt: skip
-_ENDINGS = {".html": "page", ".fmu": "fmu", ".yaml": "", ".json": "", ".md": "", ".npz": ""}
+_ENDINGS = {".html": "page", ".fmu": "fmu"} | dict.fromkeys(
+    (".yaml", ".md", ".npz", ".png", ".jpg", ".jpeg", ".svg", ".pdf", ".docx", ".py", ".ipynb", ".c", ".h"), ""
+)
 _PRODUCTS = (".toml", ".html", ".fmu")
 
 
