@@ -302,14 +302,14 @@ def test_each_command_shows_a_table_or_one_object(monkeypatch: pytest.MonkeyPatc
 
     number = SimpleNamespace(path="hull.N_r", value=-0.05, unit="", formula="clarke1983", outside=(), basis="table",
                              others={}, spread=0.1, sigma=0.01, share=0.2, sigma_from="ships of it")  # fmt: skip
-    other = SimpleNamespace(**vars(number) | {"path": "hull.Y_v", "value": -123.4, "spread": 12.0, "sigma": 1.5})
+    other = SimpleNamespace(**vars(number) | {"path": "hull.Y_v", "value": -123.4, "share": 0.05})
     entries = {path: SimpleNamespace(source="estimated") for path in ("hull.N_r", "hull.Y_v")}
     estimated = SimpleNamespace(numbers=(number, other), ship=SimpleNamespace(name="new", entries=entries), cautions=())
     monkeypatch.setattr("seatrial.workflow.judging.estimate", lambda *_, **__: estimated)
     assert main(["estimate", "p.toml", "-o", "s.toml"]) == 0
     out = capsys.readouterr().out
     assert cells(out, "hull.N_r")[:2] == ["hull.N_r", "-0.05"]
-    assert len(ends(out, "-0.05", "-123.4")) == len(ends(out, "0.1", "12")) == len(ends(out, "0.01", "1.5")) == 1
+    assert len(ends(out, "-0.05", "-123.4")) == len(ends(out, "20%", "5%")) == 1
     assert main(["estimate", "p.toml", "-o", "s.toml", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["ship"], told["file"], told["cautions"]) == ("new", "s.toml", [])

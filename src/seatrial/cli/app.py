@@ -22,6 +22,7 @@ seatrial: from the logs of a ship's trials to a model you can trust, and a simul
   see it work              seatrial demo -o demo
   read my logs             seatrial import --guess LOGS -o mapping.toml
   fit a model to them      seatrial study new SHIP TRIALS -o study.toml; seatrial identify study.toml -o run
+                           or both in a browser: seatrial open FOLDER
   drive a ship             seatrial bridge kvlcc2
   test an autopilot on it  seatrial steer kvlcc2 --nmea udp://127.0.0.1:10110
 
