@@ -13,7 +13,7 @@ from seatrial.identify.noise import between_rows, input_noise
 from seatrial.identify.record import Record, even
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.realtime.twin.acting import Acting
+from seatrial.realtime.twin.faults.acting import Acting
 from seatrial.ships.files import load
 from seatrial.simulate.replay import inputs, prepared, replay, unknown
 from seatrial.simulate.run import simulate

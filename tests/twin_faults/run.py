@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.realtime.twin.alarms import Alarm
+from seatrial.realtime.twin.faults.alarms import Alarm
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.settings import usual
 

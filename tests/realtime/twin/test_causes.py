@@ -13,13 +13,13 @@ from linear import CHANNELS, Sailed, machine, sailed
 from sea import Bridge
 from sea import sailed as at_sea
 
-from seatrial.realtime.twin import cases
-from seatrial.realtime.twin.alarms import FROZEN, STEERING, WRONG, Alarm, elsewhere
-from seatrial.realtime.twin.cases import CASE, History, Kept, Verdict, judged, together
+from seatrial.realtime.twin.faults import cases
+from seatrial.realtime.twin.faults.alarms import FROZEN, STEERING, WRONG, Alarm, elsewhere
+from seatrial.realtime.twin.faults.cases import CASE, History, Kept, Verdict, judged, together
+from seatrial.realtime.twin.faults.suspects import IMPULSE, JUMP, MISREAD, Bank, suspects
 from seatrial.realtime.twin.follow import Follower, Step, lever
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.settings import usual
-from seatrial.realtime.twin.suspects import IMPULSE, JUMP, MISREAD, Bank, suspects
 from seatrial.ships.files import load
 
 P_0 = np.diag([4.0, 4.0, 1e-4, 0.04, 0.01, 1e-6, 0.1, 0.1, 1e-6, 1e-6, 1e-10])

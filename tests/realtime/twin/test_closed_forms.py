@@ -12,9 +12,8 @@ from linear import CHANNELS, DENSITY, NAMES, NOISE, A, H, Sailed, blur, followed
 from scipy.linalg import expm
 
 from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Trust, forecast
-from seatrial.realtime.twin.alarms import Judge
-from seatrial.realtime.twin.follow import GATE, Follower, surprise, without
-from seatrial.realtime.twin.suspects import (
+from seatrial.realtime.twin.faults.alarms import Judge
+from seatrial.realtime.twin.faults.suspects import (
     GROWS,
     IMPULSE,
     JUMP,
@@ -32,6 +31,7 @@ from seatrial.realtime.twin.suspects import (
     suspects,
     threshold,
 )
+from seatrial.realtime.twin.follow import GATE, Follower, surprise, without
 from tiers import slow_but
 
 P_0 = np.diag([4.0, 4.0, 1e-4, 0.04, 0.01, 1e-6, 0.1, 0.1, 1e-6, 1e-6, 1e-10])

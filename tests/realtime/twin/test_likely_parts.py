@@ -14,10 +14,10 @@ from linear import CHANNELS, NOISE, blur, followed, machine, sailed, step_of
 from scipy.stats import multivariate_normal
 
 from seatrial.realtime.twin import follow, likely
-from seatrial.realtime.twin.acting import between_rows
+from seatrial.realtime.twin.faults.acting import between_rows
+from seatrial.realtime.twin.faults.stuck import JAMMED, SLOW, Repeats, Steering
 from seatrial.realtime.twin.follow import Follower, Step
 from seatrial.realtime.twin.likely import Factors
-from seatrial.realtime.twin.stuck import JAMMED, SLOW, Repeats, Steering
 
 SHIP = machine().ship
 """It sails its 100 m in 20 s."""

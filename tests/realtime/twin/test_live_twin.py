@@ -15,13 +15,13 @@ from seatrial.identify.filters.augmented import augmented
 from seatrial.identify.filters.kalman import Extended, trace
 from seatrial.identify.filters.measurement import Antenna, Heading, Rate
 from seatrial.identify.nuisance import CURRENT
-from seatrial.realtime.twin.alarms import Judge
+from seatrial.realtime.twin.faults.alarms import Judge
+from seatrial.realtime.twin.faults.stuck import FOLLOWS, JAMMED, SLOW, Repeats, Steering
+from seatrial.realtime.twin.faults.suspects import JUMP, Evidence, Suspect, threshold
 from seatrial.realtime.twin.likely import FACTORS, likeliest
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.saved import learnt, load_state, save_state
 from seatrial.realtime.twin.settings import usual
-from seatrial.realtime.twin.stuck import FOLLOWS, JAMMED, SLOW, Repeats, Steering
-from seatrial.realtime.twin.suspects import JUMP, Evidence, Suspect, threshold
 from seatrial.realtime.twin.tally import Tally
 from seatrial.ships.files import load
 from voyages import NOISE, Voyage, coaster

@@ -18,17 +18,17 @@ from seatrial.data import Trial
 from seatrial.environment import CHANNELS as AROUND
 from seatrial.identify import StudyError
 from seatrial.realtime.twin import follow, live
-from seatrial.realtime.twin.acting import Acting, Override
 from seatrial.realtime.twin.ahead import Forecast, Score
-from seatrial.realtime.twin.alarms import WRONG, Alarm, Judge, alarm_of
 from seatrial.realtime.twin.card import page, parameters
+from seatrial.realtime.twin.faults.acting import Acting, Override
+from seatrial.realtime.twin.faults.alarms import WRONG, Alarm, Judge, alarm_of
+from seatrial.realtime.twin.faults.stuck import FOLLOWS, JAMMED, SLOW, Steering
+from seatrial.realtime.twin.faults.suspects import JUMP, LAZY, LOST, MISREAD, REVERSED, SCALED, STUCK, Evidence, Suspect
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.page.screen import _points
 from seatrial.realtime.twin.saved import load_state, save_state
 from seatrial.realtime.twin.settings import usual
 from seatrial.realtime.twin.sources import channels_of, moving, noise_of, rows_of
-from seatrial.realtime.twin.stuck import FOLLOWS, JAMMED, SLOW, Steering
-from seatrial.realtime.twin.suspects import JUMP, LAZY, LOST, MISREAD, REVERSED, SCALED, STUCK, Evidence, Suspect
 from seatrial.realtime.twin.tally import Hour, Tally
 from seatrial.ships.files import load
 

@@ -13,11 +13,11 @@ from linear import CHANNELS, Sailed, machine, sailed
 
 from seatrial.identify import StudyError
 from seatrial.realtime.twin import follow, live
-from seatrial.realtime.twin.acting import Override
-from seatrial.realtime.twin.alarms import Alarm
+from seatrial.realtime.twin.faults.acting import Override
+from seatrial.realtime.twin.faults.alarms import Alarm
+from seatrial.realtime.twin.faults.suspects import JUMP, LAZY, REVERSED, suspects
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.saved import load_state, save_state
-from seatrial.realtime.twin.suspects import JUMP, LAZY, REVERSED, suspects
 
 RUN = sailed(60, seed=4)
 

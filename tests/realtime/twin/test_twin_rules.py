@@ -19,18 +19,22 @@ from seatrial.environment import CHANNELS as AROUND
 from seatrial.identify import StudyError
 from seatrial.realtime.twin import live as live_module
 from seatrial.realtime.twin import sources
-from seatrial.realtime.twin.acting import Acting, Override
 from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Score, Trust
-from seatrial.realtime.twin.alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, matters
 from seatrial.realtime.twin.card import alarm, page, parameters, unseen
-from seatrial.realtime.twin.follow import Step, _midship, begun, inverse_of, surprise, without
-from seatrial.realtime.twin.likely import FACTORS, NOISIER
-from seatrial.realtime.twin.live import Live
-from seatrial.realtime.twin.saved import learnt, load_state, save_state
-from seatrial.realtime.twin.settings import MHE, NOISE, noisier, scaled, usual
-from seatrial.realtime.twin.sources import Ear, channels_of, noise_of
-from seatrial.realtime.twin.stuck import FOLLOWS, JAMMED, SLOW, Repeats, Steering, steerings
-from seatrial.realtime.twin.suspects import (
+from seatrial.realtime.twin.faults.acting import Acting, Override
+from seatrial.realtime.twin.faults.alarms import (
+    CLOCK,
+    FROZEN,
+    STEERING,
+    UNEXPLAINED,
+    WRONG,
+    Alarm,
+    Judge,
+    alarm_of,
+    matters,
+)
+from seatrial.realtime.twin.faults.stuck import FOLLOWS, JAMMED, SLOW, Repeats, Steering, steerings
+from seatrial.realtime.twin.faults.suspects import (
     GROWS,
     IMPULSE,
     JUMP,
@@ -47,6 +51,12 @@ from seatrial.realtime.twin.suspects import (
     Suspect,
     suspects,
 )
+from seatrial.realtime.twin.follow import Step, _midship, begun, inverse_of, surprise, without
+from seatrial.realtime.twin.likely import FACTORS, NOISIER
+from seatrial.realtime.twin.live import Live
+from seatrial.realtime.twin.saved import learnt, load_state, save_state
+from seatrial.realtime.twin.settings import MHE, NOISE, noisier, scaled, usual
+from seatrial.realtime.twin.sources import Ear, channels_of, noise_of
 from seatrial.realtime.twin.tally import Hour, Tally
 from seatrial.ships.files import load
 from shown import aligned, tables

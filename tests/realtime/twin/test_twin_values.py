@@ -12,15 +12,15 @@ import pytest
 from linear import CHANNELS, NOISE, machine
 
 from seatrial.realtime.twin import follow
-from seatrial.realtime.twin.acting import Override
 from seatrial.realtime.twin.ahead import forecast
-from seatrial.realtime.twin.alarms import STEERING, Alarm
+from seatrial.realtime.twin.faults.acting import Override
+from seatrial.realtime.twin.faults.alarms import STEERING, Alarm
+from seatrial.realtime.twin.faults.suspects import LAZY, threshold
 from seatrial.realtime.twin.follow import Step, begun
 from seatrial.realtime.twin.live import Counts, Live
 from seatrial.realtime.twin.page import screen
 from seatrial.realtime.twin.page.screen import Screen, _none, _round
 from seatrial.realtime.twin.saved import provenance
-from seatrial.realtime.twin.suspects import LAZY, threshold
 from seatrial.realtime.twin.tally import Tally
 
 

@@ -22,7 +22,7 @@ from ...data import Array
 from ...data.prepare import turns
 from ...environment import CHANNELS
 from ...ships import Ship
-from .acting import between_rows
+from .faults.acting import between_rows
 from .follow import Follower, Machine, Step, begun, inverse_of, made
 from .live import Live
 from .settings import Settings, noisier, scaled

@@ -15,14 +15,12 @@ from ...data import Array
 from ...identify.filters.filtering import inside
 from ...identify.filters.horizon import Horizon
 from ...ships import Ship
-from .acting import Acting, Override
 from .ahead import Trust
-from .alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, elsewhere
-from .cases import History, Kept, acted, judged, masks, opening, override_of, together
-from .follow import Follower, Machine, Step, begun, made, surprise, without
-from .settings import MHE, Settings
-from .stuck import FOLLOWS, JAMMED, Repeats, steerings
-from .suspects import (
+from .faults.acting import Acting, Override
+from .faults.alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, elsewhere
+from .faults.cases import History, Kept, acted, judged, masks, opening, override_of, together
+from .faults.stuck import FOLLOWS, JAMMED, Repeats, steerings
+from .faults.suspects import (
     ELSEWHERE,
     GROWS,
     IMPULSE,
@@ -37,6 +35,8 @@ from .suspects import (
     suspects,
     threshold,
 )
+from .follow import Follower, Machine, Step, begun, made, surprise, without
+from .settings import MHE, Settings
 from .tally import Counts, Roughness, Tally
 
 # A gap of so many times L/U begins the motion anew.

@@ -12,9 +12,9 @@ from ...core.records import read_json, short, to_json
 from ...data import Array
 from ...identify import StudyError
 from ...ships import Entry, Ship
-from .acting import Override
 from .ahead import Score
-from .alarms import Alarm
+from .faults.acting import Override
+from .faults.alarms import Alarm
 from .follow import Follower
 from .live import Live
 from .tally import Hour

@@ -17,13 +17,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...actuators import Servo
-from ...data import Array
-from ...identify.filters.augmented import ANTENNA, BIAS, SLOW
-from ...identify.nuisance import CURRENT
-from ...models import unit
-from .follow import GATE, Machine, Step, inverse_of, lever
-from .settings import HEADING, POSITION, SPEED, TURN, VELOCITY
+from ....actuators import Servo
+from ....data import Array
+from ....identify.filters.augmented import ANTENNA, BIAS, SLOW
+from ....identify.nuisance import CURRENT
+from ....models import unit
+from ..follow import GATE, Machine, Step, inverse_of, lever
+from ..settings import HEADING, POSITION, SPEED, TURN, VELOCITY
 
 # A reading counts as so many standard deviations at most; the first one beyond the gate, maybe an outlier, not at all.
 _MOST = 50.0

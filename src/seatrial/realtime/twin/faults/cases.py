@@ -14,11 +14,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...data import Array
-from ...identify.filters.augmented import SLOW
+from ....data import Array
+from ....identify.filters.augmented import SLOW
+from ..follow import Follower, Machine, Step
 from .acting import Override
 from .alarms import FROZEN, STEERING, Alarm
-from .follow import Follower, Machine, Step
 from .suspects import GROWS, IMPULSE, LEVER, LOST, MISREAD, OF_CONTROL, OF_SENSOR, SCALED
 
 CASE = 240.0

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
-from ...core.records import Limits
-from ...identify.filters.augmented import ANTENNA
-from .follow import Follower
+from ....core.records import Limits
+from ....identify.filters.augmented import ANTENNA
+from ..follow import Follower
 from .suspects import (
     ELSEWHERE,
     GROWS,

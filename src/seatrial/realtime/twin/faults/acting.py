@@ -10,11 +10,11 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.records import Limits
-from ...data import Array
-from ...data.prepare import turns
-from ...environment import CHANNELS
-from ...models import Model
+from ....core.records import Limits
+from ....data import Array
+from ....data.prepare import turns
+from ....environment import CHANNELS
+from ....models import Model
 from .suspects import LAZY, LOST, MISREAD, REVERSED, SCALED
 
 _PLACE = {name: k for k, name in enumerate(CHANNELS)}

@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ...models import unit
-from ...ships import Ship
+from ....models import unit
+from ....ships import Ship
 
 # A channel is stuck where so many repetitions have less than this probability, by the habit of the log itself.
 _CHANCE, _FEWEST = 1e-9, 6

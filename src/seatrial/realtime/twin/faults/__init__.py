@@ -1,0 +1,1 @@
+"""What can go wrong, how it shows, and which of it is named."""
