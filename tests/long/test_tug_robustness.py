@@ -2,7 +2,6 @@
 
 import resource
 import sys
-import time
 from contextlib import suppress
 
 import numpy as np
@@ -69,17 +68,14 @@ def many(count):
     return tuple(out)
 
 
-def test_time_grows_no_faster_than_the_data_and_memory_stays_small():
-    recorded, seconds = many(100), {}
-    Shooting(iterations=2, schedule="lo").fit(problem(recorded=recorded[:10]))
+def test_ten_times_the_data_needs_no_more_iterations_and_memory_stays_small():
+    """An iteration costs what its data do (benchmarks/shooting.py measures it), so that their number tells the growth."""
+    recorded, iterations = many(100), {}
     for count in (10, 100):
-        told, found = problem(recorded=recorded[:count]), []
-        for _ in range(2):
-            began = time.perf_counter()
-            assert Shooting().fit(told).status == "converged"
-            found.append(time.perf_counter() - began)
-        seconds[count] = min(found)
+        fit = Shooting().fit(problem(recorded=recorded[:count]))
+        assert fit.status == "converged"
+        iterations[count] = len(fit.history)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    sys.stdout.write(f"seconds of a fit {seconds}, peak {peak:.0f} MB\n")
-    assert seconds[100] <= 10.0 * seconds[10]
+    sys.stdout.write(f"iterations of a fit {iterations}, peak {peak:.0f} MB\n")
+    assert iterations[100] <= iterations[10] + 2
     assert peak < 1024.0
