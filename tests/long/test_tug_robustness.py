@@ -69,7 +69,7 @@ def many(count):
 
 
 def test_ten_times_the_data_needs_no_more_iterations_and_memory_stays_small():
-    """An iteration costs what its data do (benchmarks/shooting.py measures it), so that their number tells the growth."""
+    """An iteration costs what its data do (benchmarks/shooting.py): their number tells the growth."""
     recorded, iterations = many(100), {}
     for count in (10, 100):
         fit = Shooting().fit(problem(recorded=recorded[:count]))
