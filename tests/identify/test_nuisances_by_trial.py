@@ -14,7 +14,8 @@ import pytest
 from seatrial.core.parameters import Free, values
 from seatrial.data import Trial
 from seatrial.environment import Uniform
-from seatrial.identify import Nuisance, Problem, StudyError
+from seatrial.identify import Loss, Nuisance, Problem, StudyError
+from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
@@ -75,6 +76,24 @@ def test_biases_and_currents_that_differ_between_trials_come_back_within_their_s
             own += [(found[name] - true[key][k]) / sigma[name] for name, key in names.items()]
     assert np.abs([*z, *own]).max() < 4.0
     assert 0.7 < np.sqrt(np.mean(np.square(own))) < 1.3
+
+
+@pytest.mark.slow
+def test_a_recorded_start_is_off_by_the_bias_of_its_trial() -> None:
+    """Predictions begin where the record says: with its bias left in, a heading 2 deg off bends every track."""
+    ship, true = load(str(NEUTRAL)), {"run_0": 2.0 * DEG, "run_1": -1.0 * DEG, "run_2": 0.5 * DEG}
+    trials = tuple(_run(k, 0.0).having(psi=_run(k, 0.0)["psi"] + off) for k, off in enumerate(true.values()))
+    problem = replace(_problem(trials, Nuisance(bias={"psi": 30.0 * DEG})), loss=Loss(NOISE))
+    exact = Trajectory(initial="measured", window=50.0).fit(problem)
+    known = values(ship.model)
+    assert {name: one["bias_psi"] for name, one in exact.nuisances.items()} == pytest.approx(true, abs=0.1 * DEG)
+    assert exact.values == pytest.approx([known[path] for path in PATHS], rel=0.02)
+    # the slopes are those of the objective: differences of it say the same
+    objective = TrajectoryObjective.like(problem, Trajectory(initial="measured", window=50.0))
+    p, eta = 1.02 * exact.values, np.array([0.3, -0.2, 0.1]) * DEG
+    normal, step = objective.normal(p, eta), 1e-5
+    slopes = [(objective.cost(p, eta + d) - objective.cost(p, eta - d)) / (4.0 * step) for d in step * np.eye(3)]
+    assert np.concatenate([one.gradient.ravel() for one in normal.blocks]) == pytest.approx(slopes, rel=1e-4)
 
 
 @pytest.mark.slow

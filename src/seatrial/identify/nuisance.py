@@ -246,6 +246,8 @@ class Layout:
     def columns(self, index: int, slopes: Array, scale: Array, first: int) -> Array:
         """Derivatives of the weighted residuals of a trial by its nuisance parameters, shape (lanes, entries, part).
 
+        A channel that reads with a bias began off by it: the recorded start, less the bias, is where the model starts.
+
         Args:
             index: of the trial.
             slopes: weighted derivatives of its windows, shape (lanes, rows, motion, parameters + currents + states).
@@ -263,7 +265,7 @@ class Layout:
         for k, channel in enumerate(own.bias):
             column = np.zeros_like(scale)
             column[:, :, channel] = scale[:, :, channel]
-            out[:, :, at + own.currents + k] = column.reshape(len(mine), -1)
+            out[:, :, at + own.currents + k] = column.reshape(len(mine), -1) - flat[:, :, state + channel]
         return out
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -30,6 +31,8 @@ _TAKEN = 3.0
 _WHOLE = 0.1
 # A reversed wind (twice its reading too much) shows as at least this scale error in the first step towards it.
 _TURNED = 0.5
+# One control of several, and the share from which on an error of all explains what that of one does.
+_OF_ALL, _SAME = re.compile(r"_\d+$"), 0.95
 # How the names of suspects begin that are no errors of instruments.
 _SURROUNDINGS = ("current.", "wind.")
 # Noise of measured states pulls a parameter where predictions move it by more than this, in sigma.
@@ -329,8 +332,15 @@ class Diagnosis:
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
-        """Suspects that matter, that instruments can have and that are credible, the most likely first."""
-        return tuple(one for one in self.suspicions if one.matters and one.possible and one.credible)
+        """Suspects that matter, that instruments can have and that are credible, the most likely first.
+
+        Where only the sum of several rudders or shafts acts, twice the error of one of two explains what both have
+        alike: that of all is the cause.
+        """
+        found = [one for one in self.suspicions if one.matters and one.possible and one.credible]
+        share = {one.name: one.share for one in found}
+        return tuple(one for one in found if not share.get(_OF_ALL.sub("", one.name), 0.0) > _SAME * one.share
+                     or not _OF_ALL.search(one.name))  # fmt: skip
 
     @property
     def doubted(self) -> tuple[Suspicion, ...]:

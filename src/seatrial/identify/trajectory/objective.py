@@ -1,8 +1,7 @@
 """The trajectory objective of many problems at once: residuals and exact normal equations of all windows.
 
 Problems share ship, controls and loss; each has its own values and nuisances, and may have its own data.  Lanes are
-problems x windows: one call of the kernel integrates several problems with their exact derivatives.  The normal
-equations of the nuisances are kept apart until they are eliminated.
+problems x windows, which one call of the kernel integrates with exact derivatives.  Nuisances are eliminated last.
 """
 
 from __future__ import annotations
@@ -228,12 +227,13 @@ class TrajectoryObjective:
         own = layout.of_trials(eta)[:, layout.trial]
         state0 = np.repeat(cut.state0[None], len(p), axis=0) if self.data is None else self.data.state0[which].copy()
         off = recorded(self.common, cut.state0[:, : cut.width], self.interval)
-        state0[..., : cut.width] += layout.starts(eta) - np.tensordot(p[:, self.count :], off, axes=1)
+        bias = layout.own.offset(own)  # a channel began off by it too
+        state0[..., : cut.width] += layout.starts(eta) - np.tensordot(p[:, self.count :], off, axes=1) - bias
         values = np.repeat(p[:, : self.count], windows, axis=0)
         lanewise = np.hstack([values, own[..., : layout.own.currents].reshape(len(values), -1)])
         lanes = Lanes(self.kernel, open_loop_parameters(self.problem.ship), state0.reshape(len(values), -1),
                       self.series(p), lanewise=lanewise)  # fmt: skip
-        return lanes, layout.own.offset(own)[..., None, :]
+        return lanes, bias[..., None, :]
 
     def states(self, lanes: Lanes, threads: int | None = None) -> Array:
         """Measured states that these runs predict, shape (problems, windows, rows, motion)."""
@@ -333,7 +333,7 @@ class TrajectoryObjective:
             whole[..., k, :n] = found[..., state, :n]
             whole[..., k, n:count] = found[..., state, begin + own.initial]
             whole[..., k, count:last] = found[..., state, n:begin]
-        whole[..., last:-1] = np.eye(width)[compared][:, own.bias]
+        whole[..., last:-1] = np.eye(width)[compared][:, own.bias] - found[..., compared, :][..., begin + own.bias]
         whole *= scale[..., None]
         whole[:, scale == 0.0] = 0.0
         whole[..., -1] = error[..., compared]

@@ -249,6 +249,45 @@ def test_angles_held_to_both_sides_and_straight_ahead_show_an_offset_of_the_rudd
         assert not found.denies(offset * DEG)
 
 
+EVEN, OFF = (10.0, -10.0, 20.0, -20.0), (12.5, -7.5, 22.5, -17.5)
+
+
+@pytest.mark.parametrize(("port", "starboard", "leads"), [
+    ((OFF, 2.5), (OFF, 2.5), {"offset.delta": 2.5}), ((EVEN, 0.0), (OFF, 2.5), {"offset.delta_2": 2.5}),
+    (((11.2, -8.8, 21.2, -18.8), 1.2), (OFF, 2.5), {"offset.delta_1": 1.2, "offset.delta_2": 2.5}),
+    ((EVEN, 0.0), (EVEN, 0.0), {}),
+])  # fmt: skip
+def test_an_offset_that_two_rudders_have_alike_is_one(
+    port: tuple[tuple[float, ...], float], starboard: tuple[tuple[float, ...], float], leads: dict[str, float]
+) -> None:
+    """Of what both have only the sum acts; what one has alone, or more of, is its own."""
+    log = helm(*starboard)
+    both = replace(log, channels={"u": log["u"], "r": log["r"], "delta_1": helm(*port)["delta"],
+                                  "delta_2": log["delta"]})  # fmt: skip
+    found = witnesses([both])
+    shown = {name: one.size / DEG for name, one in found.items() if one.leads}
+    assert shown == pytest.approx(leads, abs=0.05)
+    assert all(found[name].shown for name in leads)
+    # of a common one, each of the rudders is told as well
+    assert {name.partition("_")[0] for name, one in found.items() if one.shown} == {"offset.delta"} if leads else True
+
+
+@pytest.mark.slow
+def test_rudders_that_are_late_alike_are_late_by_one_number() -> None:
+    t, fine = np.arange(0.0, 900.0), np.arange(0.0, 900.0, 0.02)
+    delta = 0.17 * np.sign(np.sin(2.0 * np.pi * fine / 130.0))
+    r = np.zeros(fine.size)
+    for k in range(1, fine.size):
+        r[k] = r[k - 1] + 0.02 * (0.05 * delta[k - 1] - r[k - 1]) / 12.0
+    rng = np.random.default_rng(0)
+    read = {"delta_1": np.interp(t - 2.0, fine, delta), "delta_2": np.interp(t - 2.0, fine, delta),
+            "r": np.interp(t, fine, r), "u": 5.0 + 0.0 * t}  # fmt: skip
+    noisy = {name: values + 1e-4 * rng.standard_normal(t.size) for name, values in read.items()}
+    found = witnesses([Trial("a", t, noisy, {}, {})], 60.0)
+    assert found["delay.delta"].size == pytest.approx(2.0, abs=0.87)
+    assert [name for name, one in found.items() if one.leads] == ["delay.delta"]
+
+
 def test_of_errors_that_explain_the_same_one_leads() -> None:
     found = witnesses([log(seed, {"ahead": 4.0}) for seed in range(3)])
     assert {name for name, one in found.items() if one.shown} == {"antenna.ahead", "delay.receiver"}
@@ -299,3 +338,14 @@ def test_a_number_of_the_ship_that_would_be_off_by_more_than_itself_is_no_cause(
     lines = Diagnosis(terms=(far,)).lines
     assert not any("k_1" in line for line in lines)
     assert lines[0].startswith("the model does not explain")
+
+
+@pytest.mark.parametrize(("own", "all_", "named"), [
+    (0.40, 0.39, ["offset.delta"]), (0.40, 0.30, ["offset.delta_2", "offset.delta"]),
+    (0.40, None, ["offset.delta_2"])])  # fmt: skip
+def test_where_only_the_sum_of_two_rudders_acts_the_offset_of_both_is_the_cause(
+    own: float, all_: float | None, named: list[str]
+) -> None:
+    one = suspicion(name="offset.delta_2", share=own)
+    both = suspicion(name="offset.delta", share=all_) if all_ else suspicion(name="scale.r", drop=1.0)
+    assert [cause.name for cause in Diagnosis(suspicions=(one, both)).causes] == named

@@ -10,6 +10,7 @@ Chow and Willsky 1984).  What nothing else shows has no witness.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -39,6 +40,8 @@ _TIE = 0.02
 _DENIES, _HALF = 3.0, 0.5
 # ... and standard errors in what an unknown hull leaves open of a lag of the rudder.
 _OPEN = 3.0
+# One rudder, or one of several.
+_RUDDER = re.compile(r"delta(_\d+)?")
 # Half the scatter of angles held to both sides that counts as none [rad].
 _HELD = math.radians(0.25)
 # Drift of a hull that is not quite alike on both sides [rad].
@@ -128,13 +131,33 @@ def _strongest(normal: Normal, others: Sequence[str], least: float) -> list[str]
 
 
 def _of_rudder(trials: Sequence[Trial]) -> Iterator[tuple[str, Witness]]:
-    some = [one for one in trials if {"delta", "r", "u"} <= set(one.channels)]
+    """Of each rudder as if it were the only one; an error that all have alike is one of all, as their sum acts."""
+    names = sorted({name for one in trials for name in one.channels if _RUDDER.fullmatch(name)})
+    found = {name: dict(_of_one(name, trials)) for name in names}
+    for kind in ("delay", "offset"):
+        told = {name: one[kind] for name, one in found.items() if kind in one}
+        common = _common(tuple(told.values())) if len(told) == len(names) > 1 else None
+        yield from ((f"{kind}.{name}", replace(one, leads=one.leads and not common)) for name, one in told.items())
+        if common:
+            yield f"{kind}.delta", common
+
+
+def _of_one(name: str, trials: Sequence[Trial]) -> Iterator[tuple[str, Witness]]:
+    some = [one.having(delta=one[name]) for one in trials if {name, "r", "u"} <= set(one.channels)]
     found = rudder_lag(some) if some else None
     if found:
-        yield "delay.delta", Witness(found.size, math.hypot(found.error, found.unsure / _OPEN), found.told, found.told)
+        yield "delay", Witness(found.size, math.hypot(found.error, found.unsure / _OPEN), found.told, found.told)
     offset = Helm.of(some).offset if some else None
     if offset is not None:
-        yield "offset.delta", Witness(offset, _HELD, shown=True, leads=True)
+        yield "offset", Witness(offset, _HELD, shown=True, leads=True)
+
+
+def _common(some: Sequence[Witness]) -> Witness | None:
+    """The error that all have; None where they differ, or some show it and some do not."""
+    sizes, sigma = [one.size for one in some], max(one.sigma for one in some)
+    if max(sizes) - min(sizes) > 2.0 * math.sqrt(2.0) * sigma or len({one.shown for one in some}) > 1:
+        return None
+    return replace(some[0], size=math.fsum(sizes) / len(sizes), sigma=sigma)
 
 
 def _of_sides(trials: Sequence[Trial]) -> Iterator[tuple[str, Witness]]:
