@@ -10,7 +10,7 @@ import pytest
 
 from seatrial.core.errors import RequestError
 from seatrial.encounters.conduct import CONDUCTS, Conduct, Orders, Scene, Watch
-from seatrial.encounters.meeting import Meeting, drawn, imazu
+from seatrial.encounters.meeting import Meeting, Ranges, drawn, imazu
 from seatrial.encounters.rules import Limits, Role, judge
 from seatrial.encounters.sailing import STEP, Sea, _Fleet, sail
 from seatrial.environment import Environment
@@ -142,6 +142,27 @@ def test_a_turn_is_that_of_the_ship_by_small_steps() -> None:
     assert np.abs(found.x[0, 0] - fine[:, 0]).max() < 0.02 * SHIP.L_pp
     assert np.abs(found.y[0, 0] - fine[:, 1]).max() < 0.02 * SHIP.L_pp
     assert np.abs(found.psi[0, 0] - fine[:, 2]).max() < math.radians(1.0)
+
+
+@pytest.mark.slow
+def test_runs_of_a_batch_are_as_if_each_were_alone() -> None:
+    """A block of the kernel and a bit: each run with its own ship, weather and meeting, to the last bit."""
+    met = drawn([Role.GIVE_WAY, Role.HEAD_ON], 19, V, 3, Ranges(T=(90.0, 150.0)))
+    rng = np.random.default_rng(4)
+    draws = {"hull.N_v": -0.137 * rng.uniform(0.9, 1.1, 19)}
+    around = np.array([Environment(current_x=a, current_y=b) for a, b in rng.uniform(-0.1, 0.1, (19, 2))])
+    conducts = rng.integers(2, size=(19, 2))
+
+    def sailed(some: slice) -> np.ndarray:
+        sea = Sea(240.0, 20.0, around=around[some])
+        found = sail(SHIP, rows(met, some), sea, "rules", ("rules", "port"), 1,
+                     {name: one[some] for name, one in draws.items()}, conducts[some]).tracks  # fmt: skip
+        return np.stack([found.x, found.y, found.psi, found.u, found.v_m])
+
+    whole = sailed(slice(None))
+    assert np.ptp(whole[2, :, 0]) > math.radians(30.0)  # somebody turns
+    for run in (0, 15, 16, 18):
+        assert (sailed(slice(run, run + 1))[:, 0] == whole[:, run]).all()
 
 
 def test_conducts_of_one_ship_differ_by_run_as_if_each_were_alone() -> None:

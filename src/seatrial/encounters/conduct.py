@@ -134,8 +134,8 @@ class Watch:
         self._ship, self._limits, self._speed, self._slower = ship, limits, speed, tuple(slower)
         self._course = scene.psi[:, ship].copy()
         self._psi, self._share, self._off = self._course.copy(), np.ones(runs), np.zeros(runs, dtype=bool)
-        self.role = np.full((runs, ships), int(Role.NONE))
-        self.risk = np.zeros((runs, ships), dtype=bool)
+        self.role = np.full((runs, ships), int(Role.NONE), order="F")  # runs side by side, as those of scenes
+        self.risk = np.zeros((runs, ships), dtype=bool, order="F")
         self._others = np.arange(ships) != ship
         lengths = np.maximum(scene.L, scene.L[ship])
         self._passing, self._horizon = limits.passing.of(lengths), limits.horizon.of(lengths)
@@ -147,7 +147,7 @@ class Watch:
         tried = [[one.side * turn for turn in one.alterations] for one in known]
         # the last one again is never better than itself
         self._tried = np.array([turns + turns[-1:] * (most - len(turns)) for turns in tried])[chosen]
-        self._until = np.full((runs, ships), -1.0)
+        self._until = np.full((runs, ships), -1.0, order="F")
         """Time left at which it acts for each ship [s]; below zero where it never does."""
 
     def look(self, scene: Scene) -> Orders:
@@ -224,15 +224,15 @@ class Watch:
     def _room(self, scene: Scene, psi: Array, share: Array, rows: NDArray[np.intp]) -> Array:
         """Least distance to anybody beyond the passing distance that it aims at [m], after a turn of its own."""
         own = self._ship
-        now = wrapped(psi - scene.psi[rows, own])
-        speed = self._speed[rows]
+        # a row for each ship, as runs lie side by side
+        x, y, north, east = (one.T.take(rows, axis=1) for one in (scene.x, scene.y, scene.north, scene.east))
+        heading, speed = scene.psi[rows, own], self._speed[rows]
+        now = wrapped(psi - heading)
         t = np.abs(now) * scene.L[own] / (_TURNING * np.maximum(speed, 1e-3))
-        middle = scene.psi[rows, own] + 0.5 * now
-        ahead_n, ahead_e = speed * t * np.cos(middle), speed * t * np.sin(middle)
-        north = scene.x[rows] + scene.north[rows] * t[:, None] - (scene.x[rows, own] + ahead_n)[:, None]
-        east = scene.y[rows] + scene.east[rows] * t[:, None] - (scene.y[rows, own] + ahead_e)[:, None]
-        v_north = scene.north[rows] - (share * speed * np.cos(psi))[:, None]
-        v_east = scene.east[rows] - (share * speed * np.sin(psi))[:, None]
-        dcpa, tcpa = approach(north, east, v_north, v_east)
-        far = (tcpa > 1.5 * self._horizon) | ~self._others
-        return np.where(far, np.inf, dcpa - _MARGIN * self._passing).min(axis=1)
+        middle, way = heading + 0.5 * now, speed * t
+        ahead_n, ahead_e = way * np.cos(middle), way * np.sin(middle)
+        far_n, far_e = x + north * t - (x[own] + ahead_n), y + east * t - (y[own] + ahead_e)
+        over = share * speed
+        dcpa, tcpa = approach(far_n, far_e, north - over * np.cos(psi), east - over * np.sin(psi))
+        far = (tcpa > 1.5 * self._horizon[:, None]) | ~self._others[:, None]
+        return np.where(far, np.inf, dcpa - _MARGIN * self._passing[:, None]).min(axis=0)

@@ -19,6 +19,8 @@ from ..core.errors import RequestError
 from ..core.parameters import Scalar, Scalars, spec, unknown
 from ..core.symbolic import clip, cos, exp, sin
 from ..data import Array
+from ..engine.csource import LANES
+from ..engine.stepping import Buffers, stepping
 from ..environment import CALM, CHANNELS, Environment
 from ..manoeuvres import Policy
 from ..manoeuvres.autopilot import K_PRIME, OMEGA_PRIME, T_PRIME, ZETA, gains, wrapped
@@ -226,39 +228,56 @@ class _Fleet:
         speed = np.broadcast_to(np.asarray(meeting.U, dtype=np.float64), (runs,))
         self.first = np.column_stack([speed, places[3]])
         self.valid = np.ones(runs, dtype=bool)
-        self._L, self._steps, U = L, substeps(ship, STEP), float(speed[0])
-        self._dt, self._turns = STEP / self._steps, approach(ship, U)[1]
-        policy = _policy(ship, others, U, self._turns, self._dt)
-        system, values = closed_loop(ship, policy, self._dt), loop_values(ship, policy)
+        steps, U = substeps(ship, STEP), float(speed[0])
+        self._L, self._turns = L, approach(ship, U)[1]
+        policy = _policy(ship, others, U, self._turns, STEP / steps)
+        system, values = closed_loop(ship, policy, STEP / steps), loop_values(ship, policy)
         for name in draws:
             if f"ship.{name}" not in values:
                 raise RequestError(unknown(name, [one[5:] for one in values if one.startswith("ship.")], "parameter"))
-        self._code = Kernel(system, tuple(f"ship.{name}" for name in draws)).forward
-        self._shared = np.array(list(values.values()))
-        self._lanewise = np.column_stack([*draws.values()]) if draws else np.zeros((runs, 0))
-        around = np.broadcast_to(sea.around, (runs, len(CHANNELS)))
-        self._state = np.zeros((runs, len(system.states)))
-        drift = Environment(*around.T)  # the speed through the water is as meant, on course north
-        self._state[:, 3], self._state[:, 4] = speed + drift.current_x, drift.current_y
-        memory = loop_memory(ship, policy, self._dt, {"policy.n_P": self._turns}, tuple(self._state[0, :6]))
-        self._memory = np.tile(np.array(memory, dtype=np.float64), (runs, 1))
-        theirs = self._memory[:, -5 * others :].reshape(runs, others, 5)
-        for k, one in enumerate(places):
-            theirs[:, :, k] = one
-        self._series = np.zeros((runs, 1, len(system.series)))
-        self._series[:, 0, : len(CHANNELS)] = around
-        for ship_, (psi, pace) in enumerate(zip(places[2].T, (places[3] / L[1:]).T, strict=True), 1):
-            self.order(ship_, Orders(psi, np.ones(runs)))
-            self._series[:, 0, len(CHANNELS) + 3 * ship_ + 1] = pace
+        compiled = Kernel(system, tuple(f"ship.{name}" for name in draws)).forward
+        at = self._buffers = Buffers.of(system, -(-runs // LANES), len(draws), np.array(list(values.values())))
+        self._step = stepping(compiled, at, STEP / steps, steps, threads=1)
+        for k, one in enumerate(draws.values()):
+            self._put(at.own, k, one)
+        memory = self._begun(ship, policy, np.broadcast_to(sea.around, (runs, len(CHANNELS))).T, STEP / steps)
+        for other in range(others):
+            for k, one in enumerate(places):
+                self._put(at.memory, memory - 5 * (others - other) + k, one[:, other])
+            pace = places[3][:, other] / L[other + 1]
+            self._put(at.series, len(CHANNELS) + 3 * other + 4, pace)
+            self.order(other + 1, Orders(places[2][:, other], np.ones(runs)))
         self._bounds = [(k, *ship.validity[name]) for k, name in enumerate(system.states)
                         if name in ship.validity and name not in ("u", "v_m")]  # fmt: skip
-        self._moved()
+        states, last = len(system.states), at.out[:, 1]
+        self._carried = last[:, :states], last[:, states : states + memory]
+        self._moved(at.state, at.memory[:, memory - 5 * others : memory])
 
-    def _moved(self) -> None:
-        runs, ships = self.first.shape
-        self.motion = np.zeros((5, runs, ships))
-        self.motion[:, :, 0] = self._state[:, :5].T
-        self.motion[:4, :, 1:] = np.moveaxis(self._memory[:, -5 * (ships - 1) :].reshape(runs, ships - 1, 5), 2, 0)[:4]
+    def _begun(self, ship: Ship, policy: Policy, around: Array, dt: float) -> int:
+        """Weather, and the own ship in it at its speed through the water; how many numbers the loop remembers."""
+        at, speed, drift = self._buffers, self.first[:, 0], Environment(*around)
+        for k, one in enumerate(around):
+            self._put(at.series, k, one)
+        self._put(at.state, 3, speed + drift.current_x)  # on course north
+        self._put(at.state, 4, np.zeros(len(speed)) + drift.current_y)
+        begun = tuple(float(one) for one in at.state[0, :6, 0])
+        memory = loop_memory(ship, policy, dt, {"policy.n_P": self._turns}, begun)
+        at.memory[:, : len(memory)] = np.array(memory, dtype=np.float64)[:, None]
+        return len(memory)
+
+    def _put(self, into: Array, k: int, values: Array) -> None:
+        """One number of each run; runs that fill up the last block are as the last one."""
+        lane = into[:, k].reshape(-1)
+        lane[: len(values)], lane[len(values) :] = values, values[-1]
+        into[:, k] = lane.reshape(len(into), LANES)
+
+    def _moved(self, state: Array, memory: Array) -> None:
+        """Take places and speeds from the kernel's order; runs lie side by side, over which all else is worked out."""
+        (runs, ships), blocks = self.first.shape, len(state)
+        motion = np.zeros((5, ships, blocks, LANES))
+        motion[:, 0] = state[:, :5].swapaxes(0, 1)
+        motion[:4, 1:] = memory.reshape(blocks, ships - 1, 5, LANES)[:, :, :4].transpose(2, 1, 0, 3)
+        self.motion = motion.reshape(5, ships, -1)[:, :, :runs].swapaxes(1, 2)
 
     def scene(self, t: float) -> Scene:
         """All ships now, as they are."""
@@ -271,20 +290,19 @@ class _Fleet:
     def order(self, ship: int, orders: Orders) -> None:
         """Give a ship its heading and share of the revolutions, or of the speed at the start."""
         at = len(CHANNELS) + (3 * ship - 1 if ship else 0)
-        self._series[:, 0, at] = orders.psi
-        self._series[:, 0, at + 1] = orders.speed * (self.first[:, ship] if ship else self._turns)
+        self._put(self._buffers.series, at, orders.psi)
+        self._put(self._buffers.series, at + 1, orders.speed * (self.first[:, ship] if ship else self._turns))
 
     def advance(self) -> None:
         """One `STEP`."""
-        out = self._code.stored(
-            self._state, self._series, self._shared, dt=self._dt, steps=self._steps + 1, memory0=self._memory,
-            lanewise=self._lanewise, every=self._steps, threads=1,
-        )[:, -1]  # fmt: skip
-        states = self._state.shape[1]
-        self._state, self._memory = out[:, :states], out[:, states : states + self._memory.shape[1]]
+        self._step()
+        state, memory = self._carried
+        self._buffers.state[...], self._buffers.memory[...] = state, memory
+        runs, others = len(self.valid), self.first.shape[1] - 1
         for k, low, high in self._bounds:
-            self.valid &= (self._state[:, k] >= low) & (self._state[:, k] <= high)
-        self._moved()
+            now = state[:, k].reshape(-1)[:runs]
+            self.valid &= (now >= low) & (now <= high)
+        self._moved(state, memory[:, memory.shape[1] - 5 * others :])
 
 
 def _can(ship: Ship) -> None:
