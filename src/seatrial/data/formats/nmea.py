@@ -37,10 +37,12 @@ from ...core.parameters import unknown
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..n2k.groups import finished
-from ..nmea.clocks import Timed, once, parted, timed
+from ..nmea.clocks import ROLL, Spoken, Timed, parted, timed
+from ..nmea.copies import once, shared
 from ..nmea.lines import Lines, listen
 from ..nmea.readings import KINDS
 from ..nmea.sources import GROUPS, Choice, Series, chosen
+from ..nmea.stamping import unit_of
 from ..prepare import nearest_rows
 from ..sidecar import CONVENTIONS, UNPLACED, Described, read_described
 
@@ -346,19 +348,42 @@ def _read_log(path: Path, aboard: Aboard) -> list[Log]:
         steps.append(f"{read.bare} sentences have no checksum, and are taken as they are")
     if read.others:
         steps.append("left out: " + ", ".join(f"{count} {kind}" for kind, count in sorted(read.others.items())))
+    found, unit = _in_seconds(read)
     if read.about:
-        steps.append(f"stamps of lines: {read.about}")
+        steps.append(f"stamps of lines: {unit or read.about}")
     if read.order:
         steps.append(read.order)
-    found, copied = once(read.found)
-    steps += [copied] if copied else []
+    found, copied = once(found)
+    found, turns = shared(found)
+    steps += [copied, *turns] if copied else turns
     pieces = parted(path, found, read.dated)
     return [_log(path, aboard, read, timed(path, one, read.dated), [*steps]) for one in pieces]
 
 
+def _in_seconds(read: Lines) -> tuple[Sequence[Spoken], str]:
+    """What was told, with its stamps in seconds, and the unit that they had where it was another one."""
+    if read.dated or read.about != "seconds":
+        return read.found, ""
+    unit, word = unit_of([one.stamp for one in read.found])
+    return [replace(one, stamp=unit * one.stamp) for one in read.found], word
+
+
+def _anew(path: Path, epoch: float | None) -> list[str]:
+    """A doubt where a date is so old, against the file, that the receiver may have counted its weeks anew."""
+    if epoch is None:
+        return []
+    written = path.stat().st_mtime
+    rolls = int((written - epoch) // ROLL)
+    if rolls < 1:
+        return []
+    told, real = (datetime.fromtimestamp(one, UTC).date() for one in (epoch, epoch + rolls * ROLL))
+    return [f"doubt: the date is {told}, and the file is {rolls * 1024} weeks younger or more: a receiver that counts "
+            f"the weeks of GPS anew tells that date on {real}"]  # fmt: skip
+
+
 def _log(path: Path, aboard: Aboard, read: Lines, when: Timed, steps: list[str]) -> Log:
     """Readings whose times are known, from one source each."""
-    steps += when.steps
+    steps += [*when.steps, *_anew(path, when.epoch)]
     told = true_headings(path, when.told, aboard, steps)
     ends = [float(t[k]) for one in told.values() for t, _ in one.values() for k in (0, -1)]
     series, choices = chosen(told, preferred(path, aboard, told), max(ends) - min(ends))

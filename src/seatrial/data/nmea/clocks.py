@@ -24,10 +24,12 @@ PIECES = 1 << 16
 """Sentences of a line at most; a place in a log is the number of the line times this, and which of them it is."""
 
 _DAY = 86400.0
-_ROLL = 1024 * 7 * _DAY
+ROLL = 1024 * 7 * _DAY
 """After so many seconds a receiver that does not know better begins to count the weeks of GPS anew."""
 _ONCE = 0.5
 """A stamp counts where less than this share of the readings of each source come at the stamp of the one before."""
+_OFTEN = 0.9
+"""A clock that is told so often as the most frequent one, as a part of that, may be the one of the log."""
 _OFF, _SPREAD = 0.5, 0.5
 """Stamps that are off the receiver's clock by more [s], or that scatter about it by more, are told."""
 _SLOW = 0.5
@@ -37,8 +39,10 @@ _LONG = 60.0
 """A piece of a log is a trial where it is at least so long [s]."""
 _MANY = 50
 """Pieces of a log at most."""
-_WHOLE, _COPIES = 0.05, 1.5
-"""How far from a whole number the copies of a fix may be, as a part of it, and how many make a log of copies."""
+_AHEAD = 10.0
+"""A clock without a fix is believed where it goes on to that of the fix within so many seconds or of its steps."""
+_LATE, _OTHER = 0.05, 5.0
+"""A clock that tells a time which another one told before is late by as much [s]; by more it is another clock."""
 _NO_CLOCK = ("ZDA",)
 """Its time is that of a pulse or of sending, and not of a fix: it serves where no fix has a clock."""
 
@@ -121,32 +125,6 @@ class Piece:
     found: Sequence[Spoken]
     ahead: frozenset[_Key] = frozenset()
     steps: tuple[str, ...] = ()
-
-
-def once(found: Sequence[Spoken]) -> tuple[list[Spoken], str]:
-    """The log without copies of its lines, and what is said of them; as it is where it has none.
-
-    A logger that listens on two ports writes each sentence twice.  A fix that is told again with its time, digit by
-    digit, is a copy; where all clocks of a log are told so many times, so are the sentences without one.
-    """
-    clocks = [one for one in found if "time_of_day" in one.names]
-    copies = [len(one) / int(np.count_nonzero(~_again(one))) for one in clocks if len(one) > 1]
-    many = round(float(np.median(copies))) if copies else 1
-    if min(copies, default=1.0) < _COPIES or any(abs(one - many) > _WHOLE * many for one in copies):
-        return list(found), ""
-    out = list[Spoken]()
-    for one in found:
-        again = _again(one)
-        begun = np.flatnonzero(~again)
-        kept = one.rows((np.arange(len(one)) - begun[np.cumsum(~again) - 1]) % many == 0)
-        out.append(kept if abs(many * len(kept) - len(one)) <= _WHOLE * many * len(kept) + many else one)
-    lost = sum(map(len, found)) - sum(map(len, out))
-    return out, f"each sentence is logged {many} times: {lost} copies left out"
-
-
-def _again(one: Spoken) -> NDArray[np.bool_]:
-    """Readings that are those of the line before of the same source, all digits."""
-    return np.append(False, (one.values[:, 1:] == one.values[:, :-1]).all(axis=0))
 
 
 def parted(where: object, found: Sequence[Spoken], dated: bool) -> list[Piece]:
@@ -319,7 +297,26 @@ def _clock_of(found: Sequence[Spoken]) -> str | None:
         return None
     fixes = {source: n for source, n in count.items() if not source.endswith(_NO_CLOCK)}
     among = fixes if fixes and max(fixes.values()) >= _SLOW * max(count.values()) else count
-    return max(among, key=lambda source: (among[source], source.endswith("RMC"), source))
+    often = [source for source in among if among[source] >= _OFTEN * max(among.values())]
+    late = {source: _late(found, source, often) for source in often} if len(often) > 1 else dict.fromkeys(often, 0.0)
+    early = [source for source in often if late[source] <= min(late.values()) + _LATE]
+    first = [source for source in early if not source.startswith("2/")] or early  # of two that share a name
+    return max(first, key=lambda source: (among[source], source.endswith("RMC"), source))
+
+
+def _late(found: Sequence[Spoken], source: str, others: Sequence[str]) -> float:
+    """By how much the times of a clock are older than those that others have told before it [s].
+
+    A device that repeats the fix of a receiver tells an old time; no device tells one that is still to come.
+    """
+    place, t, _ = _shown(found, source)
+    behind = [0.0]
+    for other in others:
+        there, told, _ = _shown(found, other)
+        last = np.searchsorted(there, place, side="right") - 1
+        if other != source and (last >= 0).any():
+            behind.append(float(np.median((told[last] - t)[last >= 0])))
+    return max(one for one in behind if one < _OTHER)
 
 
 def _ordered(parts: Sequence[tuple[Places, Array]]) -> tuple[Places, Array]:
@@ -331,8 +328,21 @@ def _ordered(parts: Sequence[tuple[Places, Array]]) -> tuple[Places, Array]:
 
 def _shown(found: Sequence[Spoken], clock: str) -> tuple[Places, Array, Places]:
     """Places and times of the clock of a source [s], and how many midnights it has passed."""
-    name = "time_of_day" if any("time_of_day" in one.names for one in found) else "time_of_none"
-    place, t = _ordered([(one.place, one[name]) for one in found if one.source == clock and name in one.names])
+    mine = [one for one in found if one.source == clock]
+    parts = {name: [(one.place, one[name]) for one in mine if name in one.names]
+             for name in ("time_of_day", "time_of_none")}  # fmt: skip
+    fixes, none = parts.values()
+    place, t, days = _over_midnight(*_ordered(fixes or none))
+    if fixes and none:
+        more, told, later = _over_midnight(*_ordered(fixes + none))
+        steps = np.diff(told)
+        between = np.diff(np.isin(more, place).astype(np.int8)) != 0  # from a fix to none, or back
+        if (steps >= 0.0).all() and (steps[between] <= _AHEAD * max(1.0, float(np.median(steps)))).all():
+            return more, told, later
+    return place, t, days
+
+
+def _over_midnight(place: Places, t: Array) -> tuple[Places, Array, Places]:
     days = np.cumsum(np.append(False, np.diff(t) < -0.5 * _DAY))
     return place, t + _DAY * days, days
 
@@ -383,7 +393,8 @@ def _between(piece: Piece, ticks: _Ticks) -> list[Array]:
     """Times without stamps: those of one source between two times of the clock are spread over them evenly.
 
     One that tells one shaft after the other is not told twice.  Of a source that speaks ahead of each fix, the last of
-    its readings between two fixes is that of the later one.
+    its readings between two fixes is that of the later one.  Before the first fix and after the last one a source goes
+    on as often as between them.
     """
     new = np.append(True, np.diff(ticks.t) > 0.0)
     place, t = ticks.place[new], ticks.t[new]
@@ -392,8 +403,14 @@ def _between(piece: Piece, ticks: _Ticks) -> list[Array]:
     for one in piece.found:
         span = np.searchsorted(place, one.place, side="right")
         before = (one.source, one.names) in piece.ahead
-        many, seen = np.bincount(span)[span], np.arange(len(one)) - np.searchsorted(span, span)
-        out.append(start[span] + (end - start)[span] * (seen + before) / many)
+        told = np.bincount(span, minlength=len(start))
+        many, seen = told[span], np.arange(len(one)) - np.searchsorted(span, span)
+        begin, stop = start.copy(), end.copy()
+        if told[1:-1].any():
+            usual = float(np.median(told[1:-1][told[1:-1] > 0]))
+            begin[0] = end[0] - (end[0] - start[0]) * max(1.0, told[0] / usual)
+            stop[-1] = start[-1] + (end[-1] - start[-1]) * max(1.0, told[-1] / usual)
+        out.append(begin[span] + (stop - begin)[span] * (seen + before) / many)
     return out
 
 
@@ -433,8 +450,8 @@ def _onto(
     middle = float(np.median(off))
     if dated and midnight is None:
         midnight = _DAY * round(middle / _DAY)
-    elif dated and midnight is not None and (weeks := round((middle - midnight) / _ROLL)):
-        midnight += weeks * _ROLL
+    elif dated and midnight is not None and (weeks := round((middle - midnight) / ROLL)):
+        midnight += weeks * ROLL
         steps.append(f"dates of the receiver are {weeks} x 1024 weeks old: those of the stamps count")
     ahead = middle - (midnight or 0.0) * dated
     if abs(ahead) > _OFF and (dated or abs(ahead) < 0.5 * _DAY):

@@ -229,16 +229,25 @@ def _dbt(f: Fields) -> Found:
 _TURNED = MappingProxyType({
     "RUDDER": "delta", "HEEL": "phi", "ROLL": "phi", "TRIM": "theta", "PTCH": "theta", "PITCH": "theta",
 })  # fmt: skip
+_PORT = re.compile(r"(?<![A-Z])(?:P|PS|PT|PORT|LEFT)(?![A-Z])")
 
 
 def _xdr(f: Fields) -> Found:
-    """Groups of type, value, unit and name; an angle in degrees under a name that is known, whatever stands around."""
+    """Groups of type, value, unit and name; an angle in degrees under a name that is known, whatever stands around.
+
+    A rudder is the port one by P, PS, PORT or LEFT in its name.
+    """
     found: dict[str, Value] = {}
     for k in range(0, len(f) - 3, 4):
         if f.word(k) != "A" or f.word(k + 2) != "D":
             continue
         name = f.text(k + 3).upper()
-        if meant := next((quantity for word, quantity in _TURNED.items() if word in name), None):
+        meant = next((quantity for word, quantity in _TURNED.items() if word in name), None)
+        if meant == "delta" and _PORT.search(name.replace("RUDDER", "")):
+            meant = "delta_port"
+        if meant == "delta" and "delta" in found:  # two without a side are numbered from port
+            found["delta_port"] = found.pop("delta")
+        if meant and meant not in found:  # a second transducer of the same angle takes the place of none
             found[meant] = _number(f, k + 1, -180.0, 180.0, _RAD)
     return found
 

@@ -21,6 +21,8 @@ _MOST = 0.9
 """A form that tells more is taken where it serves this share of the lines that the most frequent one does."""
 _FIRST, _LAST = 3.0e8, 4.0e9
 """Seconds since 1970 that a stamp may be: 1979 to 2096."""
+_MILLI, _MICRO = 15.0, 2e4
+"""Steps of whole numbers, from one line of a source to its next, that are milliseconds and microseconds from there."""
 _TIME = r"(\d{1,2}):(\d\d):(\d\d)(?::?[.,](\d{1,9})|:(\d{3}))?"
 _ZONE = r"\s*(Z|UTC|[+-]\d\d:?\d\d)?"
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
@@ -187,6 +189,22 @@ def form_of(tried: Around) -> Form | None:
     if 2 * best <= len(tried.before):
         return None
     return forms[next(k for k in range(len(forms)) if count[k] >= _MOST * best)]
+
+
+def unit_of(stamps: Sequence[Array]) -> tuple[float, str]:
+    """Unit of stamps that are numbers without a date, in seconds and in words: no instrument waits for long.
+
+    Loggers that count from their start do so in milliseconds or microseconds.
+
+    Args:
+        stamps: of each source, in the order of its lines.
+    """
+    known = [one[np.isfinite(one)] for one in stamps]
+    steps = [float(np.median(np.diff(one))) for one in known if len(one) > 2]
+    if not steps or any((one != np.round(one)).any() for one in known):
+        return 1.0, ""
+    quick = min(steps)
+    return (1e-6, "microseconds") if quick > _MICRO else (1e-3, "milliseconds") if quick > _MILLI else (1.0, "")
 
 
 def unwrapped_days(stamps: Array) -> Array:
