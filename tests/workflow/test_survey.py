@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from seatrial.data import Trial
+from seatrial.data.folder import read_folder
 from seatrial.data.trialfile import write_trial
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.report.blocks import document, plain_text
 from seatrial.ships.files import load
 from seatrial.simulate.run import simulate
-from seatrial.workflow import RequestError
+from seatrial.study.drafting.draft import draft
+from seatrial.workflow import RequestError, Silent
 from seatrial.workflow.data import mend
 from seatrial.workflow.folders.survey import trials
 
@@ -28,6 +30,17 @@ def test_two_zigzags_of_one_file_are_told_and_become_two_trials(tmp_path: Path) 
     t = 0.5 * np.arange(joined["x"].size)
     (logs := tmp_path / "logs").mkdir()
     write_trial(Trial("day", t, joined, meta={"L_pp": 7.0, "start": "2024-05-01T10:00:00+00:00"}), logs / "day.csv")
+    heard: list[str] = []
+
+    class Heard(Silent):
+        def note(self, line: str) -> None:
+            heard.append(line)
+
+    trials(logs, sink=Heard())
+    (said,) = heard
+    assert said.endswith(f": seatrial trials {logs} --remedy steps.toml")
+    drawn = draft("kvlcc2_l7", ship, read_folder(logs), tmp_path / "study.toml")
+    assert [one.partition(":")[0] for one in drawn.notes if "--remedy" in one] == ["day"]
     outcome = trials(logs, remedy=tmp_path / "steps.toml")
     (told,) = [line for line in plain_text(outcome.shown) if "manoeuvres in one file" in line]
     assert "zigzag 20/21 starboard 10:00:00 to 10:01:" in told

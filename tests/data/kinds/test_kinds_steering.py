@@ -26,6 +26,7 @@ from seatrial.data.kinds.steering import (
     _reversed,
     _weaving,
     spiral,
+    zigzag,
 )
 
 DEGREE = math.pi / 180.0
@@ -104,6 +105,40 @@ def test_midships_after_a_turn_lasts_a_length_and_follows_within_three() -> None
     assert not after(110, 150, 2.1)
     assert after(110, 150, n=np.where(T <= 100, 2.0, 1.65))
     assert not after(110, 150, n=np.where(T <= 100, 2.0, 1.55))  # a fifth of the revolutions
+
+
+def test_a_turn_that_counter_rudder_meets_is_no_pull_out() -> None:
+    turn = Hold(0, 100, 20.0 * DEGREE)
+    for met, pulled in ((12.0, True), (-12.0, False)):
+        ship = seen(delta=np.where(T <= 100, 20.0, np.where((T > 104) & (T < 112), met, 0.0)) * DEGREE)
+        object.__setattr__(ship, "holds", tuple(holds((0, 100, 20.0), (105, 111, met), (114, 160, 0.0))))
+        assert (_midships_after(ship, turn) is not None) == pulled
+
+
+def _zigzag(back: float, backwards: bool) -> Signals:
+    """Eight legs of 10 deg over headings of 10 deg; the last is broken off at 2 deg for a way back to a course."""
+    at = [0, 20, 30, *range(50, 191, 20), 198, 218, 230]
+    psi = np.interp(T, [*at, 399], [0, 0, 10, *([-10, 10] * 4), 2, 5, 5, 5])
+    delta = np.select([T < 20, T < 30, T < 190, T < 198, T < 218],
+                      [0.0, 10.0, np.where((T - 30) // 20 % 2 == 0, -10.0, 10.0), -10.0, back], 0.0)  # fmt: skip
+    if backwards:  # the way onto the first course, in place of one back to it
+        psi, delta = psi[::-1], -delta[::-1]
+    return seen(psi=psi * DEGREE, delta=delta * DEGREE)
+
+
+@pytest.mark.parametrize("back", [0.0, 10.0, 9.0])
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_way_back_to_a_course_with_the_rudder_of_the_legs_is_no_leg(back: float, backwards: bool) -> None:
+    found = zigzag(_zigzag(back, backwards))
+    assert found is not None
+    assert found.settings["rudder"] == pytest.approx(10.0 * DEGREE, rel=0.02)
+    assert found.settings["heading"] == pytest.approx(10.0 * DEGREE, abs=1.01 * DEGREE)  # a row
+
+
+def test_two_legs_that_end_elsewhere_are_no_zigzag() -> None:
+    ship = _zigzag(10.0, backwards=False)
+    wild = np.interp(T, [0, *range(30, 191, 20), 399], [0, 10, -10, 40, -10, 10, -40, 10, -10, 9, 9])
+    assert zigzag(seen(psi=wild * DEGREE, delta=ship.delta)) is None
 
 
 def test_what_follows_a_turn_names_it() -> None:

@@ -19,6 +19,8 @@ _TURNS, _SPOT, _SPINS, _DRIVEN = 0.3, 0.4, 0.6, 0.5
 _MIDSHIPS, _SHARE = 1.5 * DEGREE, 0.2
 # Angles alike, and headings alike, of a zigzag: share and least.
 _ALIKE, _LEAST = 0.2, 1.5 * DEGREE
+# From more legs on one at either end may not belong to it.
+_LEGS = 3
 # A turn: from so much heading on it is one, and from so much on a circle; less than the first is an initial turn.
 _SHORT, _TURN, _CIRCLE = 60.0 * DEGREE, 90.0 * DEGREE, 360.0 * DEGREE
 # Steady turns of a spiral, and how often it changes from growing to falling rudder.
@@ -61,8 +63,13 @@ def zigzag(seen: Signals) -> Kind | None:
     if seen.delta is None:
         return _weaving(seen)
     run = _alternating(seen, seen.holds)
-    if len(run) < 2:
-        return None
+    # the way back to a course, or onto one, may be a leg alike in rudder, and ends at another heading
+    some = (run, run[:-1], run[1:]) if len(run) > _LEGS else (run,) if len(run) > 1 else ()
+    return next((found for legs in some if (found := _zigzag(seen, legs)) is not None), None)
+
+
+def _zigzag(seen: Signals, run: Sequence[Hold]) -> Kind | None:
+    """The zigzag of these legs, if they are one."""
     at = np.array([seen.psi[one.last] for one in run])
     sides = np.sign([one.level for one in run])
     ends = at[:-1]  # the run may end within a leg
@@ -256,6 +263,10 @@ def _midships_after(seen: Signals, turn: Hold) -> Hold | None:
     """The rudder held midships after a steady turn, the engine unchanged, for a few ship lengths."""
     limit = max(_MIDSHIPS, 0.1 * abs(turn.level))
     after = next((one for one in seen.holds if one.first > turn.last and abs(one.level) <= limit), None)
+    met = any(one.level * turn.level < 0 and abs(one.level) > limit for one in seen.holds
+              if after is not None and turn.last < one.first < after.first)  # fmt: skip
+    if met and not seen.by_thrust:
+        return None  # the turn was met with counter rudder
     if after is None or seen.t[after.first] - seen.t[turn.last] > 3.0 * seen.clock or seen.lasts(after) < seen.clock:
         return None
     if seen.by_thrust and seen.pair is not None:

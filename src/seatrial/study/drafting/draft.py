@@ -19,6 +19,7 @@ from ...core.parameters import values
 from ...data import Trial
 from ...data.folder import Folder
 from ...data.kinds import Kind, recognised
+from ...data.kinds.parts import parts as manoeuvres
 from ...data.prepare import derivable, drop_trailing_gaps
 from ...identify import StudyError
 from ...identify.components.actuation import shown
@@ -115,6 +116,7 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
     usable = {one: trial for one, trial in usable.items() if one not in left_out}
     assumed = _assumed(ship, usable.values())
     usable = {one: with_assumed(trial, tuple(assumed), ship) for one, trial in usable.items()}
+    several = tuple(_several(folder, usable, kinds))
     parts: tuple[Trial, ...] = ()
     if len(usable) == 1:
         usable, parts = cut(usable)
@@ -126,7 +128,7 @@ def draft(name: str, ship: Ship, folder: Folder, out: Path, mapping: Path | None
     every = tuple(usable.values())
     common, told = shared(every, ship.L_pp, clock, suspects(ship.model, every))
     common |= dict.fromkeys(levels([usable[one] for some in train.values() for one in some], ship), LEVEL)
-    notes = (*notes, *unfelt(bare, ship, usable.values()), *_assuming(assumed), *told)
+    notes = (*notes, *several, *unfelt(bare, ship, usable.values()), *_assuming(assumed), *told)
     root, format = (f"{out.stem}_trials", "") if parts else (_relative(folder.root, out), folder.format)
     # the study takes a recording by its file name, and a note that it is a copy into the list of those left out
     files = {
@@ -239,6 +241,13 @@ def _clock(ship: Ship, trials: Iterable[Trial]) -> float:
     starts = (begun(trial)[0] for trial in trials)
     fast = max((float(np.nanquantile(np.hypot(state[:, 3], state[:, 4]), 0.9)) for state in starts), default=0.0)
     return ship.L_pp / max(fast, 1e-3)
+
+
+def _several(folder: Folder, usable: Mapping[str, Trial], kinds: Mapping[str, Kind]) -> Iterator[str]:
+    """Recordings of several manoeuvres, of which whole days would be held out."""
+    if found := [one for one, trial in usable.items() if manoeuvres(trial, kinds[one])]:
+        yield (f"{', '.join(found)}: several manoeuvres in one recording; make a trial of each first: "
+               f"seatrial trials {folder.root} --remedy steps.toml")  # fmt: skip
 
 
 def _relative(path: Path, out: Path) -> str:

@@ -44,6 +44,8 @@ def trials(
         write_whole(remedy, steps_text((f"{name}: {held(entry)}", [separating(entry.trial, entry.parts)])
                                        for name, entry in several.items()))  # fmt: skip
         sink.note(f"wrote {remedy}; then: seatrial mend {folder} --by {remedy} -o DIR")
+    elif several:
+        sink.note(f"note: each manoeuvre is to be a trial of its own: seatrial trials {folder} --remedy steps.toml")
     elif remedy is not None:
         sink.note("no recording holds several manoeuvres; no file of steps is written")
     head = ("recording", "recognised", "told", "s", "u [m/s]", "rudder [deg]", "revs [1/s]", "new", "doubts")
