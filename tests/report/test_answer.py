@@ -12,7 +12,7 @@ from seatrial.data import Trial
 from seatrial.identify import Fit, Verdict
 from seatrial.identify.diagnosis.findings import Channel, Diagnosis
 from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
-from seatrial.report.answer import Answer, answer, answered, within_percent
+from seatrial.report.answer import Answer, _farther, answer, answered, within_percent
 from seatrial.report.blocks import plain_text
 from seatrial.report.evidence import Evidence
 from seatrial.ships.files import load
@@ -109,6 +109,28 @@ def test_a_fit_is_believed_as_far_as_it_predicts(drifts: tuple[float, float, flo
     told = _told(_evidence(*drifts))
     assert told.trust == trust
     assert why in told.why
+
+
+def test_a_difference_within_the_scatter_of_the_starts_is_no_defeat() -> None:
+    """Student's t by hand: differences 3, -1, 1, -1 of squares have mean .5 and a standard error of .957; t is .52."""
+    ours, theirs = [np.array([4.0, 1.0]), np.array([3.0, 1.0])], [np.array([1.0, 2.0]), np.array([2.0, 2.0])]
+    assert not _farther(ours, theirs)
+    assert _farther([4.0 * one for one in ours], theirs)  # twice as far is farther, whatever the scatter
+    steady = [np.array([3.9, 2.0]), np.array([1.9, 2.9])]
+    assert _farther([one + 0.9 for one in steady], steady)  # as much at each start
+    assert not _farther([one + 0.05 for one in steady], steady)  # one per cent in length
+    assert _farther([np.array([1.2])], [np.array([1.0])])  # a single start has no scatter
+    assert not _farther(steady, ours[:1])
+    missing = [np.array([math.nan, 1.0]), np.array([3.0])]
+    assert not _farther(missing, [np.array([0.1, 1.0]), np.array([3.0])])
+
+
+def test_a_fit_whose_priors_hold_what_is_open_is_told_what_comes_after_it() -> None:
+    both = Verdict("hull.Y_v and hull.N_r", "not identified", "only hull.Y_v + hull.N_r acts: fix one of them")
+    fit = _fit(verdicts=(*_fit().verdicts, both))
+    held = replace(fit, free=tuple(replace(one, prior=one.start, sigma=0.1) for one in fit.free))
+    assert _told(_evidence(fit=held)).further.startswith("seatrial card")
+    assert _told(_evidence(0.3, fit=held)).further.startswith("seatrial design")
 
 
 def test_trials_of_the_fit_prove_nothing() -> None:

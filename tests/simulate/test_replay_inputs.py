@@ -20,6 +20,7 @@ from seatrial.simulate.replay import (
     predicted,
     prepared,
     smoothed_starts,
+    unread,
     wind_of,
     wind_words,
 )
@@ -75,6 +76,15 @@ def test_gaps_are_filled_with_the_value_before_and_told() -> None:
     assert "delta has no value in 4 of 8 rows (up to 1 s on end)" in gap_words(trial, missing)
     assert "depth has no value in 4 of 8 rows (up to 0.5 s on end)" in gap_words(trial, missing)
     assert gaps(log(), L7) == {}
+
+
+def test_between_the_readings_of_a_slower_instrument_nothing_is_unread() -> None:
+    nan = math.nan
+    slow = log(delta=[nan, 0.1, nan, nan, 0.2, nan, nan, 0.3], depth=[10.0, nan] * 4)
+    assert unread(slow, L7) == {}
+    fast = log(delta=[0.1, 0.1, 0.1, nan, nan, 0.2, 0.2, 0.2], depth=[10.0, 10.0, 10.0, nan, nan, nan, 10.0, nan])
+    assert {name: np.flatnonzero(rows).tolist() for name, rows in unread(fast, L7).items()} == {
+        "delta": [3, 4], "depth": [3, 4, 5, 7]}  # fmt: skip
 
 
 def test_an_apparent_wind_is_a_true_one_by_heading_and_speed() -> None:

@@ -23,7 +23,7 @@ from ..data.prepare import derivable, derived, measured
 from ..models import STATES, Sampled, unit
 from ..ships import Ship
 from ..simulate.begun import too_little, untold
-from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, wind_words
+from ..simulate.replay import gap_words, gaps, logged, no_wind, predicted, unread, wind_words
 from ..simulate.steering import filled_words
 from . import Estimator, Fit, Issue, Nuisance, Problem, StudyError
 from .components.actuation import exceeded
@@ -245,8 +245,8 @@ def _unknown(lacking: Sequence[str]) -> str:
 def _untold(trial: Trial, lacking: Sequence[str]) -> Iterator[Issue]:
     """States without a reading, and those that are made from others."""
     made = derived(trial)
-    if unread := [name for name in lacking if name not in made]:
-        yield Issue("warning", trial.name, _unknown(unread))
+    if never := [name for name in lacking if name not in made]:
+        yield Issue("warning", trial.name, _unknown(never))
     if said := ", ".join(f"{name} (from {made[name]})" for name in lacking if name in made and logged(trial, name)):
         yield Issue("warning", trial.name,
                     f"made from others, so no measurement and left out of the residuals: {said}")  # fmt: skip
@@ -293,8 +293,8 @@ def _trial(problem: Problem, trial: Trial) -> Iterator[Issue]:
     if told := wind_words(trial, windy):
         yield Issue("warning", trial.name, told)
     part = trial.rows(predicted(trial))
-    if missing := gaps(part, ship.model):
-        left_out = isinstance(ship.model, Sampled)
+    left_out = isinstance(ship.model, Sampled)
+    if missing := (gaps if left_out else unread)(part, ship.model):
         fate = "rows with such a gap are left out" if left_out else filled_words(part, ship.model, missing)
         yield Issue("warning", trial.name, f"{gap_words(part, missing)}; {fate}")
     yield from commands(problem, trial)

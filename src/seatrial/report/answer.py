@@ -28,6 +28,10 @@ SECONDS = (10.0, 60.0)
 _DEGREES = math.degrees(1.0)
 # Parameters and purposes that a line names.
 _NAMED = 3
+# An error so many times another is the greater one however few starts there are.
+_CLEARLY = 1.5
+_THEN = "seatrial card MODEL -o card.html; seatrial calibrate MODEL widens its bands by what trials left out show"
+_MORE = "seatrial design MODEL says which trials would tell more"
 # A share of the motion above this is no more told by its digits [%].
 _ALL = 99.9
 
@@ -86,13 +90,13 @@ def answer(report: Evidence) -> Answer | None:
               for end in _ends(report.comparisons)}  # fmt: skip
     errors = {end: by for end, by in errors.items() if any(error is not None for pair in by.values() for error in pair)}
     unseen = not all(name in report.trained_on for name in report.trials)
-    lost = _lost(report, errors)
+    lost = _lost(report, shared, errors)
     sure = fit.diagnosis is not None and not fit.diagnosis.lacking and any(
         one.status == "identified" for one in fit.verdicts)  # fmt: skip
     trust: Trust = "no" if lost else "unknown" if not unseen else "yes" if sure else "predictions"
     return Answer(
-        trust, lost or _explains(shared, report.labels[0], errors, fit.ship.L_pp), errors, _cause(fit), _next(fit),
-        report.uses, _parameters(fit),
+        trust, lost or _explains(shared, report.labels[0], errors, fit.ship.L_pp), errors, _cause(fit),
+        _next(fit, trust), report.uses, _parameters(fit),
     )  # fmt: skip
 
 
@@ -104,9 +108,33 @@ def _ends(comparisons: Iterable[Comparison]) -> list[float]:
 def _after(found: Sequence[Comparison], end: float) -> tuple[float | None, float | None]:
     """Error of position and heading so long after a start."""
     rows = [reached(c.measured, c.predicted, c.restart, end) for c in found]
-    place = [row["x"] ** 2 + row["y"] ** 2 for row in rows
-             if {"x", "y"} <= row.keys() and row["x"].size == row["y"].size]  # fmt: skip
-    return _root(place), _root([row["psi"] ** 2 for row in rows if "psi" in row])
+    return _root(_places(found, end)), _root([row["psi"] ** 2 for row in rows if "psi" in row])
+
+
+def _places(found: Sequence[Comparison], end: float) -> list[Array]:
+    """Squared error of position so long after each start, trial by trial."""
+    rows = [reached(c.measured, c.predicted, c.restart, end) for c in found]
+    return [row["x"] ** 2 + row["y"] ** 2 for row in rows
+            if {"x", "y"} <= row.keys() and row["x"].size == row["y"].size]  # fmt: skip
+
+
+def _farther(ours: Sequence[Array], theirs: Sequence[Array]) -> bool:
+    """Whether our errors from the same starts are clearly the greater, or beyond what these starts scatter by.
+
+    Student's t of the differences of squares, one-sided at 97.5 %: near a steady turn both predict to within the noise
+    of two fixes, and either may come out ahead.  A single start has no scatter, and is taken by its error.
+    """
+    from scipy.stats import t as student
+
+    first, second = (np.concatenate([np.zeros(0), *one]) for one in (ours, theirs))
+    if first.size != second.size:
+        return False
+    known = np.isfinite(first) & np.isfinite(second)
+    ratio = float(np.sqrt(first[known].sum() / second[known].sum())) if known.any() else 0.0
+    worse, count = (first - second)[known], int(known.sum())
+    if ratio <= 1.0 + TIE or count == 1 or ratio > _CLEARLY:
+        return ratio > 1.0 + TIE
+    return bool(worse.mean() > student.ppf(0.975, count - 1) * worse.std(ddof=1) / math.sqrt(count))
 
 
 def _root(squares: Sequence[Array]) -> float | None:
@@ -115,7 +143,10 @@ def _root(squares: Sequence[Array]) -> float | None:
     return float(np.sqrt(known.mean())) if known.size else None
 
 
-def _lost(report: Evidence, errors: Mapping[str, Mapping[str, tuple[float | None, float | None]]]) -> str:
+def _lost(
+    report: Evidence, shared: Sequence[Mapping[str, Comparison]],
+    errors: Mapping[str, Mapping[str, tuple[float | None, float | None]]],
+) -> str:  # fmt: skip
     """Who predicts better than the fitted ship; empty where nobody does."""
     pooled, subject = report.pooled, report.labels[0]
     mine = pooled[subject]
@@ -123,9 +154,10 @@ def _lost(report: Evidence, errors: Mapping[str, Mapping[str, tuple[float | None
         if mine > (1.0 + TIE) * pooled[label]:
             return (f"'{label}' predicts these trials better (standardised error {number(pooled[label])} against "
                     f"{number(mine)})")  # fmt: skip
-    for end, by in errors.items():
-        ours, steady = by[subject][0], by.get(CONSTANT_VELOCITY, (None, None))[0]
-        if ours is not None and steady is not None and ours > (1.0 + TIE) * steady:
+    for end in errors if CONSTANT_VELOCITY in report.labels else ():
+        ours, steady = (_places([found[label] for found in shared], float(end))
+                        for label in (subject, CONSTANT_VELOCITY))  # fmt: skip
+        if _farther(ours, steady):
             return f"after {end} s its position is worse than that of constant velocity"
     return ""
 
@@ -169,10 +201,12 @@ def _cause(fit: Fit) -> str:
     return "no error of an instrument that was tested: a term of the model or an input is missing"
 
 
-def _next(fit: Fit) -> str:
+def _next(fit: Fit, trust: Trust) -> str:
     found = fit.diagnosis
     if found is not None and found.remedies:
         return found.remedies[0]
+    if all(math.isfinite(free.sigma) for free in fit.free):  # the priors hold what the trials leave open
+        return _MORE if trust == "no" else _THEN
     grouped = [one.text for one in fit.verdicts if one.subject not in fit.vector.paths]
     return grouped[0] if grouped else "predict trials that the fit has not seen: seatrial validate"
 

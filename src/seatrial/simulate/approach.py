@@ -57,7 +57,8 @@ def step_doubt(ship: Ship, dt: float) -> str | None:
         return None
     unstable = dt > _UNSTABLE / rate
     what = f"unstable above some {_UNSTABLE / rate:.2g} s" if unstable else f"inaccurate above some {most:.2g} s"
-    return f"a step of {dt:g} s is too long for {ship.name}: its integration is {what}; take {time_step(ship):g} s"
+    less = rounded_down(most)
+    return f"a step of {dt:g} s is too long for {ship.name}: its integration is {what}; take {less:g} s or less"
 
 
 def substeps(ship: Ship, dt: float, method: str = "rk4") -> int:

@@ -453,22 +453,21 @@ def no_wind(trial: Trial, model: Model) -> bool:
     return not refused and wind_of(trial) is None
 
 
-def unknown(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
-    """Those of the `gaps` that are longer than the step from reading to reading of their control.
+def unread(trial: Trial, model: Model) -> dict[str, NDArray[np.bool_]]:
+    """Those of the `gaps` that are longer than the step from reading to reading of their channel.
 
     A rudder that is read once a second has none between its readings, although the rows are a tenth apart.
     """
-    steering = {source for source, _ in sources(trial, model)}
-    missing = gaps(trial, model)
-    return {name: rows & ~_regular(rows) if name in steering else rows for name, rows in missing.items()}
+    missing = {name: rows & ~_regular(rows) for name, rows in gaps(trial, model).items()}
+    return {name: rows for name, rows in missing.items() if rows.any()}
 
 
 def _regular(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Missing rows between two readings that are not much farther apart than most."""
+    """Missing rows between two readings, or a reading and an end, that are not much farther apart than most."""
     good = np.flatnonzero(~rows)
     usual = 1.5 * float(np.median(np.diff(good))) if good.size > 1 else 0.0
     out = np.zeros_like(rows)
-    for a, b in pairwise(good.tolist()):
+    for a, b in pairwise((-1, *good.tolist(), rows.size)):
         out[a + 1 : b] = b - a <= usual
     return out
 

@@ -38,6 +38,8 @@ SCHEMA = "seatrial-study/1"
 _FILLED = 0.9
 # A time step of more than so many of the log is coarse.
 _COARSE = 10
+# Parameters that a note names.
+_NAMED = 6
 _KINDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
 
 
@@ -165,7 +167,8 @@ def _priors(ship: Ship, table: Mapping[str, Any]) -> tuple[str, ...]:
     """Which parameters take the sigma of the ship file as their prior."""
     sigmas = stated(ship)
     paths = taken(ship.model, table, sigmas)
-    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths)
+    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths[:_NAMED])
+    named += f" and {len(paths) - _NAMED} more" if len(paths) > _NAMED else ""
     return (f"priors from the ship file (prior = false in [free] for none): {named}",) if paths else ()
 
 

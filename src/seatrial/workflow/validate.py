@@ -24,7 +24,7 @@ from ..report.report import Report, worse_words
 from ..ships import Ship, ShipError
 from ..ships.felt import feels
 from ..ships.files import load
-from ..simulate.replay import gap_words, gaps, no_wind, predicted, replay, wind_words
+from ..simulate.replay import gap_words, no_wind, predicted, replay, unread, wind_words
 from ..simulate.steering import filled_words
 from ..validate.metrics import scale_words
 from . import SILENT, Document, Outcome, RequestError, Sink
@@ -355,7 +355,7 @@ def _of_trial(ship: Ship, trial: Trial) -> Iterator[str]:
     if words := wind_words(trial, windy):
         yield f"note: {trial.name}: {words}"
     part = trial.rows(predicted(trial))
-    if found := gaps(part, ship.model):
+    if found := unread(part, ship.model):
         first = ", or the first after it at the start" if any(rows[0] for rows in found.values()) else ""
         filled = filled_words(part, ship.model, found)
         yield f"warning: {trial.name}: {gap_words(part, found)}; {filled}{first}"

@@ -19,7 +19,7 @@ from ...data.prepare import resampling
 from ...models import STATES
 from ...models.network import INPUTS
 from ...models.neural import Neural, features
-from ...simulate.replay import inputs, unknown
+from ...simulate.replay import inputs, unread
 from .. import Loss, StudyError
 from ..record import measured, spread
 
@@ -116,7 +116,7 @@ def _read(trial: Trial, model: Neural, measured_wind: bool) -> tuple[Array, Arra
     acting = inputs(trial, model)
     if acting[:, _CURRENT].any():
         raise DataError(f"{trial.name}: has a current; networks are trained in still water only")
-    for rows in unknown(trial, model).values():  # what was filled is no data
+    for rows in unread(trial, model).values():  # what was filled is no data
         acting[rows] = np.nan
     state = measured(trial)
     wind = acting[:, _WIND]
