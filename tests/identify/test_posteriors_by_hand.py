@@ -43,6 +43,7 @@ def test_a_verdict_is_the_stricter_of_prior_and_own_size(sigma: float, share: fl
     assert one.status == status
     bare = (Free("hull.Y_v", 1.0),)
     (own,) = verdicts(bare, np.array([1.0]), np.array([[sigma**2]]), np.array([0.0]), ())
+    assert one.within == own.within == pytest.approx(1.96 * sigma)
     assert own.status == ("identified" if sigma < 0.316 else "weak" if sigma < 0.707 else "not identified")
 
 
@@ -91,8 +92,12 @@ def test_verdicts_are_capped_and_overruled() -> None:
     lacking = Diagnosis(suspicions=(Suspicion("s", "s", "m", 1.0, 99.0, 0.5, 1.0, 0.1, {"a": 9.0}),))
     assert capped(told, None) == told == capped(told, Diagnosis())
     one, two = capped(told, lacking)
-    assert (one.status, two) == ("conditional", told[1])
-    assert one.text == "x; identified only if the model were right"
+    assert (one.status, two) == ("graded", told[1])
+    assert one.text == "x; by these trials, if the form of the model is right"
+    # what is weak has a range too, which is no grade where it leaves the sign open
+    wide, near = (capped((Verdict("b", "weak", "y", far),), lacking)[0] for far in (1.01, 0.6))
+    assert (wide.status, near.status) == ("weak", "graded")
+    assert near.text == "y; within 60 % by these trials, if the form of the model is right"
     fit = replace(example(), verdicts=told)
     found = overruled(fit, {"a": "no roll", "z": "no wind"}).verdicts
     assert [(v.subject, v.status) for v in found] == [("a", "not identified"), ("b", "weak"), ("z", "not identified")]

@@ -12,7 +12,8 @@ from seatrial.data import Trial
 from seatrial.identify import Fit, Verdict
 from seatrial.identify.diagnosis.findings import Channel, Diagnosis
 from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
-from seatrial.report.answer import Answer, _farther, answer, answered, within_percent
+from seatrial.identify.posterior.verdicts import within
+from seatrial.report.answer import Answer, _farther, answer, answered
 from seatrial.report.blocks import plain_text
 from seatrial.report.evidence import Evidence
 from seatrial.ships.files import load
@@ -155,10 +156,10 @@ def test_without_a_parameter_that_is_determined_there_are_predictions_only() -> 
 
 
 def test_parameters_are_graded_by_their_95_percent_interval() -> None:
-    assert within_percent(-0.3, 0.03) == pytest.approx(19.6)
-    assert math.isinf(within_percent(0.0, 1.0))
+    assert 100.0 * within(-0.3, 0.03) == pytest.approx(19.6)
+    assert math.isinf(within(0.0, 1.0))
     assert _told(_evidence()).parameters == "1 of 2 determined by these trials within 20 %; not determined: hull.N_r"
-    held = (Verdict("hull.Y_v", "conditional", ""), Verdict("hull.N_r", "identified", ""))
+    held = (Verdict("hull.Y_v", "graded", ""), Verdict("hull.N_r", "identified", ""))
     assert _told(_evidence(fit=_fit(verdicts=held))).parameters == \
         "2 of 2 determined by these trials within 20 to 196 %, if the form is right"
 

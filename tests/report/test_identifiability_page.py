@@ -82,7 +82,7 @@ def test_no_profile_is_identified_where_the_model_does_not_explain_the_data(part
     ))  # fmt: skip
     offset = Suspicion("offset.delta", "an offset of delta", "deg", 0.02, 900.0, 0.8, 0.03, 1e-4, {PATHS[0]: 9.0})
     found = {status: sections(replace(fit, diagnosis=one), sharp)[0].html
-             for status, one in (("identified", Diagnosis()), ("conditional", Diagnosis(suspicions=(offset,))))}
+             for status, one in (("identified", Diagnosis()), ("graded", Diagnosis(suspicions=(offset,))))}
     for status, body in found.items():
-        assert set(re.findall(r"<td[^>]*>(identified|conditional)</td>", body)) == {status}
+        assert set(re.findall(r"<td[^>]*>(identified|graded)</td>", body)) == {status}
         assert body.partition("</h2>")[2].startswith(f"<p>{len(PATHS)} {status}.")

@@ -268,10 +268,10 @@ def test_caveats_count_verdicts_of_parameters_only() -> None:
     own = replace(fit(), verdicts=(*fit().verdicts, Verdict("hull.Y_v and rudder.t_R", "weak", "")))
     told = caveats(made(off(measured(), "fitted"), fit=own))
     assert any(line.startswith("1 of 2 parameters are not, or only weakly,") for line in told)
-    assert not any("would be identified if" in line for line in told)
-    unsure = replace(own, verdicts=(Verdict("hull.Y_v", "conditional", ""), Verdict("rudder.t_R", "identified", "")))
+    assert not any("only if the form" in line for line in told)
+    unsure = replace(own, verdicts=(Verdict("hull.Y_v", "graded", ""), Verdict("rudder.t_R", "identified", "")))
     told = caveats(made(off(measured(), "fitted"), fit=unsure))
-    assert any(line.startswith("1 of 2 parameters would be identified if the model were right") for line in told)
+    assert any(line.startswith("1 of 2 parameters are known within their ranges only if the form") for line in told)
     assert not any("only weakly" in line for line in told)
 
 

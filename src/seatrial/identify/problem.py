@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import Annotated, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from ..core.errors import FitError as FitError
 from ..core.errors import StudyError as StudyError
 from ..core.executors import Pool
 from ..core.parameters import Free
+from ..core.records import Limits
 from ..data import Array, Trial
 from ..ships import Ship
 from .diagnosis.findings import Diagnosis
@@ -126,14 +128,16 @@ class Verdict:
 
     Attributes:
         subject: path of the parameter, or the combination in words.
-        status: "identified", "conditional" (identified if the model were right, which the residuals contradict),
-            "weak" (the prior weighs about as much as the data), "not identified", or "at bound".
+        status: "identified", "graded" (known within a range, if the form of the model is right, which the residuals
+            contradict), "weak" (the prior weighs about as much as the data), "not identified", or "at bound".
         text: the finding in words, with the manoeuvre that would help where data are missing.
+        within: half width of the 95 % interval over the value; inf about zero, and of a combination.
     """
 
     subject: str
     status: str
     text: str
+    within: Annotated[float, Limits(null=math.inf)] = math.inf
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,6 +16,7 @@ import numpy as np
 from ..data import Array
 from ..identify import Fit
 from ..identify.filters.ahead import CONSTANT_VELOCITY
+from ..identify.posterior.verdicts import within
 from ..validate import Comparison
 from ..validate.fitness import FIT, NOT_FIT
 from ..validate.metrics import reached
@@ -214,26 +215,21 @@ def _next(fit: Fit, trust: Trust) -> str:
 def _parameters(fit: Fit) -> str:
     """Of how many the trials tell something, how closely, and which they leave open."""
     status = {one.subject: one.status for one in fit.verdicts}
-    known = [k for k, free in enumerate(fit.free) if status.get(free.path) in ("identified", "conditional")]
+    known = [k for k, free in enumerate(fit.free) if status.get(free.path) in ("identified", "graded")]
     if not fit.free:
         return ""
     text = f"{len(known)} of {len(fit.free)} determined by these trials"
     if known:
-        within = [within_percent(float(fit.values[k]), float(fit.sigma[k])) for k in known]
-        low, high = number(min(within), 2), number(max(within), 2)
+        far = [100.0 * within(float(fit.values[k]), float(fit.sigma[k])) for k in known]
+        low, high = number(min(far), 2), number(max(far), 2)
         text += f" within {low} %" if low == high else f" within {low} to {high} %"
-        if any(status[fit.free[k].path] == "conditional" for k in known):
+        if any(status[fit.free[k].path] == "graded" for k in known):
             text += ", if the form is right"
     open_ = [free.path for free in fit.free if status.get(free.path) == "not identified"]
     if open_:
         more = f" and {len(open_) - _NAMED} more" if len(open_) > _NAMED else ""
         text += f"; not determined: {', '.join(open_[:_NAMED])}{more}"
     return text
-
-
-def within_percent(value: float, sigma: float) -> float:
-    """Half width of the 95 % interval over the value, in percent."""
-    return 196.0 * sigma / abs(value) if value else math.inf
 
 
 def _beside(found: Mapping[str, tuple[float | None, float | None]]) -> str:

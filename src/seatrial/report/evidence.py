@@ -213,13 +213,13 @@ def _parameters(evidence: Evidence) -> Iterator[str]:
     if evidence.fit is None:
         return
     verdicts = [v for v in evidence.fit.verdicts if v.subject in evidence.fit.vector.paths]
-    conditional = sum(v.status == "conditional" for v in verdicts)
-    if conditional:
+    graded = sum(v.status == "graded" for v in verdicts)
+    if graded:
         yield (
-            f"{conditional} of {len(verdicts)} parameters would be identified if the model were right, "
-            "which the residuals contradict."
+            f"{graded} of {len(verdicts)} parameters are known within their ranges only if the form of the model is "
+            "right, which the residuals contradict."
         )
-    unknown = [v.subject for v in verdicts if v.status not in ("identified", "conditional")]
+    unknown = [v.subject for v in verdicts if v.status not in ("identified", "graded")]
     if unknown:
         yield (
             f"{len(unknown)} of {len(verdicts)} parameters are not, or only weakly, "

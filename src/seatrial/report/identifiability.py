@@ -27,7 +27,7 @@ from .page import Section, text
 _AS_GOOD = 1e-6
 _WIDE = 760
 _DEGREES = math.degrees(1.0)
-_WORDS = ("identified", "conditional", "weak", "at bound", "not identified")
+_WORDS = ("identified", "graded", "weak", "at bound", "not identified")
 _SHOWN = ("advance", "transfer", "tactical_diameter", "steady_diameter", "time_90", "time_180")
 
 
@@ -174,7 +174,7 @@ def _off(one: Bands) -> str:
 
 
 _INK, _SOFT, _RULE, _LINE, _OTHER = figures.INK, figures.SOFT, figures.GRID, figures.BLUE, figures.VERMILION
-_WORD = {"identified": figures.GREEN, "conditional": figures.BLUE, "weak": figures.OCHRE,
+_WORD = {"identified": figures.GREEN, "graded": figures.BLUE, "weak": figures.OCHRE,
          "not identified": figures.VERMILION, "at bound": figures.PINK}  # fmt: skip
 _TOP = 4.0 * THRESHOLD
 

@@ -18,7 +18,8 @@ from ..core.files import plain
 from ..core.version import __version__
 from ..data import Trial
 from ..identify import Estimator, Fit
-from ..report.answer import answered, within_percent
+from ..identify.posterior.verdicts import within
+from ..report.answer import answered
 from ..report.blocks import Body, joined, line, number, table
 from ..report.evidence import assumptions
 from ..report.page import Page, Section
@@ -328,7 +329,7 @@ def _fit(found: Mapping[str, Any], out: Path, of: str) -> Body:
     status = {v["subject"]: v["status"] for v in found["verdicts"]}
     rows = tuple(
         (path, figure(p["start"]), figure(p["value"]), figure(p["sigma"], 2),
-         number(within_percent(p["value"], p["sigma"]), 2) if p["sigma"] is not None else "–",
+         number(100.0 * within(p["value"], p["sigma"]), 2) if p["sigma"] is not None else "–",
          figure(p["shrinkage"], 2),
          status.get(path, "at bound" if p["at_bound"] else ""))
         for path, p in found["parameters"].items()

@@ -274,7 +274,7 @@ def test_numbers_that_are_not_identified_are_no_physics() -> None:
     weak = "to read its numbers as physics: 1 of 2 parameters are not, or weakly, identified"
     assert weak in forbidden(card())
     pair = Verdict("hull.Y_v and rudder.t_R", "weak", "")
-    sure = tuple(replace(v, status=s) for v, s in zip(card().fit.verdicts, ("identified", "conditional"), strict=True))
+    sure = tuple(replace(v, status=s) for v, s in zip(card().fit.verdicts, ("identified", "graded"), strict=True))
     known = replace(card().fit, verdicts=(*sure, pair))
     assert not any("physics" in line for line in forbidden(card(fit=known)))
     bad = card(fit=known, summary=replace(card().summary, diagnosis={"explained": False}))

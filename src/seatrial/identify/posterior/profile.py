@@ -6,6 +6,7 @@ parameters fitted again at every step, and so sees bounds and curved valleys as 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -96,7 +97,8 @@ class Profile:
             "at bound": f"{told}; it leans on its bound: either the range is too narrow, or it makes up for something "
             "that the model lacks",
         }[self.status]  # fmt: skip
-        return Verdict(self.free.path, self.status, text)
+        half = 0.5 * (self.interval[1] - self.interval[0])
+        return Verdict(self.free.path, self.status, text, half / abs(self.best) if self.best else math.inf)
 
 
 @dataclass(frozen=True)

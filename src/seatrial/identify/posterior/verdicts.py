@@ -8,6 +8,7 @@ the two counts: a prior or an interval that is wide enough is tightened by any d
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -120,21 +121,29 @@ def judged_by(
 
 
 def capped(found: Sequence[Verdict], diagnosis: Diagnosis | None) -> tuple[Verdict, ...]:
-    """The verdicts; "conditional" in place of "identified" where the model does not explain the data."""
+    """The verdicts; "graded" in place of "identified" and "weak" where the model does not explain the data."""
     lacking = diagnosis is not None and diagnosis.lacking
-    return _conditional(found, "identified only if the model were right") if lacking else tuple(found)
+    return _graded(found, "by these trials, if the form of the model is right") if lacking else tuple(found)
 
 
 def blown_up(found: Sequence[Verdict]) -> tuple[Verdict, ...]:
     """The verdicts of a fit with which long predictions blow up."""
-    return _conditional(found, "but predictions of more than a step blow up")
+    return _graded(found, "but predictions of more than a step blow up")
 
 
-def _conditional(found: Sequence[Verdict], why: str) -> tuple[Verdict, ...]:
+def _graded(found: Sequence[Verdict], why: str) -> tuple[Verdict, ...]:
+    """The range of each that the data tell anything of stands; one that leaves its sign open stays weak."""
+    far = [f"within {100.0 * one.within:.2g} % " if math.isfinite(one.within) else "" for one in found]
     return tuple(
-        replace(one, status="conditional", text=f"{one.text}; {why}") if one.status == "identified" else one
-        for one in found
-    )
+        replace(one, status="graded", text=f"{one.text}; {near}{why}")
+        if one.status == "identified" or (one.status == "weak" and one.within < 1.0) else one
+        for one, near in zip(found, far, strict=True)
+    )  # fmt: skip
+
+
+def within(value: float, sigma: float) -> float:
+    """Half width of the 95 % interval over the value; inf about zero."""
+    return 1.96 * sigma / abs(value) if value else math.inf
 
 
 def overruled(fit: Fit, unidentified: Mapping[str, str]) -> Fit:
@@ -184,14 +193,14 @@ def verdicts(
 def _undetermined(f: Free, value: float, sigma: float, one: Acting) -> Verdict:
     """Of a parameter that acts in a combination only, or not at all: what a prior says of it is no finding."""
     words = one.words if one.count else f"it {one.words}"
-    return Verdict(f.path, "not identified", f"{value:.4g} +- {sigma:.2g}; {words}")
+    return Verdict(f.path, "not identified", f"{value:.4g} +- {sigma:.2g}; {words}", within(value, sigma))
 
 
 def _single(f: Free, value: float, sigma: float, share: float, bound: bool, pressed: bool) -> Verdict:
-    told = f"{value:.4g} +- {sigma:.2g}"
+    told, far = f"{value:.4g} +- {sigma:.2g}", within(value, sigma)
     if bound and (pressed or share >= UNKNOWN):
         return Verdict(
-            f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want {_beyond(f, value)}",
+            f.path, "at bound", f"{told}, on its bound [{f.low:g}, {f.high:g}]: the data want {_beyond(f, value)}", far,
         )  # fmt: skip
     if bound:
         told = f"{told} (on its bound, which the data do not ask for)"
@@ -211,11 +220,11 @@ def _single(f: Free, value: float, sigma: float, share: float, bound: bool, pres
         known = "the prior" if np.isfinite(f.sigma) else "its interval"
         told = f"{told} is little more than {known} ({share:.0%} removed)"
     if share >= CLEAR:
-        return Verdict(f.path, "identified", told)
+        return Verdict(f.path, "identified", told, far)
     manoeuvre = manoeuvre_for(f.path)
     if share >= UNKNOWN:
-        return Verdict(f.path, "weak", f"{told}; {manoeuvre} would help")
-    return Verdict(f.path, "not identified", f"{told}; not to be read as physics; {manoeuvre} would excite it")
+        return Verdict(f.path, "weak", f"{told}; {manoeuvre} would help", far)
+    return Verdict(f.path, "not identified", f"{told}; not to be read as physics; {manoeuvre} would excite it", far)
 
 
 def _beyond(f: Free, value: float) -> str:

@@ -335,7 +335,7 @@ def _by_evidence(card: Card) -> Iterator[str]:
         yield (f"with its bands as a margin: where 95 % are claimed, {share(row, name)} of {row.windows} windows held "
                f"({name}, {row.horizon:.4g} s ahead)")  # fmt: skip
     own = [v for v in card.fit.verdicts if v.subject in card.fit.vector.paths]
-    weak = [v for v in own if v.status not in ("identified", "conditional")]
+    weak = [v for v in own if v.status not in ("identified", "graded")]
     if weak:
         yield (f"to read its numbers as physics: {len(weak)} of {len(own)} parameters are not, or weakly, identified")
     elif _explained(card) is False:
