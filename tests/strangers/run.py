@@ -1,8 +1,9 @@
 """What a new user does with a stranger: particulars, import --guess, study new, identify, nothing edited; then judged.
 
-    python -m strangers.run [SHIP ...] [--json FILE] [--keep FOLDER]
+    python -m strangers.run [SHIP ...] [--follow] [--json FILE] [--keep FOLDER]
 
-with tests/ on PYTHONPATH.  Without a name all ships are tried, and the last lines are the figures of the whole.
+with tests/ on PYTHONPATH.  Without a name all ships are tried, and the last lines are the figures of the whole.  With
+--follow the line that a fit prints as its advice is put into the study, which is fitted again, while there is one.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 import shutil
 import sys
 import tempfile
 import time
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -45,6 +48,9 @@ INSIDE = 1.96
 NEAR = 0.05
 """How near advance and tactical diameter of the unseen turn have to be."""
 INDICES = ("advance", "tactical_diameter")
+ROUNDS, WORSE = 3, 1.05
+"""How often advice is followed, and from which factor of the error on trials kept back on it has made it worse."""
+_ADVICE = re.compile(r'([\w."-]+ = .+?) in \[(\w+)\] of the study')
 
 
 @dataclass(frozen=True)
@@ -62,6 +68,7 @@ class Outcome:
         inside: whether the truth lies in the bands of each, as far as there are bands.
         held_out: standardised errors on trials kept back of the fitted and the untuned ship.
         seconds: of the three commands.
+        followed: the error of the fitted ship on trials kept back after each advice that was followed.
     """
 
     name: str
@@ -75,6 +82,7 @@ class Outcome:
     inside: Mapping[str, bool] = field(default_factory=dict)
     held_out: tuple[float, float] = (math.nan, math.nan)
     seconds: float = math.nan
+    followed: tuple[float, ...] = ()
 
     @property
     def culprits(self) -> tuple[str, ...]:
@@ -94,6 +102,11 @@ class Outcome:
     def near(self) -> bool:
         return bool(self.turn) and all(abs(error) <= NEAR for error in self.turn.values())
 
+    @property
+    def worsened(self) -> int:
+        """How many of the advices that were followed made the error larger."""
+        return sum(b > WORSE * a for a, b in zip((self.held_out[0], *self.followed), self.followed, strict=False))
+
     def counts(self, statuses: Iterable[str]) -> tuple[int, int]:
         """How many parameters of these statuses hold the truth inside 95 %, and how many there are."""
         distances = [z for status in statuses for z in self.off.get(status, {}).values()]
@@ -106,8 +119,48 @@ def _is(name: str, culprits: Sequence[str]) -> bool:
                for culprit in culprits for one in (name, KEYS.get(name, name)))  # fmt: skip
 
 
-def one(stranger: Stranger, where: Path) -> Outcome:
-    """Try a stranger in a folder that is new."""
+def followed(text: str, advice: str) -> str:
+    """A study with the line of an advice in it; empty where the advice has no line, or the study has it already."""
+    line = _ADVICE.search(advice)
+    if line is None:
+        return ""
+    entry, table = line.groups()
+    [(key, new)] = tomllib.loads(entry).items()
+    old = tomllib.loads(text).get(table, {}).get(key, [] if isinstance(new, list) else {})
+    merged = [*old, *(one for one in new if one not in old)] if isinstance(new, list) else {**old, **new}
+    if merged == old:
+        return ""
+    given, header = entry.partition(" = ")[0], f"[{table}]"
+    kept = [row for row in text.splitlines() if not row.startswith(f"{given} = ")]
+    at = next((k for k, row in enumerate(kept) if row.startswith(header)), None)
+    body = ", ".join(f'"{name}"' for name in merged) if isinstance(new, list) else ", ".join(
+        f'"{name}" = {value}' for name, value in merged.items())  # fmt: skip
+    said = f"{given} = [{body}]" if isinstance(new, list) else f"{given} = {{ {body} }}"
+    rows = [*kept, header, said] if at is None else [*kept[: at + 1], said, *kept[at + 1 :]]
+    return "\n".join(rows) + "\n"
+
+
+def _following(where: Path, fit: Any) -> tuple[float, ...]:
+    """Errors on trials kept back, as advice after advice is followed."""
+    text, errors = (where / "study.toml").read_text(encoding="utf-8"), list[float]()
+    for k in range(ROUNDS):
+        advice = fit.diagnosis.remedies if fit.diagnosis else ()
+        text = followed(text, advice[0]) if advice else ""
+        if not text:
+            break
+        study = where / f"study_{k + 1}.toml"
+        study.write_text(text, encoding="utf-8")
+        [fit] = identify(study, where / f"run_{k + 1}", sink=Silent()).result.values()
+        errors.append(_held_out(where / f"run_{k + 1}")[0])
+    return tuple(errors)
+
+
+def one(stranger: Stranger, where: Path, *, follow: bool = False) -> Outcome:
+    """Try a stranger in a folder that is new.
+
+    Args:
+        follow: whether the advice of the fit is followed.
+    """
     ship = where / "ship.toml"
     estimate(sheet(stranger, where / "particulars.toml"), ship)
     written(stranger, where / "logs")
@@ -126,6 +179,7 @@ def one(stranger: Stranger, where: Path) -> Outcome:
         stranger.name, stranger.fault, "", _distances(stranger, fit), _blamed(fit),
         keys([f for some in check([where / "trials"]).result.values() for f in some]),
         bool(fit.diagnosis and fit.diagnosis.lacking), turn, inside, _held_out(where / "run"), spent,
+        _following(where, fit) if follow else (),
     )  # fmt: skip
 
 
@@ -175,19 +229,20 @@ def _held_out(run: Path) -> tuple[float, float]:
 
 def table(outcomes: Sequence[Outcome]) -> str:
     """A line a ship, and the figures of the whole."""
-    lines = [f"{'ship':14}{'fault':14}{'named':6}{'identified':>11}{'conditional':>12}{'weak':>7}{'advance':>9}"
+    lines = [f"{'ship':14}{'fault':14}{'named':6}{'graded':>8}{'weak':>6}{'not':>7}{'advance':>9}"
              f"{'diameter':>9}{'bands':>6}{'held out':>9}{'untuned':>8}{'s':>6}  right, and blamed"]  # fmt: skip
     for o in outcomes:
         if o.refused:
             lines.append(f"{o.name:14}{o.fault or '-':14}refused: {o.refused[:140]}")
             continue
-        grades = ["/".join(map(str, o.counts(some))) for some in (GRADED, ("conditional",), ("weak",))]
+        grades = ["/".join(map(str, o.counts(some))) for some in (GRADED, ("weak",), ("not identified",))]
         errors = [f"{100.0 * o.turn[name]:+.1f}%" if name in o.turn else "-" for name in INDICES]
         bands = f"{sum(o.inside.values())}/{len(o.inside)}"
         lines.append(
             f"{o.name:14}{o.fault or '-':14}{('yes' if o.named else 'no') if o.fault else '.':6}"
-            f"{grades[0]:>11}{grades[1]:>12}{grades[2]:>7}{errors[0]:>9}{errors[1]:>9}{bands:>6}"
+            f"{grades[0]:>8}{grades[1]:>6}{grades[2]:>7}{errors[0]:>9}{errors[1]:>9}{bands:>6}"
             f"{o.held_out[0]:9.3g}{o.held_out[1]:8.3g}{o.seconds:6.1f}  {', '.join(o.innocent)}"
+            + (f"  followed: {', '.join(f'{error:.3g}' for error in o.followed)}" if o.followed else "")
         )
     return "\n".join([*lines, *figures(outcomes)])
 
@@ -196,12 +251,12 @@ def figures(outcomes: Sequence[Outcome]) -> list[str]:
     """What the whole garden measures."""
     fits = [o for o in outcomes if not o.refused]
     spoilt = [o for o in fits if o.fault]
-    grades = {"identified": GRADED, "identified or conditional": (*GRADED, "conditional")}
+    grades = {"is called identified or graded": GRADED, "has a range": (*GRADED, "weak", "not identified", "at bound")}
     lacking = sum(o.lacking for o in fits)
     lines = [f"{len(outcomes)} ships, {len(outcomes) - len(fits)} refused; {lacking} fits do not explain the data"]
     for name, statuses in grades.items():
         inside, all_ = (sum(some) for some in zip(*(o.counts(statuses) for o in fits), strict=True)) if fits else (0, 0)
-        lines.append(f"truth inside 95 % of what is called {name}: {inside} of {all_}")
+        lines.append(f"truth inside 95 % of what {name}: {inside} of {all_}")
     held = [ok for o in fits for ok in o.inside.values()]
     lines += [
         f"fits that blame an instrument that is right: {sum(bool(o.innocent) for o in fits)} of {len(fits)}",
@@ -209,6 +264,8 @@ def figures(outcomes: Sequence[Outcome]) -> list[str]:
         f"unseen turn within {100 * NEAR:g} %: {sum(o.near for o in fits)} of {len(fits)}; "
         f"inside the bands: {sum(held)} of {len(held)}",
         f"held-out error below the untuned ship's: {sum(o.held_out[0] < o.held_out[1] for o in fits)} of {len(fits)}",
+        f"advice followed: {sum(len(o.followed) for o in fits)}, of which made it worse: "
+        f"{sum(o.worsened for o in fits)}",
         f"seconds of three commands: {sum(o.seconds for o in fits):.0f} in all",
     ]  # fmt: skip
     return lines
@@ -217,6 +274,7 @@ def figures(outcomes: Sequence[Outcome]) -> list[str]:
 def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="SHIP", choices=[*BY_NAME, []])
+    parser.add_argument("--follow", action="store_true", help="put printed advice into the study and fit again")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--keep", type=Path, help="folder for what the commands write, one of each ship")
     asked = parser.parse_args(arguments)
@@ -225,7 +283,7 @@ def main(arguments: Sequence[str]) -> int:
         if asked.names and stranger.name not in asked.names:
             continue
         with tempfile.TemporaryDirectory() as scratch:
-            outcomes.append(one(stranger, Path(scratch)))
+            outcomes.append(one(stranger, Path(scratch), follow=asked.follow))
             if asked.keep:
                 shutil.copytree(scratch, asked.keep / stranger.name, dirs_exist_ok=True)
         sys.stderr.write(table(outcomes[-1:]).splitlines()[1] + "\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from garden.ships import held_speed, revolutions
 from seatrial.core.files import read_toml
 from seatrial.ships.estimate import estimate
 from strangers.logs import DEG, FAULTS, JITTER, heavy, lasting, read, sheet, trials, unseen, weather, written
-from strangers.run import Outcome, _is, figures, one, table
+from strangers.run import Outcome, _is, figures, followed, one, table
 from strangers.ships import BY_NAME, JUDGES, STRANGERS, Alike
 
 QUICK = ("mmg_8", "mmg_24")
@@ -185,6 +186,43 @@ def test_what_is_counted() -> None:
     assert "planted faults named: 1 of 1" in text
     assert "inside the bands: 2 of 4" in text
     assert "refused: no" in table([Outcome("b", "", refused="no")])
+
+
+STUDY = """[data]
+root = "trials"
+
+[free]
+"hull.R_0" = { low = 0.0 }
+
+[nuisance] # a current
+common = { "current.north" = 0.5 } # SI units
+
+[estimator]
+"""
+
+
+@pytest.mark.parametrize(("advice", "table", "entry"), [
+    ('estimate the error: common = { "offset.delta" = inf } in [nuisance] of the study', "nuisance",
+     {"common": {"current.north": 0.5, "offset.delta": math.inf}}),
+    ('widen the prior: "hull.R_0" = { sigma = 0.009 } in [free] of the study', "free",
+     {"hull.R_0": {"low": 0.0, "sigma": 0.009}}),
+    ('free it: "hull.X_vv" = { prior = 0.3 } in [free] of the study', "free",
+     {"hull.R_0": {"low": 0.0}, "hull.X_vv": {"prior": 0.3}}),
+    ('correct the log of a, or leave it out: exclude = ["a"] in [data] of the study', "data",
+     {"root": "trials", "exclude": ["a"]}),
+])  # fmt: skip
+def test_an_advice_is_followed_by_its_line(advice: str, table: str, entry: dict[str, object]) -> None:
+    done = tomllib.loads(followed(STUDY, advice))
+    assert done == {**tomllib.loads(STUDY), table: entry}
+    assert followed(followed(STUDY, advice), advice) == ""  # what is there already is no advice
+    assert followed(STUDY, "look for a term of the model") == ""
+    bare = STUDY.partition("[nuisance]")[0]
+    assert tomllib.loads(followed(bare, advice))[table]
+
+
+def test_an_advice_is_worse_by_the_error_before_it() -> None:
+    assert _outcome(followed=(0.2, 0.22, 0.1)).worsened == 1
+    assert "advice followed: 3, of which made it worse: 1" in "\n".join(figures([_outcome(followed=(0.2, 0.22, 0.1))]))
 
 
 @pytest.mark.slow

@@ -40,7 +40,7 @@ def verdict(fit: Fit) -> Body:
         return _sound(fit, found)
     wide = max(found.widened.values(), default=1.0)
     trust = "No parameter counts as identified"
-    trust += f", and sigma is up to {number(wide, 2)} times that of white noise" if wide > 1.1 else ""
+    trust += f", and sigma is up to {number(wide, 2)} times what noise alone leaves open" if wide > 1.1 else ""
     first, others = found.cause, [one.line for one in found.others[:_NAMED]]
     why = [_grounds(found), f"The likeliest cause: {first.text}." if first else "", *map(_sentence, others)]
     return (Verdict(_sentence(LACKING), grounds=(

@@ -87,7 +87,7 @@ def chosen(path: Path, key: str, patterns: Sequence[str], names: Iterable[str]) 
     every = list(names)
     found: dict[str, None] = {}
     for pattern in patterns:
-        fits = [n for n in every if fnmatch.fnmatchcase(n, pattern) or n.rpartition(".")[0] == pattern]
+        fits = [n for n in every if fnmatch.fnmatchcase(n, pattern) or pattern in (n.rpartition(".")[0], Path(n).stem)]
         if not fits:
             near = difflib.get_close_matches(pattern, every, n=3, cutoff=0.3) or every[:3]
             hint = f"near: {', '.join(near)}" if near else "there is none"

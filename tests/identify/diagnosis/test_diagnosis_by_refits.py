@@ -399,6 +399,13 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     np.testing.assert_allclose(np.diag(wide), most, rtol=1e-8)
     size = np.sqrt(np.outer(np.diag(A), np.diag(A)))
     np.testing.assert_allclose(wide / np.sqrt(np.outer(most, most)), A / size, rtol=1e-8)
+    # a prior is one more observation, whose score scatters by its own information
+    held = replace(linear, A=world.A + np.diag([0.0, 50.0, 200.0]))
+    back, of_white = np.linalg.inv(held.A), np.diag([1e-9, 1e-9, 1e-9])
+    scatter = [np.diag(back @ (times * scores.T @ scores + np.diag([0.0, 50.0, 200.0])) @ back)
+               for scores, times in ((by_window, 5.0 / 4.0), (by_trial, 2.0))]  # fmt: skip
+    np.testing.assert_allclose(np.diag(diagnose._widened(held, of_white, trial, Diagnosis(bad), vector)),
+                               np.maximum(*scatter), rtol=1e-8)  # fmt: skip
     cause = Suspicion("a", "a", "m", 1.0, 100.0, 0.5, 1.0, 0.1, dict(zip(PATHS, (3.0, -2.0, 0.0), strict=True)))
     more = diagnose._widened(linear, A, trial, Diagnosis(bad, (cause, cause)), vector)
     np.testing.assert_allclose(np.diag(more), most + np.diag(A) * [9.0, 4.0, 0.0], rtol=1e-8)

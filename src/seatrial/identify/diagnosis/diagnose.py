@@ -92,14 +92,14 @@ def diagnosed(
         by_trial=sigma_by_trial(beside, objective.layout, [trial.name for trial in problem.trials]),
     )  # fmt: skip
     wide = _widened(linear, covariance, objective.windows.trial, diagnosis, vector)
-    factor = np.sqrt(np.diag(wide) / np.maximum(np.diag(covariance), 1e-300))[:count]
-    diagnosis = replace(
-        diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)) if widen else {},
-    )  # fmt: skip
+    part = len(problem.trials) / len(trials)
+    stated = np.diag(covariance)[:count] if widen else np.diag(fit.covariance) / part
+    ratio = np.diag(wide)[:count] / np.maximum(stated, 1e-300)
+    factor = np.sqrt(np.maximum(ratio, 1.0)) if diagnosis.lacking and not regresses else np.ones(count)
+    diagnosis = replace(diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)))
     diagnosis = _influence(diagnosis, linear, fixed, wide if widen else covariance, problem)
-    spread = wide[:count, :count] if widen else fit.covariance
-    if widen and len(problem.trials) < len(trials):  # the factor is known from a part of the trials, the rest from all
-        spread = factor[:, None] * fit.covariance * factor[None, :]
+    # The factor may be known from a part of the trials, and what it is of from all.
+    spread = wide[:count, :count] if widen and part == 1.0 else factor[:, None] * fit.covariance * factor[None, :]
     if regresses:
         diagnosis, spread = _pulled(diagnosis, linear, p, objective, fit)
     judged = judged_by(fit, problem, diagnosis, spread, _together(objective, linear, p, eta))
@@ -389,14 +389,15 @@ def _widened(
     """Covariance with each sigma widened where the model does not explain the data."""
     if not diagnosis.lacking:
         return covariance
-    back = information.inverse(linear.A)
+    back, n = information.inverse(linear.A), len(linear.A)
+    prior = linear.A - linear.gram()[:, :n]
     by_window = (linear.J.transpose(0, 2, 1) @ linear.e.reshape(len(linear.e), -1, 1))[:, :, 0]
     most = np.diag(covariance).copy()
     names = np.unique(trial)
     by_trial = np.array([by_window[trial == name].sum(axis=0) for name in names])
     for scores in (by_window, by_trial):
         if len(scores) > 1:
-            meat = len(scores) / (len(scores) - 1.0) * scores.T @ scores
+            meat = len(scores) / (len(scores) - 1.0) * scores.T @ scores + prior
             most = np.maximum(most, np.diag(back @ meat @ back))
     count = len(vector)
     acting = [one for one in diagnosis.suspicions if one.matters and one.possible]

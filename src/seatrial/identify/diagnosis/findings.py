@@ -219,8 +219,9 @@ class Differing:
     @property
     def remedy(self) -> str:
         """What to do about it."""
-        only = f"correct the log of {next(iter(self.each))}, or leave the trial out"
-        return only if self.numbers == 1 else "correct the logs trial by trial"
+        trial = next(iter(self.each))
+        return f"correct the log of {trial}, or {_without(trial)}" if self.numbers == 1 else (
+            "correct the logs trial by trial")
 
     @property
     def name(self) -> str:
@@ -297,7 +298,7 @@ class Diagnosis:
         errors: errors of instruments that were estimated, as suspicions whose drop is that of leaving each out.
         residuals: by trial, for drawings.
         control: name and unit of the control that stands beside them: the first angle, else the first control.
-        widened: factor of each sigma over that of white noise, by path; empty where `Loss.correlation` states sigma.
+        widened: factor of each sigma over that of white noise, or over what `Loss.correlation` states, by path.
         fixed: for fixed parameters of the model, the change of the free parameter that it moves most if it were
             larger by its error, in sigma: (path, free path, change); the strongest first.
         shares: error of each fixed parameter relative to its value: its sigma where the ship file states one, else .1.
@@ -425,8 +426,8 @@ class Diagnosis:
         """What to do next, the first thing first; empty where the model explains the data."""
         if not self.lacking:
             return ()
-        good, weak = self._named
-        return (*(one.remedy for one in [*good, *weak][:1]), *(() if good else (_MISSING,)))
+        told = [one.remedy for one in self._named[0] if one.remedy][:1]
+        return (*told,) or (_MISSING,)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -476,12 +477,17 @@ class Diagnosis:
         good = [one for share, one in listed if share > max(_ACCOUNTS * excess, 0.0)]
         weak, odd = [one for _, one in listed if one not in good], self.apart
         if odd and odd[0].alone:
-            return [Cause("", odd[0].text, 1.0, f"look at {odd[0].trial}, or leave it out", alone=True), *good], weak
+            return [Cause("", odd[0].text, 1.0, _without(odd[0].trial), alone=True), *good], weak
         said = odd[0].text if len(odd) == 1 else (
             f"trials contradict each other, the first of them most: {', '.join(one.trial for one in odd)}"
         )  # fmt: skip
-        look = f"look at trial {odd[0].trial}" if odd else ""
-        return [*good, *([Cause("", said, 1.0, look)] if odd else [])], weak
+        # Where all differ none is at fault: no trial is left out for a form that suits none.
+        return [*good, *([Cause("", said, 1.0, "")] if odd else [])], weak
+
+
+def _without(trial: str) -> str:
+    """The line of a study that leaves a trial out."""
+    return f'leave it out: exclude = ["{trial}"] in [data] of the study'
 
 
 def _suspect(one: Suspicion | Differing | Pull) -> Cause:
