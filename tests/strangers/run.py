@@ -127,7 +127,7 @@ def followed(text: str, advice: str) -> str:
     entry, table = line.groups()
     [(key, new)] = tomllib.loads(entry).items()
     old = tomllib.loads(text).get(table, {}).get(key, [] if isinstance(new, list) else {})
-    merged = [*old, *(one for one in new if one not in old)] if isinstance(new, list) else {**old, **new}
+    merged: Any = [*old, *(one for one in new if one not in old)] if isinstance(new, list) else {**old, **new}
     if merged == old:
         return ""
     given, header = entry.partition(" = ")[0], f"[{table}]"
