@@ -10,7 +10,9 @@ import pytest
 from scipy import stats
 
 from seatrial.belief.ranks import truths
+from seatrial.core.parameters import Free
 from seatrial.identify import FitError
+from seatrial.identify.vector import Vector
 
 
 def problem(mean: list[float], sigma: list[float], low: list[float], high: list[float]) -> Any:
@@ -21,7 +23,19 @@ def problem(mean: list[float], sigma: list[float], low: list[float], high: list[
         def __len__(self) -> int:
             return len(mean)
 
+        def of_prior(self, count: int, rng: Any) -> Any:
+            return self.mean + np.where(np.isfinite(self.sigma), self.sigma, 0.0) * rng.normal(size=(count, len(mean)))
+
     return SimpleNamespace(vector=Vector(**arrays), free=tuple(mean))
+
+
+def test_truths_of_tied_priors_have_their_covariance() -> None:
+    free = (Free("a", 1.0, prior=1.0, sigma=0.5), Free("b", 0.0, -2.0, 3.0),
+            Free("c", 0.0, prior=-2.0, sigma=3.0, tied=(("a", -0.8),)))  # fmt: skip
+    whole: Any = SimpleNamespace(vector=Vector(free), free=free)
+    made = truths(whole, 20_000, np.random.default_rng(3))
+    assert np.corrcoef(made[:, 0], made[:, 2])[0, 1] == pytest.approx(-0.8, abs=4.0 * 0.36 / np.sqrt(20_000))
+    assert made.std(axis=0)[[0, 2]] == pytest.approx([0.5, 3.0], rel=0.02)
 
 
 def test_truths_follow_the_prior_cut_at_its_bounds() -> None:

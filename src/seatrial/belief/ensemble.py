@@ -135,9 +135,7 @@ def ensemble(
     measured = clean[None] + sigma * rng.standard_normal((members, *clean.shape))
     measured[:, :, 0] = state0[:, :, : cut.width]
     vector = problem.vector
-    deviation = np.where(vector.precision > 0, vector.sigma, 0.0)
-    means = vector.mean + deviation * rng.standard_normal((members, len(vector)))
-    data, starts = Data(state0, measured, means), np.repeat(fit.values[None], members, axis=0)
+    data, starts = Data(state0, measured, vector.of_prior(members, rng)), np.repeat(fit.values[None], members, axis=0)
     if pool is None:
         ends = replace(objective, data=data).descend(starts, tolerance=_TOLERANCE)
     else:

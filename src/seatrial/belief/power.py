@@ -81,8 +81,8 @@ def directions(free: tuple[Free, ...], covariance: Array) -> tuple[Array, Array]
         Columns that are one prior sigma long, shape (free, free), and the curvature of the likelihood in each, that of
         the prior being 1, shape (free,).
     """
-    sigma = Vector.of(free).sigma
-    unit = np.where(np.isfinite(sigma), sigma, _WIDE * np.sqrt(np.diag(covariance)))
-    weight, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    root = Vector.of(free).root(_WIDE * np.sqrt(np.diag(covariance)))
+    back = np.linalg.inv(root)
+    weight, vectors = np.linalg.eigh(back @ covariance @ back.T)
     fixed = 1.0 / np.clip(weight, 1e-300, 1.0) - 1.0
-    return unit[:, None] * vectors, fixed
+    return root @ vectors, fixed

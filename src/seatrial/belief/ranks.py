@@ -34,7 +34,7 @@ def truths(problem: Problem, count: int, rng: np.random.Generator) -> Array:
         if not missing.any():
             return out
         boxed = ~np.isfinite(vector.sigma)
-        gaussian = vector.mean + np.where(boxed, 0.0, vector.sigma) * rng.standard_normal((count, n))
+        gaussian = vector.of_prior(count, rng)
         gaussian[:, boxed] = rng.uniform(vector.low[boxed], vector.high[boxed], (count, int(boxed.sum())))
         out[missing] = gaussian[missing]
     raise FitError("the bounds leave next to nothing of the prior; no truths can be drawn")

@@ -115,6 +115,7 @@ class Free:
         low, high: bounds of the search; infinite where only the prior holds the parameter.
         prior: mean of the Gaussian prior.
         sigma: its standard deviation; infinite means no prior.
+        tied: correlations of the prior with those of other parameters, (path, correlation); each pair is stated once.
     """
 
     path: str
@@ -123,6 +124,7 @@ class Free:
     high: float = math.inf
     prior: float = math.nan
     sigma: float = math.inf
+    tied: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.low < self.high:
@@ -137,6 +139,11 @@ class Free:
             )
         if not self.sigma > 0:
             raise ParameterError(f"{self.path}: sigma is {self.sigma:g}; a prior needs sigma > 0")
+        for path, c in self.tied:
+            if not (-1.0 < c < 1.0 and math.isfinite(self.sigma)):
+                raise ParameterError(
+                    f"{self.path}: tied to {path} by {c:g}; give a sigma, and a correlation between -1 and 1"
+                )
 
     @property
     def scale(self) -> float:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.parameters import Free, Scalar, read, update
+from ..core.parameters import Free, ParameterError, Scalar, read, update
 from ..data import Array
 from ..ships import Ship
 
@@ -17,13 +18,27 @@ from ..ships import Ship
 _REACH = 3.0
 # Of a parameter without prior and interval, so many times its size: anything.
 _UNKNOWN = 1e3
+# Least eigenvalue of a matrix of correlations; below it some combination would be known for certain.
+_SINGULAR = 1e-12
 
 
 @dataclass(frozen=True)
 class Vector:
-    """The free parameters in the order of their declaration; every array has shape (free,)."""
+    """The free parameters in the order of their declaration; every array has shape (free,), or is said to be a matrix.
+
+    Raises:
+        ParameterError: priors whose correlations contradict each other.
+    """
 
     free: tuple[Free, ...]
+
+    def __post_init__(self) -> None:
+        pairs = [frozenset((f.path, path)) for f in self.free for path, _ in f.tied]
+        if len(set(pairs)) < len(pairs) or any(len(pair) == 1 for pair in pairs):
+            raise ParameterError("correlations of priors: state each pair of different parameters once")
+        if pairs and np.linalg.eigvalsh(self.correlation)[0] <= _SINGULAR:
+            tied = ", ".join(f.path for f in self.free if f.tied)
+            raise ParameterError(f"correlations of priors: no covariance has those of {tied}")
 
     @staticmethod
     def of(free: Sequence[Free]) -> Vector:
@@ -63,10 +78,26 @@ class Vector:
         """Typical sizes of a change; see `Free.scale`."""
         return np.array([f.scale for f in self.free])
 
+    @cached_property
+    def correlation(self) -> Array:
+        """Matrix of the correlations of the Gaussian priors; those with a parameter that is not free do not count."""
+        at, out = {f.path: k for k, f in enumerate(self.free) if np.isfinite(f.sigma)}, np.eye(len(self.free))
+        for k, path, c in ((at[f.path], path, c) for f in self.free for path, c in f.tied if path in at):
+            out[k, at[path]] += c
+            out[at[path], k] += c
+        return out
+
+    def root(self, otherwise: Array) -> Array:
+        """Matrix L with L L' the covariance of the Gaussian priors; `otherwise` deviates what has none."""
+        sigma = np.where(np.isfinite(self.sigma), self.sigma, otherwise)
+        lower: Array = np.asarray(np.linalg.cholesky(self.correlation), dtype=np.float64)
+        return sigma[:, None] * lower
+
     @property
     def precision(self) -> Array:
-        """Inverse variances of the Gaussian priors: weights of squared offsets in an objective; 0 without prior."""
-        return np.array([f.sigma**-2.0 for f in self.free])
+        """Inverse covariance matrix of the Gaussian priors: weights of offsets in an objective; 0 without prior."""
+        weight = 1.0 / self.sigma
+        return weight[:, None] * np.linalg.inv(self.correlation) * weight
 
     @property
     def mean(self) -> Array:
@@ -89,9 +120,9 @@ class Vector:
         return np.where(np.isfinite(self.sigma), self.sigma, wide)
 
     def held(self, values: Array) -> Array:
-        """Information that priors and intervals give; 0 where there is neither."""
-        held = np.isfinite(self.variance)
-        return np.where(held, self.reach(values) ** -2.0, 0.0)
+        """Matrix of the information that priors and intervals give; 0 where there is neither."""
+        boxed = np.isfinite(self.variance) & np.isinf(self.sigma)
+        return self.precision + np.diag(np.where(boxed, self.reach(values) ** -2.0, 0.0))
 
     @property
     def box(self) -> tuple[Array, Array]:
@@ -131,6 +162,11 @@ class Vector:
     def started(self, starts: Mapping[str, float]) -> tuple[Free, ...]:
         """The free parameters with other starts, by path, within their bounds; those not named keep theirs."""
         return tuple(replace(f, start=min(max(starts.get(f.path, f.start), f.low), f.high)) for f in self.free)
+
+    def of_prior(self, count: int, rng: np.random.Generator) -> Array:
+        """Draws of the Gaussian priors whatever the bounds, shape (count, free); the mean of what has no prior."""
+        unit, root = rng.standard_normal((count, len(self))), self.root(np.zeros(len(self)))
+        return self.mean + np.einsum("cj,ij->ci", unit, root)
 
     def drawn(self, count: int, rng: np.random.Generator) -> Array:
         """Random starts, shape (count, free): uniform within the bounds, else normal about the start by `scale`.

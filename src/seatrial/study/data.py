@@ -126,16 +126,25 @@ def _one(path: Path, where: str, data: Any, ship: Ship) -> tuple[tuple[Trial, ..
     return tuple(parts)
 
 
-def _root(path: Path, where: str, root: str) -> Path:
-    """Folder of the data: variables expanded, relative to the study file."""
+def named_path(path: Path, where: str, name: str) -> Path:
+    """A file or folder that the study at `path` names: variables expanded, relative to the study file.
+
+    Raises:
+        StudyError: a variable that is not set; `where` is the key.
+    """
     around = (*path.resolve().parents, Path.cwd(), *Path.cwd().parents)
     home = next((p for p in around if (p / "pyproject.toml").exists()), path.resolve().parent)
     known = {DATA: str(home.parent / "shared" / "data"), **os.environ}
-    for name in re.findall(r"\$\{?(\w+)", root):
-        if name not in known:
-            raise StudyError(f"{path}: {where}.root: the variable {name} is not set")
-    text = re.sub(r"\$(?:\{(\w+)\}|(\w+))", lambda m: known[m[1] or m[2]], root)
-    found = path.parent / Path(text).expanduser()
+    for variable in re.findall(r"\$\{?(\w+)", name):
+        if variable not in known:
+            raise StudyError(f"{path}: {where}: the variable {variable} is not set")
+    text = re.sub(r"\$(?:\{(\w+)\}|(\w+))", lambda m: known[m[1] or m[2]], name)
+    return path.parent / Path(text).expanduser()
+
+
+def _root(path: Path, where: str, root: str) -> Path:
+    """Folder of the data."""
+    found = named_path(path, f"{where}.root", root)
     if not found.is_dir():
         public = f"set {DATA} to the folder of the public data sets (README.md, Data, says where each can be had)"
         remedy = public if DATA in root else "make it, or name another; a root is relative to the folder of the file"

@@ -5,13 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ..core.errors import SeatrialError
 from ..core.parameters import MOST, Free, ParameterError, Spec, far, match, specs, unknown, values
+from ..data.captive import read_captive
 from ..identify import Estimator, Problem, StudyError
 from ..identify.lint import tested_by
-from ..identify.regression.captive import priors
+from ..identify.regression.captive import USUAL, CaptiveFit, fit_captive, priors
 from ..ships import Ship
+from .data import named_path
+from .schema import CaptiveTable
 
 KEYS = ("prior", "ratio", "low", "high", "start", "sigma", "floor")
 
@@ -32,6 +39,45 @@ def taken(model: Any, table: Mapping[str, Any], sigmas: Mapping[str, float]) -> 
     """Paths whose prior is that of the ship file, since the table gives none and does not refuse it."""
     return tuple(path for path, (_, entry) in _chosen(model, table).items()
                  if path in sigmas and isinstance(entry, Mapping) and not {"prior", "sigma"} & set(entry))  # fmt: skip
+
+
+def tested(path: Path, table: CaptiveTable, ship: Ship) -> CaptiveFit:
+    """The captive tests of the study at `path`, fitted from its ship.
+
+    Raises:
+        StudyError: tables that cannot be read, or that do not determine what they are asked for.
+    """
+    try:
+        files = [named_path(path, "captive.tables", name) for name in table.tables]
+        mapping = named_path(path, "captive.mapping", table.mapping) if table.mapping else None
+        rho = float(values(ship.model).get("body.rho", 1000.0))
+        return fit_captive(ship, read_captive(files, mapping, L_pp=ship.L_pp, rho=rho), tuple(table.fit) or USUAL)
+    except SeatrialError as error:
+        text = str(error)
+        raise StudyError(text if text.startswith(str(path)) else f"{path}: captive: {text}") from None
+
+
+def joint(free: tuple[Free, ...], tests: CaptiveFit, scatter: float, paths: tuple[str, ...]) -> tuple[Free, ...]:
+    """The free parameters with the joint posterior of the captive tests as the prior of those at `paths`.
+
+    A Gaussian prior of this covariance and the likelihood of the trials are the likelihood of both kinds of test, where
+    the loads are linear in the coefficients as far as their sigmas reach.
+
+    Args:
+        scatter: factor of all sigmas; correlations stay.
+    """
+    at = {path: k for k, path in enumerate(tests.paths) if path in paths}
+    correlation = tests.covariance / np.outer(tests.sigma, tests.sigma)
+    before = [f.path for f in free if f.path in at]
+
+    def tied(f: Free) -> Free:
+        if f.path not in at:
+            return f
+        others = before[: before.index(f.path)]
+        pairs = tuple((path, float(correlation[at[f.path], at[path]])) for path in others)
+        return replace(f, sigma=scatter * f.sigma, tied=pairs)
+
+    return tuple(map(tied, free))
 
 
 def freedom(

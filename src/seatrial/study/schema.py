@@ -153,6 +153,19 @@ class VirtualTable:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CaptiveTable:
+    """Tables of captive tests that are fitted first, and whose coefficients are the priors of the fit to trials.
+
+    `scatter` multiplies their sigmas: by how many of these the coefficients of captive and free tests differ.
+    """
+
+    tables: Annotated[list[str], Limits(entries=1)]
+    mapping: str | None = None
+    fit: list[str] = field(default_factory=list[str])
+    scatter: Annotated[float, Limits(least=1.0)] = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class RivalTable:
     """A model with fewer parameters that is fitted beside: the rest stay as the ship file has them."""
 
@@ -171,6 +184,7 @@ class StudyFile:
     data: DataTable
     actuators: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
     wind: dict[str, Any] = field(default_factory=dict[str, Any])
+    captive: CaptiveTable | None = None
     free: dict[str, Any] = field(default_factory=dict[str, Any])
     loss: LossTable = field(default_factory=LossTable)
     nuisance: NuisanceTable = field(default_factory=NuisanceTable)

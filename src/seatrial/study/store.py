@@ -57,6 +57,7 @@ class Parameter:
     prior: float
     prior_sigma: Annotated[float, Limits(null=math.inf)]
     at_bound: bool = False
+    prior_tied: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ class Summary:
     @property
     def free(self) -> tuple[Free, ...]:
         """The parameters as they were declared; ParameterError where one cannot be."""
-        return tuple(Free(path, one.start, one.low, one.high, one.prior, one.prior_sigma)
+        return tuple(Free(path, one.start, one.low, one.high, one.prior, one.prior_sigma, tuple(one.prior_tied.items()))
                      for path, one in self.parameters.items())  # fmt: skip
 
     def check(self, where: Path) -> None:
@@ -199,7 +200,7 @@ def _parameters(fit: Fit) -> dict[str, Parameter]:
     found = zip(fit.free, fit.values.tolist(), fit.sigma.tolist(), fit.shrinkage.tolist(), strict=True)
     return {
         free.path: Parameter(value, sigma, shrinkage, free.start, free.low, free.high, free.prior, free.sigma,
-                             free.path in fit.at_bound)
+                             free.path in fit.at_bound, dict(free.tied))
         for free, value, sigma, shrinkage in found
     }  # fmt: skip
 

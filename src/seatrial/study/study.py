@@ -27,10 +27,11 @@ from ..ships.classes import Trust, find_class, trusting
 from ..ships.files import load
 from .cells import Cell
 from .data import Split, chosen, read_data, read_raw
-from .freedom import freedom, stated, suspected, taken
+from .freedom import freedom, joint, stated, suspected, taken, tested
 from .schema import StudyFile
 
 if TYPE_CHECKING:
+    from ..identify.regression.captive import CaptiveFit
     from .virtual import VirtualTrials
 
 SCHEMA = "seatrial-study/1"
@@ -132,12 +133,16 @@ def _read(here: Path, suspects: bool, trials: tuple[Trial, ...]) -> Study:
     document = _document(here)
     said = filled(StudyFile, document, here, StudyError)
     ship = read_ship(here, said.ship, {"actuators": said.actuators, "wind": said.wind})
+    tests = tested(here, said.captive, ship) if said.captive else None
+    ship = tests.ship if tests else ship
     virtual, (train, validation, test) = (
         (None, (trials, (), ())) if trials else made(here, said) if said.virtual
         else (None, read_data(here, said.data, ship))
     )  # fmt: skip
     try:
         free, fixed = freedom(ship.model, said.free, stated(ship))
+        if tests and said.captive:
+            free = joint(free, tests, said.captive.scatter, taken(ship.model, said.free, stated(ship)))
     except StudyError as error:
         raise StudyError(f"{here}: {error}") from None
     (train, torn), (validation, off), (test, kept) = (_whole(trials) for trials in (train, validation, test))
@@ -153,8 +158,9 @@ def _read(here: Path, suspects: bool, trials: tuple[Trial, ...]) -> Study:
     )  # fmt: skip
     estimator = read_estimator(here, said.estimator)
     problem = suspected(str(here), problem, estimator, suspects)
-    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()), *_priors(ship, said.free), *torn,
-             *off, *kept, *_steps(here, train, said.estimator))  # fmt: skip
+    notes = (*((f"zero, and so left fixed: {', '.join(fixed)}",) if fixed else ()),
+             *_priors(ship, said.free, free, tests), *torn, *off, *kept,
+             *_steps(here, train, said.estimator))  # fmt: skip
     return Study(
         here.stem, here, problem, estimator, test, said.report.restart,
         _run_digest(problem, estimator, test, said), notes, said.title,
@@ -163,13 +169,15 @@ def _read(here: Path, suspects: bool, trials: tuple[Trial, ...]) -> Study:
     )  # fmt: skip
 
 
-def _priors(ship: Ship, table: Mapping[str, Any]) -> tuple[str, ...]:
-    """Which parameters take the sigma of the ship file as their prior."""
-    sigmas = stated(ship)
-    paths = taken(ship.model, table, sigmas)
-    named = ", ".join(f"{path} +- {sigmas[path]:.2g}" for path in paths[:_NAMED])
-    named += f" and {len(paths) - _NAMED} more" if len(paths) > _NAMED else ""
-    return (f"priors from the ship file (prior = false in [free] for none): {named}",) if paths else ()
+def _priors(
+    ship: Ship, table: Mapping[str, Any], free: Sequence[Free], tests: CaptiveFit | None
+) -> tuple[str, ...]:  # fmt: skip
+    """Which parameters take the sigma of the ship file, or of the captive tests, as their prior."""
+    paths = taken(ship.model, table, stated(ship))
+    told = [f"{f.path} +- {f.sigma:.2g}" for f in free if f.path in paths]
+    named = ", ".join(told[:_NAMED]) + (f" and {len(told) - _NAMED} more" if len(told) > _NAMED else "")
+    source = f"{len(tests.runs)} captive tests, correlated as they are" if tests else "the ship file"
+    return (f"priors from {source} (prior = false in [free] for none): {named}",) if paths else ()
 
 
 def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:

@@ -36,7 +36,7 @@ class World:
         self.J = rng.normal(size=(TRIALS, ROWS, PARAMETERS)) * [1.0, 30.0, 0.1]
         self.extra = rng.normal(size=(TRIALS, ROWS, suspects)) + self.J[:, :, :1]
         self.y = self.J @ [1.0, 0.1, -5.0] + rng.normal(size=(TRIALS, ROWS))
-        self.prior = prior * np.diag([1.0, 1e3, 1e-2])
+        self.prior = prior * np.array([[1.0, 5.0, 0.0], [5.0, 1e3, 0.0], [0.0, 0.0, 1e-2]])
 
     @property
     def A(self) -> Array:
@@ -70,7 +70,7 @@ class World:
         held, drawn = 0.1 * self.J[:, :, :2], np.zeros((TRIALS, ROWS, 0))
         columns = np.concatenate([self.J, self.extra, held, drawn], axis=2)
         return Linear.of(e, columns, (PARAMETERS, self.extra.shape[2], 2, 0), np.zeros(e.shape),
-                         np.arange(TRIALS) if trial is None else trial, (np.diag(self.prior), np.full(PARAMETERS, 1e9)))
+                         np.arange(TRIALS) if trial is None else trial, (self.prior, np.full(PARAMETERS, 1e9)))
 
 
 def refitted(world: World, columns: Array) -> tuple[Array, Array, float]:
@@ -563,7 +563,7 @@ def test_nuisances_beside_the_parameters_are_those_of_the_whole_covariance() -> 
     free = tuple(Free(path, 1.0) for path in ("p", "q"))
     objective: Any = SimpleNamespace(
         count=2, layout=layout, normal=lambda p, eta: Normal(0.0, whole, np.zeros(3), tuple(blocks)),
-        before=lambda p: (np.zeros(3), np.full(3, 1e9)), deviation=np.array([math.inf]),
+        before=lambda p: (np.zeros((3, 3)), np.full(3, 1e9)), information=np.zeros((3, 3)),
         problem=SimpleNamespace(vector=Vector(free)), common=(SimpleNamespace(name="offset.delta"),),
     )  # fmt: skip
     found = Beside.of(objective, np.zeros(3), np.zeros(9))

@@ -141,9 +141,9 @@ def test_a_misfit_that_the_ship_explains_with_wider_priors_is_hardly_an_instrume
     rng = np.random.default_rng(5)
     rows, width = 4000, 1
     J, across = rng.standard_normal((2, 1, rows, 1))
-    extra, precision = J + 0.3 * across, np.array([4.0 * rows])
+    extra, precision = J + 0.3 * across, np.array([[4.0 * rows]])
     # The prior weighs four times the data, and so leaves four fifths of what they want.
-    A = float((J**2).sum() + precision[0])
+    A = float((J**2).sum() + precision[0, 0])
     true = 0.2
     noise = rng.standard_normal((1, rows, 1))
     p = float((J * (true * J + noise)).sum()) / A
@@ -154,7 +154,7 @@ def test_a_misfit_that_the_ship_explains_with_wider_priors_is_hardly_an_instrume
     problem: Any = SimpleNamespace(vector=SimpleNamespace(paths=("p",)))
     drop = [_suspicions(own, np.ones(1), [one], np.eye(1), problem)[0].drop for own in
             (linear, linear.freed(precision))]  # fmt: skip
-    assert linear.freed(precision).A[0, 0] == pytest.approx(float((J**2).sum()) + precision[0] / 9.0)
+    assert linear.freed(precision).A[0, 0] == pytest.approx(float((J**2).sum()) + precision[0, 0] / 9.0)
     # What the parameter does not take up of the part along J: 1 - 1/(1 + prior/data); across, .3 is left anyway.
     along = [1.0 - 1.0 / (1.0 + ratio) for ratio in (4.0, 4.0 / 9.0)]
     loose, tight = (a**2 / (a**2 + 0.3**2) for a in reversed(along))

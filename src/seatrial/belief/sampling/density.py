@@ -41,10 +41,10 @@ class Density:
 
     def __call__(self, values: Array) -> tuple[Array, Array]:
         """Log density, but for a constant, shape (lanes,), and its gradient, shape (lanes, free)."""
-        away, weight = self.objective.away(values, np.arange(len(values)))
+        away, drawn = self.objective.away(values, np.arange(len(values)))
         squares, slope = self._with_starts(values) if self.objective.freed else self._plain(values)
-        density = -0.5 * (squares / self.variance + (weight * away**2).sum(axis=1))
-        gradient = -(slope / self.variance + weight * away)
+        density = -0.5 * (squares / self.variance + (drawn * away).sum(axis=1))
+        gradient = -(slope / self.variance + drawn)
         return np.where(np.isfinite(density), density, -np.inf), gradient
 
     def value(self, values: Array) -> Array:
@@ -56,13 +56,13 @@ class Density:
 
     def _with_starts(self, values: Array) -> tuple[Array, Array]:
         """Squared residuals at the best starts, with the volume that these leave, and their halved slope."""
-        away, weight = self.objective.away(values, np.arange(len(values)))
+        away, drawn = self.objective.away(values, np.arange(len(values)))
         with np.errstate(all="ignore"):
             found, _ = self.objective.settled(values)
         known, volume = np.isfinite(found.cost), np.zeros(len(values))
         volume[known] = np.linalg.slogdet(found.blocks[0].own[known])[1].sum(axis=1)
-        squares = found.cost - (weight * away**2).sum(axis=1) + self.variance * volume
-        return squares, found.reduced()[1] - weight * away
+        squares = found.cost - (drawn * away).sum(axis=1) + self.variance * volume
+        return squares, found.reduced()[1] - drawn
 
     def _plain(self, values: Array) -> tuple[Array, Array]:
         """Squared residuals and their halved slope, one problem a call of the kernel; no normal equations are made."""

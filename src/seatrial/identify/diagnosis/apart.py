@@ -44,8 +44,7 @@ class Beside:
         count, layout = objective.count, objective.layout
         normal = objective.normal(p, eta)
         known, reach = objective.before(p)
-        interval = known - np.append(objective.problem.vector.precision, objective.deviation**-2.0)
-        covariance = information.covariance(normal.reduced(0.0)[0] + np.diag(interval), reach)
+        covariance = information.covariance(normal.reduced(0.0)[0] + known - objective.information, reach)
         blocks = normal.blocks if layout.own.count else ()
         own = [_own(block, layout, covariance) for block in blocks]
         # Moves of the mean over the trials with the parameters, and its variance: trials are independent but for these.

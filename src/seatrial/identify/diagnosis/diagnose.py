@@ -109,11 +109,11 @@ def diagnosed(
 def _together(objective: TrajectoryObjective, linear: Linear, p: Array, eta: Array) -> tuple[Acting, ...]:
     """Parameters and errors of instruments of which only combinations act in the trials."""
     names = (*objective.problem.vector.paths, *(one.name for one in objective.common))
-    own = np.zeros(len(p))
-    own[: objective.count] = objective.problem.vector.precision
+    own = np.zeros((len(p), len(p)))
+    own[: objective.count, : objective.count] = objective.problem.vector.precision
 
     def known(values: Array) -> Array:
-        return objective.normal(values, eta).reduced(0.0)[0] - np.diag(own)
+        return objective.normal(values, eta).reduced(0.0)[0] - own
 
     return acting(names, linear.gram()[:, : len(p)], p, known)
 
@@ -124,7 +124,7 @@ def _pulled(
     """With how far the predictions would move the parameters, to first order, and its square in their covariance."""
     vector, count = objective.problem.vector, objective.count
     slope = linear.J.reshape(-1, len(p)).T @ linear.e.ravel()
-    slope[:count] += vector.precision * (p[:count] - vector.mean)
+    slope[:count] += vector.precision @ (p[:count] - vector.mean)
     step = np.clip(-information.inverse(linear.A) @ slope, -linear.reach, linear.reach)[:count]
     moves = dict(zip(vector.paths, (step / fit.sigma).tolist(), strict=True))
     return replace(diagnosis, pulled=moves), fit.covariance + np.outer(step, step)

@@ -60,11 +60,11 @@ class Linear:
         """From columns side by side, shape (lanes, rows * motion, parameters + suspects + fixed + draws).
 
         Args:
-            before: information of priors and intervals, and the reach, shape (parameters,) each.
+            before: information of priors and intervals, shape (parameters, parameters), and the reach, (parameters,).
         """
         J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
         products, squares = _by_channel(columns[..., : counts[0] + counts[1]], counts[0], trial, e.shape[2])
-        A = products.sum(axis=(0, 1))[:, : counts[0]] + np.diag(before[0])
+        A = products.sum(axis=(0, 1))[:, : counts[0]] + before[0]
         return Linear(e, J, extra, held, drawn, leverage, trial, products, squares, A, before[1])
 
     @property
@@ -82,10 +82,10 @@ class Linear:
         """The same with wider priors of the first parameters, so that no misfit of the ship goes to an instrument.
 
         Args:
-            precision: of the priors, shape (free parameters,).
+            precision: of the priors, shape (free parameters, free parameters).
         """
-        A, at = self.A.copy(), np.arange(precision.size)
-        A[at, at] -= (1.0 - _WIDER**-2.0) * precision
+        A, n = self.A.copy(), len(precision)
+        A[:n, :n] -= (1.0 - _WIDER**-2.0) * precision
         return replace(self, A=A)
 
     def gram(self, size: Array | float = 1.0) -> Array:

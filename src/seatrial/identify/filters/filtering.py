@@ -157,8 +157,10 @@ class Tracker:
         vector = Vector(self.free)
         prior = zip(vector.mean.tolist(), np.sqrt(vector.variance).tolist(), strict=True)
         given: Gauss = {**dict(zip(vector.paths, prior, strict=True)), **settings.start}
+        along, at = np.eye(len(names)), vector.positions(names)
+        along[np.ix_(at, at)] = vector.correlation
         mean, sd = begin(self.ship, trial, tuple(settings.measurement.values()), names, given)
-        run, updates = self._forward(trial, events, series, np.clip(mean, *self._bounds()), np.diag(sd**2))
+        run, updates = self._forward(trial, events, series, np.clip(mean, *self._bounds()), sd[:, None] * along * sd)
         used = np.isfinite(updates.nis)
         consistency = innovation_test(
             events.t[used], updates.innovations[used], updates.squares[used], updates.nis[used], self.model.channels,

@@ -421,7 +421,8 @@ class Scoring:
     def prior(self, candidates: Array) -> Array:
         """Squared distance from the prior mean in its sigma, shape (candidates,)."""
         vector = self.problem.vector
-        return ((candidates - vector.mean) ** 2 * vector.precision).sum(axis=1)
+        away = candidates - vector.mean
+        return (np.einsum("pi,ij->pj", away, vector.precision) * away).sum(axis=1)
 
 
 @dataclass(frozen=True)

@@ -165,7 +165,7 @@ def profiles(
     noise = max(noise, 1e-300)
     low, high = _range(fit, problem.vector)
     width, prior = high - low, problem.vector.precision
-    H = (normals.H[0] - np.diag(prior)) / noise + np.diag(prior)
+    H = (normals.H[0] - prior) / noise + prior
     information, vectors = np.linalg.eigh(np.outer(width, width) * H)
     information = np.maximum(information, 1e-12 * information.max())
     # What nothing holds but the box is as uncertain as a uniform density over it.

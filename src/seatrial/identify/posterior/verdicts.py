@@ -66,7 +66,7 @@ def posterior(normal: Normal, free: Sequence[Free], values: Array, variance: flo
     """
     H, _ = normal.reduced(0.0)
     vector = Vector.of(free)
-    whole = (H - np.diag(vector.precision)) / max(variance, 1e-200) + np.diag(vector.held(values))
+    whole = (H - vector.precision) / max(variance, 1e-200) + vector.held(values)
     found = information.covariance(whole, vector.reach(values))
     return found, removed(vector, values, found)
 

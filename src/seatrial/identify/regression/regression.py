@@ -176,8 +176,9 @@ def _solve(matrix: Array, right: Array, vector: Vector) -> tuple[Array, Array, f
     from scipy.optimize import lsq_linear
 
     held = np.isfinite(vector.sigma)
-    joined = np.vstack([matrix, np.diag(1.0 / vector.sigma)[held]])
-    aim = np.concatenate([right, (vector.mean / vector.sigma)[held]])
+    known = np.linalg.cholesky(vector.precision[np.ix_(held, held)]).T @ np.eye(len(vector))[held]
+    joined = np.vstack([matrix, known])
+    aim = np.concatenate([right, known @ vector.mean])
     size = np.maximum(np.sqrt(np.mean(joined * joined, axis=0)), 1e-300)
     low, high = vector.low, vector.high
     found: Any = lsq_linear(joined / size, aim, bounds=(low * size, high * size), method="bvls")

@@ -28,6 +28,7 @@ from ..resume import digest
 from ..trajectory.gauss_newton import Normal
 from ..trajectory.local import WINDOW, Cut
 from ..trajectory.objective import TrajectoryObjective
+from ..vector import Vector
 from ..watch import tell, with_values
 from .balance import momentum_guess
 from .chains import chains
@@ -200,7 +201,7 @@ class Run:
                 replace(problem, nuisance=Nuisance()), problem.validation, sigma, window=longest + dt, dt=dt,
                 every=settings.every, method=settings.method, threads=settings.threads,
             )  # fmt: skip
-        start, mean, prior = problem.vector.start, problem.vector.mean, problem.vector.precision
+        start, mean, prior = problem.vector.start, problem.vector.mean, _apart(problem.vector)
         near = settings.ridge_about == "start"
         ridge = settings.ridge * (np.where(start != 0, np.abs(start), 1.0) ** -2.0 if near else np.ones(start.size))
         weight = prior + ridge
@@ -388,13 +389,21 @@ class Run:
         N[:, own, own] += (variance - 1.0) * np.append(stage.begun.weight, stage.nuisances.deviation**-2.0)
         H, g, _ = stage.reduced(replace(linear, N=N), 0.0)
         # The ridge is no knowledge of the parameters: it steers, but does not sharpen what is claimed.
-        ridge = np.diag(self.anchor[1] - self.problem.vector.precision)
+        ridge = np.diag(self.anchor[1]) - self.problem.vector.precision
         return judged(
             self.problem, p, Normal(linear.cost, H - ridge, g), variance, history=np.array(self.history),
             seconds=time.perf_counter() - self.began, evaluations=self.evaluations, status=self.status,
             digest=digest(self.problem, self.settings), ends=np.array(self.ends or [[linear.cost, *p]]),
             nuisances=stage.nuisances.by_trial(self.problem.trials, point.own),
         )  # fmt: skip
+
+
+def _apart(vector: Vector) -> Array:
+    """Inverse variances of the priors, which this search weighs one by one."""
+    precision = np.diag(vector.precision)
+    if not np.array_equal(vector.precision, np.diag(precision)):
+        raise StudyError("[captive]: multiple shooting takes no correlated priors; take shooting:Trajectory")
+    return precision
 
 
 def _closed(stage: Condensed, end: Search) -> Search:

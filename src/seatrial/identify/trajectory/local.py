@@ -73,7 +73,7 @@ def _without_chance(problem: Problem, objective: TrajectoryObjective, p: Array, 
     vector, count = problem.vector, len(problem.free)
     variance = max(objective.variance(p, eta), 1e-200)
     H, _ = objective.normal(p, eta).first(count).reduced(0.0)
-    told = np.maximum(np.diag(H) - vector.precision, 0.0) / variance * vector.reach(vector.start) ** 2
+    told = np.maximum(np.diag(H - vector.precision), 0.0) / variance * vector.reach(vector.start) ** 2
     silent = np.append((told < _NONE) & np.isinf(vector.sigma), np.zeros(p.size - count, dtype=bool))
     back = np.where(silent, objective.extended(vector.start), p)
     rises = objective.cost(back, eta) - objective.cost(p, eta) if silent.any() else 0.0

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ...data import Array, Trial
 from ...engine.rollout import default_threads
@@ -165,11 +166,16 @@ class TrajectoryObjective:
         return self.windows.dt * self.windows.every
 
     def before(self, p: Array) -> tuple[Array, Array]:
-        """Information of priors and intervals on each entry of `p`, and how far it may be off without data."""
-        vector, count = self.problem.vector, self.count
-        free, others = p[:count], np.abs(p[count:])
+        """Matrix of the information of priors and intervals on `p`, and how far each may be off without data."""
+        vector, free, others = self.problem.vector, p[: self.count], np.abs(p[self.count :])
         wide = np.where(np.isfinite(self.deviation), self.deviation, np.maximum(1e3 * others, 1.0))
-        return np.append(vector.held(free), self.deviation**-2.0), np.append(vector.reach(free), wide)
+        held_by = block_diag(vector.held(free), np.diag(self.deviation**-2.0))
+        return np.asarray(held_by, dtype=np.float64), np.append(vector.reach(free), wide)
+
+    @property
+    def information(self) -> Array:
+        """Matrix of the information of the priors on `p`; zero where there is none."""
+        return np.asarray(block_diag(self.problem.vector.precision, np.diag(self.deviation**-2.0)), dtype=np.float64)
 
     def extended(self, p: Array, begun: bool = False) -> Array:
         """Parameters, then errors of instruments: zero, or where their search begins; of one problem or of many."""
@@ -293,10 +299,9 @@ class TrajectoryObjective:
 
         The last problem fills the kernel's blocks, so that a result does not depend on the neighbours.
         """
-        threads = self.threads or default_threads()
+        threads, size = self.threads or default_threads(), self._chunk
         if len(p) == 1:
             return work(p, eta, which, threads)
-        size = self._chunk
         firsts = range(0, len(p), size)
 
         def some(first: int) -> Array:
@@ -341,16 +346,15 @@ class TrajectoryObjective:
         return np.matmul(flat.transpose(0, 1, 3, 2), flat)
 
     def away(self, p: Array, which: Index) -> tuple[Array, Array]:
-        """Offset from the prior mean and 1/sigma^2 of each entry of `p`; zero where there is no prior."""
-        vector = self.problem.vector
-        mean = vector.mean[None] if self.data is None else self.data.mean[which]
-        return p - self.extended(mean), np.append(vector.precision, self.deviation**-2.0)
+        """Offset of each `p` from the prior mean, and its product with the information of the priors."""
+        away = p - self.extended(self.problem.vector.mean[None] if self.data is None else self.data.mean[which])
+        return away, np.einsum("pi,ij->pj", away, self.information)
 
     def priors(self, p: Array, eta: Array, which: Index) -> Array:
         """Part of the objectives that the trials do not contribute, shape (problems,)."""
-        away, weight = self.away(p, which)
         with np.errstate(over="ignore"):
-            return (weight * away**2).sum(axis=1) + ((eta / self.layout.deviation) ** 2).sum(axis=1)
+            away, drawn = self.away(p, which)
+            return (drawn * away).sum(axis=1) + ((eta / self.layout.deviation) ** 2).sum(axis=1)
 
     def costs(self, p: Array, eta: Array, which: Index) -> Array:
         """Objectives, shape (problems,); inf where a window blows up."""
@@ -360,13 +364,13 @@ class TrajectoryObjective:
     def normals(self, p: Array, eta: Array, which: Index) -> Normal:
         """Objectives and their exact Gauss-Newton normal equations."""
         G, n = self._each(self._products, p, eta, which), p.shape[1]
-        away, weight = self.away(p, which)
+        _, drawn = self.away(p, which)
         whole = G.sum(axis=1)
         good = np.isfinite(whole).all(axis=(1, 2))
         told = np.where(good, whole[:, -1, -1], np.inf)
         G[~good] = np.eye(G.shape[-1])  # where the model blows up there is nothing to solve
-        return Normal(told + self.priors(p, eta, which), whole[:, :n, :n] + np.diag(weight),
-                      whole[:, :n, -1] + weight * away, self._blocks(G, eta, n), told)  # fmt: skip
+        return Normal(told + self.priors(p, eta, which), whole[:, :n, :n] + self.information,
+                      whole[:, :n, -1] + drawn, self._blocks(G, eta, n), told)  # fmt: skip
 
     def _blocks(self, G: Array, eta: Array, n: int) -> tuple[Block, ...]:
         """Normal equations of the nuisances: of windows, or a block for each trial where trials have their own."""
@@ -431,11 +435,7 @@ class TrajectoryObjective:
     def descend(
         self, starts: Array, *, held: Mask | None = None, iterations: int = 60, tolerance: float = 1e-10
     ) -> Ends:
-        """Go down with every problem from its start, at the best nuisances there; see `gauss_newton.descend`.
-
-        Args:
-            starts: shape (problems, free).
-        """
+        """Go down with every problem from its start, shape (problems, free); see `gauss_newton.descend`."""
         (low, high), every = self.bounds(), np.arange(len(starts))
         p = np.clip(self.extended(starts), low, high)
         now, eta = self.settled(p)
@@ -487,14 +487,14 @@ class TrajectoryObjective:
 
     def standardised(self, p: Array) -> float:
         """Pooled standardised MSE of all windows without nuisances (Wakita 2022 Eq. 25)."""
-        e = self.residuals(p, np.zeros(self.nuisances))
         with np.errstate(over="ignore"):
+            e = self.residuals(p, np.zeros(self.nuisances))
             return float((e * e).sum()) / (self.windows.weight * max(self.windows.samples, 1))
 
     def failure(self, p: Array) -> str:
         """Description of the trial and state that blow up first at `p`."""
-        lanes, _ = self.lanes(p[None], np.zeros((1, self.nuisances)))
         with np.errstate(all="ignore"):
+            lanes, _ = self.lanes(p[None], np.zeros((1, self.nuisances)))
             first = next(iter(run(lanes, self.grid, threads=self.threads).failures), None)
         return "the objective is not finite" if first is None else (
             f"trial {self.problem.trials[int(self.windows.trial[first.lane])].name}, window {first}")

@@ -242,6 +242,6 @@ def flat_directions(
     objective, vector = scorer.objective(trials), Vector.of(free)
     half = 0.5 * (vector.high - vector.low)
     normal = objective.normal(values, objective.begun(values))
-    H = normal.reduced(0.0)[0] - np.diag(objective.problem.vector.precision)
+    H = normal.reduced(0.0)[0] - objective.problem.vector.precision
     curvature = half[:, None] * H * half[None, :] / max(left.variance * left.time, 1e-300)
     return int((np.linalg.eigvalsh(0.5 * (curvature + curvature.T)) < 3.0).sum())
