@@ -81,8 +81,9 @@ def test_criteria_are_shown_with_bands_where_draws_were_made(monkeypatch: pytest
     assert cells(out, "advance") == ["advance", "port", "3.14", "4.50", "L", "pass"]
     assert cells(out, "reach ") == ["reach", "–", "–", "15.0", "L", "fail"]
     assert len(ends(out, "3.14", "value")) == len(ends(out, "4.50", "15.0", "limit")) == 1
-    assert out.startswith("fails\nWhat this does not show\nshallow\n")
-    assert out.endswith("Reasons\nreach: why\nspeed: 15.5 kn\n")
+    assert out.startswith("fails\n")
+    assert out.index("advance") < out.index("Reasons")  # the table is read before what it does not show
+    assert out.endswith("Reasons\nreach: why\nWhat this does not show\nshallow\nspeed: 15.5 kn\n")
     band: Any = SimpleNamespace(low=2.95, high=math.nan, met=0.5, draws=100)
     from dataclasses import replace
 

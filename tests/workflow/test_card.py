@@ -99,6 +99,10 @@ def test_one_vanished_or_altered_trial_is_named(run: Path, tmp_path: Path) -> No
 def test_a_study_that_was_changed_judges_nothing(run: Path, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(STUDY.replace("turning_25*", "turning_35*"))
     assert "has changed since the fit" in card(str(run)).result.missing[0]
+    (tmp_path / "study.toml").unlink()
+    (told,) = card(str(run)).result.missing
+    assert told.startswith(str(tmp_path / "study.toml"))
+    assert "Errno" not in told
 
 
 @pytest.mark.slow

@@ -167,3 +167,15 @@ def test_sheets_alike_are_trials_and_empty_rows_below_a_title_are_counted(empty:
     assert [one.name for one in both] == ["log_Sheet1", "log_Second"]
     for read in both:
         assert read["psi"] == pytest.approx(truth()["psi"])
+
+
+def test_a_column_that_never_changes_is_left_out_with_its_value(tmp_path: Path) -> None:
+    """A wind that a person wrote down once: it is no reading, and its number is what the user looks for."""
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+    log = table(tmp_path / "log.csv", {
+        "Time": [at(t)[:19] + "Z" for t in true.t], "LAT": list(latitude), "LON": list(longitude),
+        "Heading": list(np.degrees(true["psi"]) % 360.0), "Wind speed kn": [6] * true.t.size,
+        "Watch": [k % 7 for k in range(true.t.size)],
+    })  # fmt: skip
+    assert "Wind speed kn (always 6), Watch" in guess(log).text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -284,6 +285,21 @@ def test_a_gear_is_judged_by_what_its_file_holds() -> None:
     assert control.delay(slow_shaft, ("n_P",)).verdict == "pass"
     assert control.delay(slow_shaft, ("n_P", "delta")).verdict == "fail", "the steering gear has to wait"
     assert control.delay(slow_shaft, ()).verdict == "not applicable"
+
+
+@pytest.mark.parametrize(("rate", "unit_time", "holds"), [
+    (65.0 / 28.0, 3.0, True),  # a boat of 15 m at 5 m/s: 15.1 s are five lengths, and what SOLAS asks of every gear
+    (2.3, 3.0, False),
+    (2.3, 6.0, True),  # slower than SOLAS, but 2.5 lengths: a model, or a ship that is not bound to it
+    (600.0, 3.0, False),  # a fiftieth of a length
+])  # fmt: skip
+def test_a_gear_that_solas_allows_is_one_however_far_the_ship_sails_meanwhile(
+    rate: float, unit_time: float, holds: bool
+) -> None:
+    probe: Any = SimpleNamespace(unit_time=unit_time, limit=LIMIT)
+    servo = Actuator(rate=math.radians(rate), low=-math.radians(35.0), high=math.radians(35.0))
+    found = list(control._steering_gear(probe, "delta", servo))
+    assert all(one.holds for one in found) == holds
 
 
 @pytest.mark.parametrize(("angle", "due"), [(2.0 * LIMIT, 9.0), (-LIMIT, 9.0)])

@@ -432,12 +432,12 @@ def _left_out(log: Log, entries: list[Entry]) -> list[str]:
     text = " ".join(value for one in entries for value in one.keys.values())
     out: list[str] = []
     for topic in (log.main, *log.topics):
-        rest = [column.head for column in topic.columns if quoted(column.head) not in text]
+        rest = [column.head if column.varies or not np.isfinite(column.values).any()
+                else f"{column.head} (always {np.nanmedian(column.values):g})"
+                for column in topic.columns if quoted(column.head) not in text]  # fmt: skip
         if rest:
-            out.append(
-                f"columns left out of {topic.name}: {', '.join(rest[:_SHOWN])}"
-                + f" and {len(rest) - _SHOWN} more" * (len(rest) > _SHOWN)
-            )
+            more = f" and {len(rest) - _SHOWN} more" * (len(rest) > _SHOWN)
+            out.append(f"columns left out of {topic.name}: {', '.join(rest[:_SHOWN])}{more}")
     return out
 
 

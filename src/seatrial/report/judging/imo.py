@@ -37,11 +37,16 @@ def page(found: ImoTable) -> Page:
 
 def brief(found: ImoTable) -> Body:
     """The same without drawings, for a terminal."""
-    return fields(numbers(found), _head(found) + _criteria(found) + _reasons(found.rows) + entries(found.conditions))
+    return fields(numbers(found), lead(found.verdict) + _criteria(found) + _reasons(found.rows) + _unshown(found)
+                  + entries(found.conditions))  # fmt: skip
 
 
 def _head(found: ImoTable) -> Body:
-    return lead(found.verdict) + note("What this does not show", found.caveats)
+    return lead(found.verdict) + _unshown(found)
+
+
+def _unshown(found: ImoTable) -> Body:
+    return note("What this does not show", found.caveats)
 
 
 def _criteria(found: ImoTable) -> Body:

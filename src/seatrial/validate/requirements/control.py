@@ -179,8 +179,11 @@ def _steering_gear(p: Probe, name: str, servo: Servo) -> Iterator[Finding]:
     yield Finding(f"{name}: greatest rate", rate / scale, f"{of}/s", limit.SOME, wrong)
     if math.isfinite(rate) and unit(name) == "rad":
         top = high if math.isfinite(high) else p.limit
-        wrong = f"the rate of {name} is not that of a steering gear"
-        yield Finding(f"{name}: from midships to hard over", top / rate / p.unit_time, "L/U", limit.STROKE, wrong)
+        lengths = top / rate / p.unit_time
+        wrong = f"the rate of {name} is not that of a steering gear: {lengths:.2g} lengths from midships to hard over"
+        # a small craft at little speed sails far in the time that SOLAS gives every ship
+        if lengths <= limit.STROKE.high or rate < limit.SOLAS:
+            yield Finding(f"{name}: from midships to hard over", lengths, "L/U", limit.STROKE, wrong)
 
 
 def places(p: Probe) -> Iterator[Finding]:

@@ -237,6 +237,8 @@ ALL_WAIT = least(1.0, "the steering gear is among those that take time")
 SAME_GEAR = most(1e-6, "the ship moves by its actuators' values")
 SOME = Bound(1e-9, 1e12, "a finite value above zero")
 STROKE = Bound(0.02, 3.0, "from midships to hard over within three lengths, not within a fiftieth of one")
+SOLAS = math.radians(65.0 / 28.0)
+"""Least rate of a steering gear, from 35 deg to 30 deg of the other side in 28 s (SOLAS II-1/29) [rad/s]."""
 REACHED = Bound(0.99, 1.001, "an order beyond the limit ends at the limit")
 RATE = Bound(0.9, 1.01, "the greatest rate is that of the file")
 ANGLE = Bound(10.0, 90.0, "rudders reach 35 deg, some 90 deg")

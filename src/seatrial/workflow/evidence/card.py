@@ -146,6 +146,8 @@ def _kept_back(summary: Summary) -> tuple[tuple[Trial, ...], tuple[str, ...], fl
         if text != summary.study_text:
             return (), (f"{file} has changed since the fit: {remedy}",), None
         study = read_study(file)
+    except FileNotFoundError:
+        return (), (f"{file}, the study of the fit, is not in this folder: {remedy}",), None
     except (SeatrialError, OSError) as error:
         return (), (f"the trials of the study cannot be read ({error}): {remedy}",), None
     found = (*study.problem.validation, *study.test)

@@ -174,7 +174,8 @@ class Drawing:
             made, scale, sure = _calibrated(self, found, policy, run, speed, dt, weather, kind)
             basis = CALIBRATED.on(len(set(found.left.groups)))
             lines = _unsure(found, self.level, kind, run.duration, scale, sure, made)
-        return Sailed(made, drawn, basis, out_of, (basis.words, *lines, *self._caveats(run, out_of, basis, made)))
+        lines = (*lines, *self._aside(policy, run, made), *self._caveats(run, out_of, basis, made))
+        return Sailed(made, drawn, basis, out_of, (basis.words, *lines))
 
     @property
     def _law(self) -> str:
@@ -184,6 +185,18 @@ class Drawing:
             return f"drawn from the sigmas of {len(self.held.free)} numbers, each by itself, within its physical range"
         return "drawn from the covariance of the fit, within its bounds" if held is None else (
             f"drawn from the {len(held)} samples of the posterior beside the model")
+
+    def _aside(self, policy: Manoeuvre, run: Trial, made: Bands) -> tuple[str, ...]:
+        """Indices that the fitted numbers put outside of the band of their own draws."""
+        if not self.held.fitted:
+            return ()
+        at = read(policy, run, self.held.ship.L_pp)
+        edges = {name: made.edges(name, self.level) for name in at}
+        off = [name for name, (low, high) in edges.items() if at[name] < low or at[name] > high]
+        if not off:
+            return ()
+        return (f"{', '.join(_words(off))}: the value by the fitted numbers lies outside of its band, as draws follow "
+                "a straight line where trials fix a curve: read the width of the band, not its place",)
 
     def _caveats(self, run: Trial, out_of: tuple[Beyond, ...], basis: Basis, made: Bands) -> list[str]:
         lines: list[str] = []

@@ -127,10 +127,20 @@ def _rows(
             caveats[f"undecided rows: {remedy}" if remedy else found] = None
             yield replace(row, verdict=UNDECIDED, reason=where), None
             continue
-        caveats.update(dict.fromkeys(found.caveats))
+        for line in found.caveats:
+            _kept(caveats, line)
         kept = replace(row, source=replace(source, draws=found.bands))
         yield (kept.judged_by(_band(row, source, found, asked, table.L_pp), asked.level),
                _met(row, source, found, table.L_pp))  # fmt: skip
+
+
+def _kept(caveats: dict[str, None], line: str) -> None:
+    """Add a caveat; of several that differ by the number of draws that failed the greatest stays."""
+    count, draws, rest = line.partition(" of ")
+    same = next((one for one in caveats if draws and count.isdigit() and one.partition(" of ")[2] == rest), None)
+    if same is None or int(same.partition(" ")[0]) < int(count):
+        caveats.pop(same or "", None)
+        caveats[line] = None
 
 
 def _sailed(asked: Drawing, table: ImoTable, source: Source) -> Sailed | str:
