@@ -42,14 +42,11 @@ def munk_twice() -> Ship:
 
 
 @pytest.mark.parametrize(("ship", "words", "certain"), [
-    (lambda: changed(hull__N_r=-0.137, hull__N_v=-0.049), "N_r and N_v look exchanged", True),
-    (lambda: changed(hull__Y_r=lambda x: -x), "the sign of Y_r looks wrong", True),
-    (lambda: changed(rudder__a_H=lambda x: -x), "the sign of a_H looks wrong", True),
-    (lambda: changed(body__x_G=lambda x: -x), "the sign of x_G looks wrong", False),
-    (lambda: changed(rudder__f_alpha=lambda x: x / 57.3), "f_alpha looks divided by 57.3", False),
+    (lambda: changed(hull__Y_r=lambda x: -x), "hull.Y_r is -5.", True),
+    (lambda: changed(body__x_G=lambda x: -x), "body.x_G is -4.", False),
     (munk_twice, "hull.N_v is -5.", True),
 ])  # fmt: skip
-def test_a_number_that_no_regression_knows_is_named_with_its_slip(
+def test_a_number_that_no_regression_knows_is_told_how_far_it_is(
     ship: Callable[[], Ship], words: str, certain: bool
 ) -> None:
     found = told(typical.numbers(Probe.of(ship())))

@@ -18,7 +18,8 @@ from .probe import Probe
 
 _DEGREE = math.pi / 180.0
 _PLACES = ((("bow", "fore", "front"), 1.0), (("stern", "aft", "rear"), -1.0))
-"""What names of thrusters begin with, and the sign of their place."""
+_ABREAST = ((("port", "left"), -1.0), (("starboard", "right"), 1.0))
+"""What names of thrusters begin with, and the sign of their place, ahead or to starboard."""
 
 
 def _answer(servo: Servo, start: float, order: float, dt: float, lasts: float) -> Array:
@@ -200,6 +201,7 @@ def places(p: Probe) -> Iterator[Finding]:
             along = abs(force[0]) > abs(force[1])
             lever = float(force[2] / force[0 if along else 1])
             yield Finding(f"{name}: lever of its thrust", abs(lever), "L", limit.THRUSTER_LEVER, wrong)
+            yield from _abreast(p, name, even)
             side = next((sign for words, sign in _PLACES if name.startswith(words)), 0.0)
             if side and not along:
                 wrong = f"thruster {name} stands at the other end: bow and stern look exchanged, or x its sign"
@@ -214,17 +216,31 @@ def places(p: Probe) -> Iterator[Finding]:
             break
 
 
-def _aside(p: Probe, name: str, even: Array, sign: float) -> Array | None:
-    """X, Y over m U^2/L and N over m U^2 of a thruster at rest that pushes to starboard; None without one."""
+def _abreast(p: Probe, name: str, even: Array) -> Iterator[Finding]:
+    """A thruster that is called port stands to port: pushing ahead it turns the ship to starboard."""
+    side = next((sign for words, sign in _ABREAST if name.startswith(words)), 0.0)
+    force = _aside(p, name, even, 1.0, 0.0) if side else None
+    if force is not None and abs(force[0]) > abs(force[1]):
+        wrong = f"thruster {name} stands on the other side: port and starboard look exchanged, or y its sign"
+        lever = -side * float(force[2] / force[0])
+        yield Finding(f"{name}: lever across towards its name", lever, "L", limit.NAMED_PLACE, wrong)
+
+
+def _aside(p: Probe, name: str, even: Array, sign: float, angle: float = 0.5 * math.pi) -> Array | None:
+    """X, Y over m U^2/L and N over m U^2 of a thruster at rest that pushes to starboard; None without one.
+
+    Args:
+        angle: of a thruster that turns [rad].
+    """
     controls, names = list(p.controls()), p.ship.model.controls
-    strength = next((one for one in names if one in (f"n_{name}", f"f_{name}")), "")
+    strength = next((one for one in names if one in (f"n_{name}", f"f_{name}", f"throttle_{name}")), "")
     if not strength:
         return None
     high = float(p.ship.actuators.of(strength).high)
     order = high if math.isfinite(high) else abs(p.controls(p.n_P)[names.index(strength)]) or 1.0
     controls[names.index(strength)] = sign * order
     if f"alpha_{name}" in names:
-        controls[names.index(f"alpha_{name}")] = 0.5 * math.pi
+        controls[names.index(f"alpha_{name}")] = angle
     still = list(controls)
     still[names.index(strength)] = 0.0
     usual, pushed = p.at([(0.0, 0.0, 0.0)], [tuple(still), tuple(controls)])

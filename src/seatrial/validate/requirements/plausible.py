@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...models import unit
-from . import Finding, Judgement, Plot, body, judged, not_applicable, typical, whole
+from . import Finding, Judgement, Plot, body, judged, not_applicable, slips, typical, whole
 from . import thresholds as limit
 from .control import losses, places, thrusters
 from .hull import motion
@@ -23,7 +23,7 @@ def plausible(p: Probe) -> Judgement:
     orders, plot = _under_orders(p)
     found = [*_by_itself(p), *orders, *_left_alone(p), *body.inertia(p), *body.coriolis(p), *body.energy(p),
              *body.sides(p), *body.heading(p), *body.current(p), *wrong_swing(p), *thrusters(p),
-             *typical.position(p), *typical.numbers(p), *whole.findings(p), *typical.stern(p),
+             *typical.position(p), *slips.named(p, [*typical.numbers(p), *whole.findings(p)]), *typical.stern(p),
              *body.heel(p), *places(p)]  # fmt: skip
     # a force that is ordered in newtons has nothing to lose; revolutions have
     found += [one for one in losses(p)[0] if unit(one.what.partition(":")[0]) == "1/s"]

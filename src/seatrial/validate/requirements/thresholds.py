@@ -63,14 +63,14 @@ SWAY = least(
     0.03, "a tenth of what the lift of a plate as deep as a ship gives at small drift, pi d/(2 L) over its mass"
 )
 YAW = least(0.03, "a turning hull is damped: yaw fades by 50 to 200 % per length, here by a thirtieth of that")
-TURNED = Bound(0.05, 0.95, "drift and yaw take 5 to 95 % of the speed in a hard turn")
+TURNED = Bound(0.05, 0.95, "drift and yaw take 5 to 95 % of the speed in a hard turn, less in one of less drift")
 HULL = least(1.0, "a hull always pushes against its own motion")
 STILL = most(1e-9, "nothing moves by itself")
 # Stability
 WITH_SPEED = least(0.01, "roots scale with speed: at a quarter of it they move by more than 1 %")
 BY_HULL = least(0.01, "half as much again of the strongest coefficient of the hull moves the root by 1 %")
 PULLED_OUT = most(0.02, "a stable ship, its rudder amidships again, stops turning: below 0.02 U/L")
-KEEPS_TURNING = least(0.02, "an unstable ship, its rudder amidships, keeps turning: above 0.02 U/L")
+KEEPS_TURNING = least(0.005, "a turn that fades by 0.02 U/L leaves 0.0025 U/L after 300 L/U: twice that goes on")
 NEARLY_OUT = most(0.2, "next to neutral, a pull-out may end in a slow turn, not in a hard one")
 NEAR_NEUTRAL = 0.02
 """Growth of a disturbance [U/L] below which a pull-out of 300 L/U cannot tell stable from unstable."""
@@ -147,10 +147,12 @@ CLARKE = {
     "Y_v": within(0.55, 2.2, 0.35, 3.5, _CLARKE), "N_v": within(0.45, 1.7, 0.2, 2.5, _CLARKE),
     "N_r": within(0.58, 2.2, 0.35, 3.5, _CLARKE), "Y_r": within(0.15, 0.85, -0.2, 1.1, "0.24 to 0.65 on 14 ships"),
 }  # fmt: skip
-HELM_SWAY = within(
-    -0.65, -0.11, -1.2, -0.04, "side force of a rudder of 1/40 to 1/70 of L d: -0.16 to -0.5 on 14 ships"
+_RUDDERS = (
+    "A_R f_alpha (u_R/U)^2 (1 + a_H)/(2 C_b B d): from L d/70, 2.4 and 0.75 of the tanker with the least rudder on; "
+    "0.16 to 0.5 and, as a moment, 0.08 to 0.24 on 14 ships"
 )
-HELM_YAW = within(0.055, 0.32, 0.02, 0.6, "moment of a rudder of 1/40 to 1/70 of L d: 0.08 to 0.24 on 14 ships")
+HELM_SWAY = within(-0.65, -0.08, -1.2, -0.04, _RUDDERS)
+HELM_YAW = within(0.04, 0.32, 0.02, 0.6, _RUDDERS)
 HELM_LEVER = within(
     -0.6, -0.4, -0.7, -0.3, "the rudder stands at the stern, its force on the hull a little ahead of it"
 )
@@ -168,6 +170,9 @@ LARGE = {
 }  # fmt: skip
 RUDDER_AREA = within(0.007, 0.05, 0.004, 0.1, "rudders have 1/70 to 1/25 of L d; of pairs, each")
 PROPELLER = within(0.2, 1.0, 0.12, 1.3, "propellers have 0.3 to 0.8 of the draught, of planing craft more")
+WAKE = within(-0.05, 0.5, -0.25, 0.8, "wake fraction of ships: 0.5 C_b - 0.05 (Taylor), 0 to 0.15 of two screws")
+WAKE_OF_MODEL = within(-0.05, 0.7, -0.25, 0.9, "of models up to 0.6: the wake grows with friction (ITTC 1978)")
+DEDUCTION = within(0.0, 0.33, -0.15, 0.6, "thrust deduction: 0.1 to 0.3 (Holtrop 1984), a tuned set 0.04")
 USUAL_BLOCK = within(
     0.55, 1.3, 0.45, 1.6, "block coefficient over 0.7 + 0.125 atan((23 - 100 F_n)/4), Watson and Gilfillan (1977)"
 )
@@ -204,7 +209,7 @@ THRUST_SQUARE = Bound(2.5, 6.0, "thrust goes with the square of revolutions")
 THRUSTER_LEVER = most(0.62, "a thruster stands within the hull")
 NAMED_PLACE = least(0.0, "what is called bow stands ahead of midship, stern abaft it")
 THRUSTER_FORCE = within(
-    5e-5, 0.2, 1e-6, 0.6, "thrust over weight: 0.02 to 0.1 % of tunnels, some % of azimuths and small craft"
+    5e-5, 0.4, 1e-6, 0.8, "thrust over weight: 0.02 to 0.1 % of tunnels, some % of azimuths, a third of a light USV's"
 )
 DIRECTED = most(0.02, "a thrust points where its angle says")
 # Wind and waves

@@ -1,8 +1,7 @@
 """What ships of these particulars usually have: numbers of the model, zigzag, steering gear and areas against ranges.
 
 A ship may be unusual and right, so that a number away from what regressions say is a doubt, and a failure only far
-away.  Of a number that is far away, the slips that people make are tried (a sign, an exchange with another number, a
-factor of ten or of degrees), and the one after which all is usual is named.
+away.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,11 +32,9 @@ _LEFT_OUT = ("wind.", "waves.", "propeller.C_", "propeller.k_", "hull.R_0", "rud
 """Of pitch, race and flow at the stern, which particulars of a model do not determine, and what other items judge."""
 _SHARE = 0.25
 """Least standard deviation of a regression about another ship, as a share of its value."""
-_FACTORS = {"a factor of ten too large": 0.1, "a tenth": 10.0, "in degrees, or times 57.3": math.radians(1.0),
-            "divided by 57.3": math.degrees(1.0)}  # fmt: skip
-_NEAR, _SIGNED = 1.5, 1.25
-"""Sigmas within which a number is as usual, and from zero from which on a number has a sign."""
 _ANGLE = math.radians(20.0)
+_AT_SEA = 30.0
+"""Length above which a hull is a ship's and not a model's [m]."""
 
 
 def position(p: Probe) -> Iterator[Finding]:
@@ -119,10 +116,25 @@ def stern(p: Probe) -> Iterator[Finding]:
     if A_R and d:
         wrong = "the area of the rudder (A_R) is that of no ship of this length and draught"
         yield from ranged("rudder area over L d", A_R / (p.ship.L_pp * d), "-", limit.RUDDER_AREA, wrong)
+    if p.conventional:
+        yield from _behind(p)
+
+
+def _behind(p: Probe) -> Iterator[Finding]:
+    """Wake fraction and thrust deduction of the propeller behind its hull."""
+    model: Any = p.ship.model
+    screw = model.part("propeller") or model.part("screw") or model.part("race")
+    known = limit.WAKE if p.ship.L_pp > _AT_SEA else limit.WAKE_OF_MODEL
+    for names, what, usual in (
+        (("w_P0", "w"), "wake fraction", known), (("t_P", "t"), "thrust deduction", limit.DEDUCTION),
+    ):  # fmt: skip
+        for name in (one for one in names if hasattr(screw, one)):
+            wrong = f"the {what} of the propeller ({name}) is that of no ship of this size"
+            yield from ranged(what, float(getattr(screw, name)), "-", usual, wrong)
 
 
 @dataclass(frozen=True)
-class _Number:
+class Number:
     """A number as the file has it and as formulas have it, all in their units."""
 
     path: str
@@ -134,45 +146,25 @@ class _Number:
         """How far a value is from the usual one [sigma]."""
         return (value - self.usual) / self.sigma
 
-    @property
-    def signed(self) -> bool:
-        """Whether the sign is known."""
-        return abs(self.usual) > _SIGNED * self.sigma
 
 
 def numbers(p: Probe) -> Iterator[Finding]:
-    """Numbers of hull, body and rudder against regressions for the particulars of the ship, and what looks wrong."""
-    found = {one.path: one for one in _compared(p)}
+    """Numbers of hull, body and rudder against regressions for the particulars of the ship."""
+    found = {one.path: one for one in compared(p)}
     if not found:
         return
     for one in found.values():
         away = one.off(one.own)
         said = f"{one.path} is {away:+.1f} sigma from the regressions for such a ship ({one.own:.3g}, {one.usual:.3g})"
-        slip = _slip(one, found)
-        told = f"{said}{f'; {slip}' if slip else ''}"
         if abs(away) > limit.FAR_FROM_USUAL.high:
-            yield Finding(f"{one.path} against the regressions", away, "sigma", limit.FAR_FROM_USUAL, told)
-        elif abs(away) > limit.USUAL.high or (one.signed and one.own * one.usual < 0.0 and abs(away) > _NEAR):
-            bound = replace(limit.USUAL, low=-_NEAR, high=_NEAR)
-            yield Finding(f"{one.path} against the regressions", away, "sigma", bound, told, doubt=True)
+            yield Finding(f"{one.path} against the regressions", away, "sigma", limit.FAR_FROM_USUAL, said)
+        elif abs(away) > limit.USUAL.high:
+            yield Finding(f"{one.path} against the regressions", away, "sigma", limit.USUAL, said, doubt=True)
     far = max(abs(one.off(one.own)) for one in found.values())
     yield Finding(f"{len(found)} numbers against the regressions, the farthest", far, "sigma")
 
 
-def _slip(one: _Number, found: Mapping[str, _Number]) -> str:
-    """The slip after which the number is as usual; empty where none is."""
-    name = one.path.rpartition(".")[2]
-    for other in found.values():
-        both = other is not one and abs(one.off(other.own)) < _NEAR and abs(other.off(one.own)) < _NEAR
-        if both and abs(other.off(other.own)) > _NEAR and one.path.partition(".")[0] == other.path.partition(".")[0]:
-            return f"{name} and {other.path.rpartition('.')[2]} look exchanged"
-    if abs(one.off(-one.own)) < _NEAR:
-        return f"the sign of {name} looks wrong"
-    tried = ((what, abs(one.off(factor * one.own))) for what, factor in _FACTORS.items())
-    return next((f"{name} looks {what}" for what, away in tried if away < _NEAR), "")
-
-
-def _compared(p: Probe) -> Iterator[_Number]:
+def compared(p: Probe) -> Iterator[Number]:
     """Numbers that formulas know too, of an MMG ship with the polynomial hull that they are made for."""
     model: Any = p.ship.model
     hull, body = model.part("hull"), model.part("body")
@@ -193,14 +185,14 @@ def _compared(p: Probe) -> Iterator[_Number]:
         spread = statistics.stdev(each) if len(each) > 1 else 0.0
         sigma = math.hypot(max(SCATTER.get(path, 0.0), spread), _SHARE * abs(each[0]))
         if sigma > 0.0:
-            yield _Number(path, known[path] / _unit(path, ship), each[0], sigma)
+            yield Number(path, known[path] / _unit(path, ship), each[0], sigma)
     yield _centre(ship)
 
 
-def _centre(ship: Particulars) -> _Number:
+def _centre(ship: Particulars) -> Number:
     """Longitudinal centre of buoyancy over L_pp: Schneekluth and Bertram 1998, Eq. 2.19, and its scatter."""
     ahead = (-13.5 + 19.4 * ship.C_b / ship.C_m) / 100.0
-    return _Number("body.x_G", ship.x_G / ship.L_pp, ahead, 0.015)
+    return Number("body.x_G", ship.x_G / ship.L_pp, ahead, 0.015)
 
 
 def _unit(path: str, ship: Particulars) -> float:

@@ -30,6 +30,7 @@ _SPEED = 0.1
 """Share of U about a speed that slopes of surge are taken over."""
 
 Named = tuple[str, float, str, Range, str]
+"""What, its value and unit, where ships lie, what is wrong beyond."""
 
 
 @dataclass(frozen=True)
@@ -79,15 +80,19 @@ class Whole:
 
 def findings(p: Probe) -> Iterator[Finding]:
     """Masses, linear and large forces of hull and rudder, resistance: of the whole ship, against those of others."""
+    for one in named(p):
+        if not math.isnan(one[1]):
+            yield from ranged(*one)
+
+
+def named(p: Probe) -> Iterator[Named]:
+    """The figures, each with the range of ships."""
     if not p.sways:
         return
     ship = Whole(p)
-    named = [*_masses(ship), *_resistance(ship), *_shared(ship)]
+    yield from (*_masses(ship), *_resistance(ship), *_shared(ship))
     if p.conventional:
-        named += [*_linear(ship), *_large(ship)]
-    for one in named:
-        if not math.isnan(one[1]):
-            yield from ranged(*one)
+        yield from (*_linear(ship), *_large(ship))
 
 
 def _masses(ship: Whole) -> Iterator[Named]:

@@ -1,0 +1,51 @@
+"""The slip that was made is the one that is named, on families of every form; of a good ship none is."""
+
+from __future__ import annotations
+
+import gallery
+import pytest
+
+from seatrial.ships import Ship
+from seatrial.validate.requirements import slips, typical, whole
+from seatrial.validate.requirements.probe import Probe
+
+
+def said(ship: Ship) -> list[str]:
+    """What does not hold of the figures and numbers of a ship, in words."""
+    p = Probe.of(ship)
+    return [one.wrong for one in slips.named(p, [*typical.numbers(p), *whole.findings(p)]) if not one.holds]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("base", "paths", "change", "words"), [
+    ("kvlcc2", "hull.N_r+hull.N_v", "exchanged", "N_r and N_v look exchanged"),
+    ("kvlcc2", "rudder.a_H", "sign", "the sign of a_H looks wrong"),
+    ("kvlcc2", "rudder.f_alpha", "radians", "f_alpha looks divided by 57.3"),
+    ("kcs", "hull.Y_b+hull.N_b", "exchanged", "N_b and Y_b look exchanged"),
+    ("mariner", "derivatives.N_v+derivatives.N_r", "exchanged", "N_r and N_v look exchanged"),
+    ("mariner", "derivatives.N_vvr", "sign", "the sign of N_vvr looks wrong"),
+    ("mariner", "derivatives.Y_vvv", "tenfold", "Y_vvv looks a factor of ten too large"),
+    ("mariner", "body.X_udot+body.Y_vdot", "exchanged", "X_udot and Y_vdot look exchanged"),
+    ("modified_abkowitz_kvlcc2_l7", "derivatives.N_v+derivatives.N_r", "exchanged", "N_r and N_v look exchanged"),
+    ("container_son_nomoto", "derivatives.N_v+derivatives.N_r", "exchanged", "N_r and N_v look exchanged"),
+    ("supply_76m", "damping.N_r+damping.Y_v", "exchanged", "N_r and Y_v look exchanged"),
+    ("supply_76m", "inertia.m_11+inertia.m_22", "exchanged", "m_11 and m_22 look exchanged"),
+    ("gms_110", "hull.N_b", "sign", "the sign of N_b looks wrong"),
+])  # fmt: skip
+def test_the_slip_that_was_made_is_named(base: str, paths: str, change: str, words: str) -> None:
+    found = said(gallery.changed(gallery.good(base), tuple(paths.split("+")), change))
+    assert found
+    assert words in found[0]
+
+
+def test_a_good_ship_is_told_no_slip() -> None:
+    assert said(gallery.good("kvlcc2")) == []
+
+
+@pytest.mark.slow
+def test_what_no_slip_explains_is_told_without_one() -> None:
+    """Two numbers wrong at once: neither mended by itself makes all figures usual."""
+    ship = gallery.changed(gallery.good("kvlcc2"), ("hull.N_v", "hull.Y_vvv"), "fourfold")
+    found = said(ship)
+    assert found
+    assert not [one for one in found if "look" in one]
