@@ -1,8 +1,8 @@
 """A gallery of wrong and of good ships, a line each: six good ships of the library, and what is changed in them.
 
 A line of `WRONG` is "SHIP PATHS CHANGE WORDS".  PATHS are numbers of the model or of an actuator (with an at sign),
-joined by "+", a star for all that begin so; a change acts on each, an exchange on two.  WORDS, joined by "|", are those
-of the culprit's physics, of which the judge must say one.  `SCATTER` moves good ships.
+joined by "+", a star for all that begin so; a change acts on each, an exchange on two; "x21.3" is a factor.  WORDS,
+joined by "|", are those of the culprit's physics, of which the judge must say one.  `SCATTER` moves good ships.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ _FACTORS: dict[str, Callable[[float], float]] = {
     "square feet": lambda x: x / 0.3048**2, "knots": lambda x: x / 0.5144, "square knots": lambda x: x / 0.5144**2,
     "pounds": lambda x: x / 0.4536, "twelvefold": lambda x: 12.0 * x, "eightfold": lambda x: 8.0 * x,
     "at the bow": lambda x: abs(x), "minute": lambda x: 60.0, "tons": lambda x: x / 1000.0,
+    "less than one": lambda x: 1.0 - x, "twice taken": lambda x: 1.0 - (1.0 - x) ** 2,
 }  # fmt: skip
 
 _WRONG = """
@@ -286,7 +287,7 @@ def changed(ship: Ship, paths: tuple[str, ...], change: str) -> Ship:
     if change == "exchanged":
         first, other = paths
         return replace(ship, model=update(ship.model, {first: old[other], other: old[first]}))
-    by = _FACTORS[change]
+    by = _FACTORS[change] if change in _FACTORS else lambda x: float(change.removeprefix("x")) * x
     paths = tuple(one for path in paths for one in (sorted(old) if path.endswith("*") else [path])
                   if one.startswith(path.rstrip("*")))  # fmt: skip
     gears = dict(ship.actuators.by_name)
@@ -297,9 +298,9 @@ def changed(ship: Ship, paths: tuple[str, ...], change: str) -> Ship:
     return replace(ship, model=update(ship.model, new), actuators=Actuators(gears))
 
 
-def wrong() -> Iterator[Entry]:
-    """The wrong ships."""
-    for line in _WRONG.strip().splitlines():
+def wrong(lines: str = _WRONG) -> Iterator[Entry]:
+    """The wrong ships, one of each line."""
+    for line in lines.strip().splitlines():
         base, paths, change, words = line.split(maxsplit=3)
         change, told = change.replace("~", " "), tuple(words.replace("~", " ").split("|"))
         yield Entry(f"{base}: {paths} {change}", _made(base, tuple(paths.split("+")), change), base, told)

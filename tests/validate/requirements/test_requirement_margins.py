@@ -92,6 +92,22 @@ def test_speed_in_a_hard_turn_is_over_that_which_the_ship_holds_straight_ahead(
     assert found.holds == holds
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("drift", "loss", "holds"), [(0.05, 0.03, True), (0.05, 0.02, False), (0.2, 0.03, False)])
+def test_a_gentle_turn_takes_less_speed(drift: float, loss: float, holds: bool) -> None:
+    """Drift and r' = 0.5 at the limit: v_m r of 0.025 asks for half of the loss of 5 % that 0.05 or more asks for."""
+
+    def law(m: Any) -> Any:
+        side = m.n * m.d / LIMIT
+        return 4.0 * (m.n - loss * np.abs(side) - m.u), -4.0 * (drift * side + m.v), 4.0 * (0.5 * side - m.r)
+
+    found = named(hull._turned(plain(law)), "speed left in a hard turn")
+    speed = math.hypot(1.0 - loss, drift)
+    hard = min(1.0, drift * 0.5 / speed**2 / 0.05)
+    assert found.value == pytest.approx(1.0 - (1.0 - speed) / hard if drift < 0.1 else speed, abs=2e-3)
+    assert found.holds == holds
+
+
 def pulled(x: float, root: float) -> Iterable[Finding]:
     """A ship that is left turning at x to either side, pushed over by any rudder."""
     return hull._pulled_out(plain(steered(lambda m: 3.0 * m.d - m.r + x * sign(m.r))), (root, root))[0]
@@ -104,7 +120,7 @@ STABILITY: list[Case] = [
         lambda m: (m.n - m.u, -3.0 * m.v, -m.r * (1.0 + m.q)), q=2.0 * x / (1.0 - 2.0 * x))).findings,
      (0.012,), (0.008,)),
     ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, -0.024), (0.018,), (0.024,)),
-    ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, 0.024), (0.024,), (0.016,)),
+    ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, 0.024), (0.006,), (0.004,)),
     ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, 0.016), (0.18,), (0.24,)),
     ("rate of turn left 300 L/U after a pull-out from port", lambda x: pulled(x, -0.016), (0.18,), (0.24,)),
 ]  # fmt: skip
@@ -203,9 +219,9 @@ ANSWER: list[Case] = [
         lambda m: m.d * (sq(m.u) + 4.0 * x / (1.0 - 4.0 * x) * sq(m.n))))), (0.0012,), (0.0008,)),
     ("yaw by the rudder with sternway", lambda x: steering._sternway(plain(steered(
         lambda m: m.d * m.u**2 * np.where(m.u > 0, 1.0, x)))), (0.018, -0.5), (0.025,)),
-    ("change of heading after 2 L/U, half", lambda x: steering.answer_varies(plain(steered(
+    ("change of the answer within 2 L/U, half", lambda x: steering.answer_varies(plain(steered(
         lambda m: m.d * (1.0 + 2.0 * x * (m.u - 1.0)), lambda m: 0.0 * m.n))).findings, (0.012,), (0.008,)),
-    ("change of heading after 2 L/U, 1.3", lambda x: steering.answer_varies(plain(steered(
+    ("change of the answer within 2 L/U, 1.3", lambda x: steering.answer_varies(plain(steered(
         lambda m: m.d * (1.0 + x / 0.3 * (m.n - 1.0)), lambda m: 0.0 * m.n))).findings, (0.012,), (0.008,)),
 ]  # fmt: skip
 

@@ -195,11 +195,19 @@ def test_astern_the_rudder_works_the_other_way_and_its_side_force_is_its_lever()
 
 @pytest.mark.slow
 def test_the_answer_to_the_rudder_changes_as_its_inflow_does() -> None:
-    """Without surge and damping the heading after 2 L/U goes with the force."""
+    """Without surge and damping the heading goes with the force."""
     still = toy(lambda u, v, r, n, d, a, b, p: (0 * n, v * 0, d * (0.6 * u * magnitude(u) + 0.4 * n * n)))
     found = steering.answer_varies(still).findings
-    assert value(found, "change of heading after 2 L/U, half") == pytest.approx(0.6 * 0.75, rel=1e-6)
-    assert value(found, "change of heading after 2 L/U, 1.3") == pytest.approx(0.4 * 0.69, rel=1e-6)
+    assert value(found, "change of the answer within 2 L/U, half") == pytest.approx(0.6 * 0.75, rel=1e-6)
+    assert value(found, "change of the answer within 2 L/U, 1.3") == pytest.approx(0.4 * 0.69, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_moment_and_a_damping_that_fall_alike_are_a_change_with_speed() -> None:
+    """r' = 40 u (d - r): the slower ship turns as far in the end, by half of the moment."""
+    alike = toy(lambda u, v, r, n, d, a, b, p: (0 * n, v * 0, 40.0 * u * (d - r)))
+    change = value(steering.answer_varies(alike).findings, "change of the answer within 2 L/U, half")
+    assert change == pytest.approx(0.5, abs=1e-6)
 
 
 def turned(side: float, drift: float) -> Trial:
@@ -499,6 +507,6 @@ def test_a_turned_thruster_has_its_thrust_at_any_speed_and_a_rudder_has_not() ->
     bounds = {}
     for name in ("milliampere", "kvlcc2"):
         found = {one.what: one for one in steering.answer_varies(Probe.of(load(name))).findings}
-        bounds[name] = [found[f"change of heading after 2 L/U, {what}"].bound
+        bounds[name] = [found[f"change of the answer within 2 L/U, {what}"].bound
                         for what in ("half the speed", "1.3 times the revolutions")]  # fmt: skip
     assert bounds == {"milliampere": [None, limit.NOTICEABLE], "kvlcc2": [limit.NOTICEABLE] * 2}

@@ -28,6 +28,8 @@ _OPPOSED, _RUDDERS, _TURNS_ON = 0.3, (16, 8, 8), 2e-3
 turns on [U/L]."""
 _SMALL = 1e-3
 """Motion over U on one side of a kink: far above the steps of differences, far below where forces curve."""
+_HARD = 0.05
+"""v_m r over U^2/L of the gentlest turn by a rudder at its limit: 9 deg of drift in a circle of six lengths."""
 _LARGEST = 0.5
 """Greatest sway speed over U and yaw rate over U/L of the grids: those of a hard turn."""
 
@@ -157,7 +159,11 @@ def _bare(p: Probe) -> Iterator[Finding]:
 
 
 def _turned(p: Probe) -> Iterator[Finding]:
-    """Speed left in a hard turn over that held straight ahead, to both sides, at full and at half the revolutions."""
+    """Speed left in a hard turn over that held straight ahead, to both sides, at full and at half the revolutions.
+
+    What takes speed is the drift: it turns the centripetal force (m + m_y) v_m r against the thrust.  A hull of dynamic
+    positioning that is turned by an ordered moment drifts little, and is asked for a loss in proportion to v_m r.
+    """
     points: list[tuple[str, float]] = []
     for share in (1.0, 0.5) if p.stops else (1.0,):
         straight = _held(p, share)
@@ -168,7 +174,12 @@ def _turned(p: Probe) -> Iterator[Finding]:
                 points.append((f"to {name} from {share:g} U: it blows up", math.nan))
                 continue
             tail = slice(-len(run) // 5, None)
-            left = float(np.mean(np.hypot(run["u"][tail], run["v_m"][tail]))) / straight
+            v_m, r = (float(np.mean(run[channel][tail])) for channel in ("v_m", "r"))
+            speed = float(np.mean(np.hypot(run["u"][tail], run["v_m"][tail]))) or math.nan
+            hard = abs(v_m * r) * p.ship.L_pp / speed**2 / _HARD
+            left = speed / straight
+            if left > limit.TURNED.high and 0.0 < hard < 1.0:
+                left = 1.0 - (1.0 - left) / hard
             points.append((f"to {name} from {share:g} U", left))
     fast = max(left for _, left in points) > limit.TURNED.high
     wrong = "a hard turn takes no speed, {at}" if fast else "it stops or runs away in a hard turn, {at}"
