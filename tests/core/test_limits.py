@@ -105,7 +105,7 @@ def test_values_become_the_types_of_json() -> None:
     assert len(digest({})) == 32
     assert unpacked(packed(a=np.arange(3), b=2.0))["a"].tolist() == [0, 1, 2]
     assert (most(0), most(671_088), most(671_089)) == (64 << 20, 64 << 20, 67_108_900)
-    assert told(2e9, 1_000_000) == "holds 2e+03 MB in a file of 1 MB; 100 MB are the most"
+    assert told(2e9, 1_000_000) == "holds 2000 MB in a file of 1 MB; 100 MB are the most"
 
 
 @pytest.mark.parametrize(("limits", "good", "bad"), [

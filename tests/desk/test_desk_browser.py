@@ -116,18 +116,21 @@ def test_from_dropped_logs_to_a_report_by_keyboard_alone(tmp_path: Path) -> None
     with served(folder) as url, Browser(tmp_path / "browser", 1440, 900) as browser:
         browser.open(url)
         browser.until("document.getElementById('next')?.innerText.includes('Drop the logs')")
+        assert browser.says("document.querySelector('#view h1').innerText") == "From logs to a model"
         drop(browser, logs())
         browser.until("document.querySelector('#next button')?.innerText === 'import the logs'")
         press(browser, "import the logs")
         press(browser, "Run")
         assert "0 doubts" in done(browser, "seatrial import --guess")
         browser.until("document.getElementById('items').innerText.includes('mapping.toml')")
-        press(browser, "logs 4 files")
+        # the mapping is chosen in the form that is open, and the next one would have another name
+        taken = "[...document.querySelectorAll('#view input')].map(one => one.value)"
+        browser.until(f"{taken}.includes('mapping-2.toml')")
         press(browser, "Import")
         browser.until("document.activeElement.tagName === 'SUMMARY' && document.activeElement.parentElement.open")
         browser.key(*TAB)
         browser.key(*TAB)
-        choose(browser, "mapping.toml")
+        assert browser.says("document.activeElement.value") == "mapping.toml"
         press(browser, "Run")
         assert "4 trials in trials" in done(browser, "seatrial import csv logs --mapping mapping.toml -o trials")
         browser.until("document.querySelector('#next button')?.innerText === 'a ship for these trials'", 30.0)
@@ -188,4 +191,9 @@ def test_a_stretch_is_cut_by_the_mouse_and_nothing_runs_over_on_any_screen(tmp_p
             assert browser.says("document.documentElement.scrollWidth <= innerWidth"), width
             small = "[...document.querySelectorAll('#items button, #ship-new')].filter(b => b.offsetHeight < 44).length"
             assert browser.says(small) == 0
+            browser.says("scrollTo(0, 0); document.querySelector('#view h1').remove()")
+            browser.says("document.querySelector('#items button').click()")
+            browser.until("document.querySelector('#view h1') && document.querySelectorAll('.plots svg').length === 2")
+            top = browser.says("document.querySelector('#view h1').getBoundingClientRect().top")
+            assert 0 <= top < height / 4, width  # what is chosen is seen, also below a long list
         assert not browser.errors

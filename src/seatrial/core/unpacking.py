@@ -27,7 +27,7 @@ def most(size: int) -> int:
 
 def told(count: float, size: int) -> str:
     """Why what a file says that it holds is too much, in words."""
-    return f"holds {count / 1e6:.3g} MB in a file of {size / 1e6:.2g} MB; {most(size) / 1e6:.3g} MB are the most"
+    return f"holds {count / 1e6:.0f} MB in a file of {size / 1e6:.2g} MB; {most(size) / 1e6:.0f} MB are the most"
 
 
 def hold(archive: zipfile.ZipFile, size: int) -> None:

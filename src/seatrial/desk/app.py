@@ -150,7 +150,7 @@ def _writing(app: FastAPI, folder: Path) -> None:
         if not isinstance(text, str) or not isinstance(was, str):
             raise RequestError("a text takes 'text' and 'was'")
         if _text(there) != was:
-            raise RequestError(f"{path} has changed since it was opened; open it again")
+            raise RequestError(f"{path} has changed since it was opened: copy your text, and open the file again")
         write_whole(there, text)
         return {"path": path}
 

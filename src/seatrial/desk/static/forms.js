@@ -26,6 +26,10 @@ export function form(action, given, state, ran) {
   };
   const whole = make("form", {}, ...rows, shown, go);
   whole.oninput = preview;
+  whole.renew = () => {
+    action.fields.forEach(field => renewed(field, inputs[field.name], state));
+    preview();
+  };
   whole.onsubmit = async event => {
     event.preventDefault();
     go.disabled = true;
@@ -35,16 +39,31 @@ export function form(action, given, state, ran) {
   return whole;
 }
 
+const offered = (field, state) => state.items.filter(one => field.kinds.includes(one.kind)).map(one => one.path);
+
+/** A field after the folder has changed: what has come can be chosen, and is where nothing was; a name that is taken by
+ *  now gives way to a free one, unless a person wrote it. */
+function renewed(field, one, state) {
+  if (field.kind === "item") {
+    const known = [...one.options].map(option => option.value), fresh = offered(field, state).filter(name => !known.includes(name));
+    const open = !one.value;
+    one.append(...fresh.map(name => new Option(name, name)));
+    if (open && fresh.length) one.value = fresh[0];
+  } else if (one.value && one.value === one.dataset.usual) one.value = one.dataset.usual = free(field.usual, state);
+}
+
 function input(field, given, state) {
-  const offered = state.items.filter(one => field.kinds.includes(one.kind)).map(one => one.path);
-  if (field.kind === "item") return choice(field.needed ? offered : ["", ...offered], given);
+  if (field.kind === "item") return choice(field.needed ? offered(field, state) : ["", ...offered(field, state)], given);
   if (field.kind === "choice") return choice(field.kinds, given);
   if (field.kind === "ship") {
     const files = state.items.filter(one => one.kind === "ship").map(one => one.path);
     return choice([...files, ...state.ships], given || files[0]);
   }
   if (field.kind === "number") return make("input", { value: given, inputmode: "decimal", autocomplete: "off" });
-  return make("input", { value: given || free(field.usual, state), autocomplete: "off", spellcheck: "false" });
+  const usual = field.usual ? free(field.usual, state) : "";
+  const one = make("input", { value: given || usual, autocomplete: "off", spellcheck: "false" });
+  one.dataset.usual = usual;
+  return one;
 }
 
 function choice(names, given) {

@@ -30,8 +30,15 @@ const refresh = guarded(async () => {
   const groups = Map.groupBy ? Map.groupBy(found.items, one => KINDS[one.kind]) : grouped(found.items);
   element("items").replaceChildren(...[...groups].map(([title, items]) => make("div", {}, make("h2", {}, title), make("ul", {}, ...items.map(entry)))));
   element("next").replaceChildren(...next());
+  document.querySelectorAll("#view form").forEach(one => one.renew());
   watch(element("jobs"), found.jobs, refresh);
 });
+
+/** A command has begun: on a narrow screen it lies below the form. */
+async function begun() {
+  await refresh();
+  element("jobs").firstElementChild?.scrollIntoView({ block: "nearest" });
+}
 
 function grouped(items) {
   const groups = new Map();
@@ -41,7 +48,7 @@ function grouped(items) {
 
 function entry(one) {
   const count = { logs: "files", trials: "trials", run: "files" }[one.kind];
-  const size = count ? `${one.size} ${count}` : one.size < 1e4 ? `${one.size} bytes` : `${(one.size / 1e6).toFixed(2)} MB`;
+  const size = count ? `${one.size} ${count}` : one.size < 1e4 ? `${one.size} bytes` : one.size < 1e6 ? `${Math.round(one.size / 1e3)} kB` : `${(one.size / 1e6).toFixed(1)} MB`;
   const button = make("button", { type: "button" }, one.path, " ", make("small", {}, size));
   button.onclick = guarded(() => open(one));
   return make("li", {}, button);
@@ -77,7 +84,7 @@ async function open(one, given = {}) {
 function show(parts) {
   element("view").replaceChildren(...parts);
   parts[0].focus({ preventScroll: true });
-  parts[0].scrollIntoView({ block: "nearest" });
+  parts[0].scrollIntoView({ block: "start" });
 }
 
 function ships() {
@@ -92,7 +99,7 @@ function offered(kind, one, given) {
   const mine = state.actions.filter(action => action.about.includes(kind));
   return [make("div", { class: "actions" }, ...mine.map((action, k) => {
     const usual = { ...Object.fromEntries(action.fields.filter(field => fits(field, one)).map(field => [field.name, one.kind === "run" ? `${one.path}/model.toml` : one.path])), ...given };
-    return make("details", { open: given.action ? given.action === action.key : k === 0 && kind !== "trials" }, make("summary", {}, action.title), form(action, usual, state, refresh));
+    return make("details", { open: given.action ? given.action === action.key : k === 0 && kind !== "trials" }, make("summary", {}, action.title), form(action, usual, state, begun));
   }))];
 }
 
