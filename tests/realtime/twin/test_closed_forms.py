@@ -14,6 +14,7 @@ from scipy.linalg import expm
 from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Trust, forecast
 from seatrial.realtime.twin.faults.alarms import Judge
 from seatrial.realtime.twin.faults.suspects import (
+    CARRIED,
     GROWS,
     IMPULSE,
     JUMP,
@@ -295,8 +296,13 @@ def effect(one: SimpleNamespace, run: Sailed, dt: float, passed: list) -> np.nda
                 lazy += np.clip(delta - lazy, -one.share * 0.05 * dt, one.share * 0.05 * dt)
                 instead = lazy - delta
             column = 0 if name == "n_P" else 1
-            if one.how == GROWS:
-                z = onward @ z + dt * np.eye(11)[NAMES.index(name)]
+            if one.how in (GROWS, CARRIED):
+                grows = np.eye(11)[NAMES.index(name)]
+                if one.how == CARRIED:  # the ship goes with the water, which the log through it does not show
+                    psi = passed[k][1].before[2]
+                    turned = [[math.cos(psi), math.sin(psi)], [-math.sin(psi), math.cos(psi)]]
+                    grows[[3, 4]] = np.array(turned)[:, i]
+                z = onward @ z + min(dt, max(40.0 - (run.t[k - 1] - run.t[ONSET - 1]), 0.0)) * grows
                 out[k, :, i] = H @ z
                 continue
             z = onward @ z + pushed[:, column] * (0.0 if one.how == IMPULSE else instead)

@@ -15,6 +15,7 @@ from seatrial.realtime.twin import follow
 from seatrial.realtime.twin.ahead import forecast
 from seatrial.realtime.twin.faults.acting import Override
 from seatrial.realtime.twin.faults.alarms import STEERING, Alarm
+from seatrial.realtime.twin.faults.stuck import FOLLOWS
 from seatrial.realtime.twin.faults.suspects import LAZY, threshold
 from seatrial.realtime.twin.follow import Step, begun
 from seatrial.realtime.twin.live import Counts, Live
@@ -219,7 +220,8 @@ def test_an_alarm_of_a_minute_ago_goes_on_and_steering_that_follows_ends_its_own
     steering = [Alarm(f"{name} slow", how, (name,), 1.0, 2.0) for name, how in
                 (("delta", "model"), ("delta", STEERING), ("other", STEERING))]  # fmt: skip
     one = bare(steering)
-    one._follows("delta", 77.0)
+    one._steering = (SimpleNamespace(control="delta", verdict=lambda: (FOLLOWS, 70.0)),)  # type: ignore[assignment]
+    one._judge_steering(77.0)
     assert [a.over for a in one.alarms] == [math.inf, 77.0, math.inf]
     assert [a.cause for a in one.active] == ["delta slow", "other slow"]
 

@@ -18,9 +18,11 @@ from ...ships import Ship
 from .ahead import Trust
 from .faults.acting import Acting, Override
 from .faults.alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, elsewhere
-from .faults.cases import History, Kept, acted, judged, masks, opening, override_of, together
+from .faults.cases import History, Kept, acted, growing, judged, masks, opening, override_of, together
+from .faults.explained import Window
 from .faults.stuck import FOLLOWS, JAMMED, Repeats, steerings
 from .faults.suspects import (
+    CARRIED,
     ELSEWHERE,
     GROWS,
     IMPULSE,
@@ -32,6 +34,7 @@ from .faults.suspects import (
     SHARE,
     Bank,
     Evidence,
+    pace,
     suspects,
     threshold,
 )
@@ -237,6 +240,7 @@ class Live:
     def _take(self, row: Kept, before: Follower) -> tuple[Follower, Step]:
         """Take in a row, and weigh its evidence."""
         acting = self._acted(row, row.t - before.t)
+        before = growing(self.alarms[-_MANY:], before, row.t)
         self.follower, step = before.row(row.t, acting, row.readings, self._masked)
         self.last, after = step, self.follower
         settings = self.machine.settings
@@ -296,7 +300,8 @@ class Live:
             self.alarms.append(placed)
         if t < self._misfit + _HOUR:
             return
-        best = self._judge.named(t, self._bank.evidence())
+        window = Window(self._rows, self._snapshots, self._masked, self._overrides, self.tally.level)
+        best = self._judge.named(t, self._bank.evidence(), window.compared)
         if best is not None:
             evidence, rivals = best
             if evidence.suspect.what[0] in self._overrides:
@@ -304,19 +309,16 @@ class Live:
                 return
             frozen = all(self._repeats.repeated(name, evidence.onset + self.machine.settings.spacing)
                          for name in evidence.suspect.what)  # fmt: skip
-            self._raise(alarm_of(evidence, t, rivals, frozen, self._bank.pace(evidence.suspect)))
+            self._raise(alarm_of(evidence, t, rivals, frozen, pace(self.machine.ship, evidence.suspect)))
         elif math.isnan(self._judge.crossed) and self._unexplained():
             self._raise(Alarm(UNEXPLAINED, "", (MODEL,), self._bad[0][0], t))
-
-    def _follows(self, control: str, t: float) -> None:
-        self._close(lambda a: a.what == (control,) and a.how == STEERING, t)
 
     def _judge_steering(self, t: float) -> None:
         """Hold angles against their orders, where the log has both."""
         for one in self._steering:
             found = one.verdict()
             if found is not None and found[0] == FOLLOWS:
-                self._follows(one.control, t)
+                self._close(lambda a, of=one.control: a.what == (of,) and a.how == STEERING, t)
             elif found is not None:
                 self._steered(f"{one.control} {found[0]}", one.control, found, t)
 
@@ -408,7 +410,7 @@ class Live:
             self._overrides[alarm.what[0]] = override_of(alarm)
         if alarm.how == PACE:  # all else would follow from it
             self._misfit = t
-        if alarm.how in (IMPULSE, LEVER, GROWS, ""):
+        if alarm.how in (IMPULSE, LEVER, GROWS, CARRIED, ""):
             self.alarms = [replace(one, over=t) if one is alarm else one for one in self.alarms]
 
     def _healed(self, evidence: Evidence, t: float) -> None:
@@ -429,6 +431,7 @@ class Live:
             follower = follower.opened(*opened)
         for row in [row for row in self._rows if row.t > follower.t + 1e-9]:
             acting = self._acted(row, row.t - follower.t)
+            follower = growing(self.alarms[-_MANY:], follower, row.t)
             follower, _ = follower.row(row.t, acting, row.readings, self._masked)
         self.follower = follower
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -11,6 +11,7 @@ from ....core.records import Limits
 from ....identify.filters.augmented import ANTENNA
 from ..follow import Follower
 from .suspects import (
+    CARRIED,
     ELSEWHERE,
     GROWS,
     IMPULSE,
@@ -34,6 +35,8 @@ from .suspects import (
 # A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
 # evidence that is gone again a little later [s].
 _MARGIN, _PATIENCE, _OUTLIER = 10.0, 20.0, 2.5
+# How often suspects are compared by the filter run again [s].
+_LOOKS = 2.5
 # A clock, which explains much a little, waits longer for the next one to fall behind; so does a share, which a drift
 # begins as [s].
 _WAITS = {PACE: 90.0, SHARE: 35.0}
@@ -57,7 +60,7 @@ _STUCK = "steer by other means, and look at {} itself: its angle in the log is n
 _FORCE = "no sensor explains it better; allow for it in the passage, the forecasts have it from here on"
 _DO = {
     JUMP: _SENSOR, RAMP: _SENSOR, LATE: _SENSOR, SHARE: _SENSOR, FROZEN: _SENSOR, IMPULSE: _FORCE, GROWS: _FORCE,
-    STUCK: _STUCK,
+    CARRIED: _FORCE, STUCK: _STUCK,
     LEVER: "state where the antenna stands (--antenna, or the mapping); the twin takes it there meanwhile",
     PACE: "set the clock of the logger, or state its rate; speeds and forecasts are off by as much",
     LAZY: "give helm early and at low rates, and look at pumps and pressure of {}; the twin lets it move as slowly",
@@ -141,6 +144,9 @@ class Alarm:
         return replace(self, over=t)
 
 
+Compared = Callable[[Sequence[Evidence]], Sequence[Evidence]]
+
+
 @dataclass
 class Judge:
     """Watches the evidence from row to row.
@@ -148,31 +154,52 @@ class Judge:
     Attributes:
         limit: score from which there is a fault.
         crossed: since when the best suspect is above it [s].
+        looked: when suspects were last compared [s].
     """
 
     limit: float
     crossed: float = math.nan
+    looked: float = -math.inf
 
     def clear(self) -> None:
         """Forget what was above the limit."""
-        self.crossed = math.nan
+        self.crossed, self.looked = math.nan, -math.inf
 
-    def named(self, t: float, evidence: Sequence[Evidence]) -> tuple[Evidence, tuple[str, ...]] | None:
-        """The fault to name now, and causes that cannot be told from it; None where there is none, or not yet."""
+    def named(
+        self, t: float, evidence: Sequence[Evidence], compared: Compared = list
+    ) -> tuple[Evidence, tuple[str, ...]] | None:  # fmt: skip
+        """The fault to name now, and causes that cannot be told from it; None where there is none, or not yet.
+
+        Args:
+            evidence: of the bank, the best first.
+            compared: gives suspects with scores against each other that are exact, the best first.
+        """
         evidence = [one for one in evidence if one.suspect.fixed or matters(one)]
         if not evidence or evidence[0].score < self.limit:
-            self.crossed = math.nan
+            self.clear()
             return None
         if math.isnan(self.crossed):
             self.crossed = t
-        best = evidence[0]
-        others = [one for one in evidence[1:] if not alike(one.suspect, best.suspect)]
+        if t - self.crossed < _OUTLIER or t - self.looked < _LOOKS:
+            return None
+        self.looked = t
+        evidence = [one for one in compared(evidence) if one.suspect.fixed or matters(one)]
+        if not evidence:
+            return None
+        best = _plainest(evidence)
+        others = [one for one in evidence if not alike(one.suspect, best.suspect)]
         lead = best.score - others[0].score if others else math.inf
         if lead < _MARGIN and t - self.crossed < _WAITS.get(best.suspect.how, _PATIENCE):
             return None
-        if t - self.crossed < _OUTLIER:
-            return None
         return best, tuple(dict.fromkeys(one.suspect.cause for one in others if best.score - one.score < _ALIKE))
+
+
+def _plainest(evidence: Sequence[Evidence]) -> Evidence:
+    """The best; of a step and a share that cannot be told apart, as at one speed, the step."""
+    best = evidence[0]
+    steps = [one for one in evidence if one.suspect.how == JUMP and one.suspect.what == best.suspect.what
+             and best.score - one.score < _ALIKE]  # fmt: skip
+    return steps[0] if steps and best.suspect.how == SHARE else best
 
 
 def matters(one: Evidence) -> bool:

@@ -9,7 +9,7 @@ right does not pay.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,7 +19,7 @@ from ....identify.filters.augmented import SLOW
 from ..follow import Follower, Machine, Step
 from .acting import Override
 from .alarms import FROZEN, STEERING, Alarm
-from .suspects import GROWS, IMPULSE, LEVER, LOST, MISREAD, OF_CONTROL, OF_SENSOR, SCALED
+from .suspects import CARRIED, GROWS, IMPULSE, LEVER, LOST, MISREAD, OF_CONTROL, OF_SENSOR, SCALED, comes, walking
 
 CASE = 240.0
 """Faults that are named within this time may have one cause [s]."""
@@ -76,13 +76,21 @@ def opening(machine: Machine, alarm: Alarm) -> tuple[tuple[str, ...], Array]:
     if alarm.how in OF_CONTROL:  # nor is it known how much exactly is left of its effect
         some = tuple(name for name in SLOW if name in machine.names)
         return some, np.array([3.0 * start[name] for name in some])
-    if alarm.how in (IMPULSE, LEVER, GROWS):
-        grown = max(alarm.named - alarm.since, 1.0) if alarm.how == GROWS else 1.0
-        return alarm.what, np.abs(np.array(alarm.size)) * grown + 1e-12
+    if alarm.how in (IMPULSE, LEVER):
+        return alarm.what, np.abs(np.array(alarm.size)) + 1e-12
     if not alarm.how:
         known = tuple(name for name in start if name not in machine.settings.free)
         return known, 3.0 * np.array([start[name] for name in known])
     return (), np.zeros(0)
+
+
+def growing(alarms: Iterable[Alarm], follower: Follower, t: float) -> Follower:
+    """The estimate with the walk of what has begun to grow and still may, up to a row."""
+    until = follower.t - comes(follower.machine.ship)
+    for one in alarms:
+        if one.how in (GROWS, CARRIED) and not one.of and until < one.since < t:
+            follower = walking(follower, one.how, (one.what, one.size), t)
+    return follower
 
 
 @dataclass
@@ -160,6 +168,7 @@ def _again(history: History, start: Follower, alarms: Sequence[Alarm]) -> tuple[
             names, size = opening(machine, one)
             follower = follower.opened(names, size) if names else follower
         acting = acted(machine.ship.model.controls, row, overrides, row.t - follower.t)
+        follower = growing(alarms, follower, row.t)
         follower, step = follower.row(row.t, acting, row.readings, masked)
         total += _unlikely(step, masked)
     return total, follower

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from ....data import Array
 from ....identify.filters.augmented import ANTENNA, BIAS, SLOW
 from ....identify.nuisance import CURRENT
 from ....models import unit
-from ..follow import GATE, Machine, Step, inverse_of, lever
+from ....ships import Ship
+from ..follow import GATE, Follower, Machine, Step, inverse_of, lever
 from ..settings import HEADING, POSITION, SPEED, TURN, VELOCITY
 
 # A reading counts as so many standard deviations at most; the first one beyond the gate, maybe an outlier, not at all.
@@ -44,11 +45,11 @@ _PACE, _STEP = 0.02, 1e-3
 _COMES = 2.0
 
 JUMP, RAMP, IMPULSE = "jump", "ramp", "impulse"
-LATE, SHARE, GROWS, LEVER, PACE = "late", "share", "grows", "lever", "pace"
+LATE, SHARE, GROWS, CARRIED, LEVER, PACE = "late", "share", "grows", "carried", "lever", "pace"
 STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED = "stuck", "lazy", "lost", "reversed", "misread", "scaled"
 """How a fault acts: on a reading as a step, a ramp, as one that is late or off by a share; on a state at once, or as it
-grows; on the place of the antenna; on the time between rows; on a control (holds, lags, has no effect, has the opposite
-one, is logged off by a constant or by a share)."""
+grows; on the water, which takes the ship along as it grows; on the place of the antenna; on the time between rows; on a
+control (holds, lags, has no effect, has the opposite one, is logged off by a constant or by a share)."""
 ELSEWHERE = "antenna elsewhere than stated"
 OF_SENSOR = frozenset({JUMP, RAMP, LATE, SHARE})
 OF_CONTROL = frozenset({STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED})
@@ -135,6 +136,7 @@ def _of_states(machine: Machine) -> list[Suspect]:
                              "m forward, starboard"))  # fmt: skip
     if CURRENT[0] in there:
         found += _both("current changed", CURRENT, (0.1 * U,) * 2, "m/s", T)
+        found.append(Suspect("current changed", CARRIED, CURRENT, (0.1 * U / (_COMES * T),) * 2, "m/s a second"))
     forces = {name: 10.0 * settings.start[name] for name in SLOW if name in there}
     if len(forces) == len(SLOW):
         aside = tuple(forces[name] for name in SLOW[1:])
@@ -208,10 +210,6 @@ class Bank:
                 if one.how == LEVER:  # what it read until then was taken for the place of midship
                     self._away[[self._place["x"], self._place["y"]], first + k, slot] = -lever(name, mean[2])
 
-    def pace(self, one: Suspect) -> float:
-        """How fast a lazy control moves; infinite for other suspects."""
-        return one.share * self._rate[one.what[0]] if one.how == LAZY else math.inf
-
     def surprised(self, step: Step) -> bool:
         """Whether a channel goes beyond the gate that did not before: a likely onset."""
         far = np.abs(step.innovation) > GATE * np.sqrt(np.diagonal(step.spread))
@@ -268,8 +266,9 @@ class Bank:
         for one, first in zip(self.suspects, self._first, strict=False):
             if one.how == PACE:
                 away[:, first] -= ((usual - slower) / _STEP)[:, None]
-            for k, name in enumerate(one.what if one.how == GROWS else ()):
-                away[self._place[name], first + k] += step.dt
+            for k, name in enumerate(one.what if one.how in (GROWS, CARRIED) else ()):
+                more = np.clip(self._onset + comes(self.machine.ship) - step.t + step.dt, 0.0, step.dt)
+                away[:, first + k] += _grows(self.machine, one.how, name, step.before[2])[:, None] * more
 
     def _act(self, step: Step, away: Array, logged: Array, faulty: Collection[str], usual: Array) -> None:
         """Add what faulty controls do to the state during the row; of those known to be at fault, what healing does."""
@@ -366,6 +365,44 @@ def _ratio(
     size = np.stack([w[1] * b[0] - x * b[1], w[0] * b[1] - x * b[0]]) / det
     score = (b * size).sum(axis=0) - np.log(det / (prior[0] * prior[1]))
     return score, size, np.sqrt(np.stack([w[1], w[0]]) / det)
+
+
+def comes(ship: Ship) -> float:
+    """How long a current or a force grows, once it does [s]."""
+    return _COMES * ship.L_pp / max(ship.speed, 1e-3)
+
+
+def _grows(machine: Machine, how: str, name: str, psi: float) -> Array:
+    """What a state that grows moves: itself, and the ship over ground with the water where that takes it along."""
+    out = np.zeros(len(machine.names))
+    out[machine.names.index(name)] = 1.0
+    if how == CARRIED:
+        c, s = math.cos(psi), math.sin(psi)
+        out[[machine.names.index(one) for one in ("u", "v_m")]] = (c, -s) if name == CURRENT[0] else (s, c)
+    return out
+
+
+def grown(follower: Follower, fault: Evidence, t: float) -> Follower:
+    """The estimate with what grows until `t` added."""
+    machine, how = follower.machine, fault.suspect.how
+    until = fault.onset + comes(machine.ship)
+    span = max(min(t, until) - max(follower.t, fault.onset), 0.0)
+    more = [size * span * _grows(machine, how, name, follower.mean[2])
+            for name, size in zip(fault.suspect.what, fault.size, strict=True)]  # fmt: skip
+    return replace(follower, mean=follower.mean + np.sum(more, axis=0))
+
+
+def walking(follower: Follower, how: str, fault: tuple[tuple[str, ...], tuple[float, ...]], t: float) -> Follower:
+    """The estimate with what may have grown until `t`, a walk as far in all as growth at this rate; (states, rates)."""
+    machine = follower.machine
+    spread = comes(machine.ship) * max(t - follower.t, 0.0)
+    columns = np.array([size * _grows(machine, how, name, follower.mean[2]) for name, size in zip(*fault, strict=True)])
+    return replace(follower, cov=follower.cov + spread * columns.T @ columns)
+
+
+def pace(ship: Ship, one: Suspect) -> float:
+    """How fast a lazy control moves; infinite for other suspects."""
+    return one.share * _rate(ship.actuators.of(one.what[0])) if one.how == LAZY else math.inf
 
 
 def _rate(servo: Servo) -> float:
