@@ -27,7 +27,8 @@ def most(size: int) -> int:
 
 def told(count: float, size: int) -> str:
     """Why what a file says that it holds is too much, in words."""
-    return f"holds {count / 1e6:.0f} MB in a file of {size / 1e6:.2g} MB; {most(size) / 1e6:.0f} MB are the most"
+    held, least = (f"{one / 1e6:.3g}" if one < 1e9 else f"{one / 1e6:.0f}" for one in (count, most(size)))
+    return f"holds {held} MB in a file of {size / 1e6:.2g} MB; {least} MB are the most"
 
 
 def hold(archive: zipfile.ZipFile, size: int) -> None:
