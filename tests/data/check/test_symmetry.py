@@ -184,3 +184,26 @@ def test_check_names_the_heading_once_and_its_steps_mend_the_log() -> None:
     assert not [one for one in check_folder(right) if one.key == "heading_bias"]
     [fault] = symmetry_faults(wrong)
     assert fault.where == "psi"
+
+
+def _one_zigzag(bias: float, **more: float) -> Trial:
+    """Five minutes on about one course, the speeds made with the heading, no rate of turn on record."""
+    trial = sailed(0.6, bias=bias, seed=3, **more)  # type: ignore[arg-type]
+    part = trial.rows(trial.t < 300.0)
+    return Trial("one", part.t, {name: part[name] for name in part.channels if name != "r"}, {}, part.meta)
+
+
+@pytest.mark.parametrize(("bias", "told"), [(12.0 * DEG, True), (-13.0 * DEG, True), (0.0, False)])
+def test_a_drift_of_one_zigzag_is_the_heading_or_a_current(bias: float, told: bool) -> None:
+    """The current of .4 m/s sets the ship by 4 or 5 deg, which is not told; with the error of the heading it is."""
+    found = [one for one in symmetry_faults([_one_zigzag(bias)]) if one.key == "heading_bias"]
+    assert bool(found) == told
+    if told:
+        size = float(found[0].evidence.partition(" ")[0])
+        assert size == pytest.approx(abs(bias) / DEG, abs=6.0)
+        assert f"deg to {'port' if bias > 0 else 'starboard'} of its heading" in found[0].what
+        assert not list(symmetry_faults([_one_zigzag(bias)], drifts=True))
+
+
+def test_a_drift_of_turns_to_one_side_is_not_told() -> None:
+    assert not list(symmetry_faults([_one_zigzag(12.0 * DEG, sides=(1.0, 1.0))]))  # type: ignore[arg-type]

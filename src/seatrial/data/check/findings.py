@@ -170,7 +170,8 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
     shared += [fault for fault in numbered_faults(sound) if not wrong & set(fault.channels)]
     if not any(one.key in ("through_water", "heading_bias", "inconsistent") for one in common):
         shared += drift_faults(sound)
-        shared += () if any(one.key == "heading_bias" for one in shared) else symmetry_faults(sound)
+        drifts = {one.key for one in shared}
+        shared += () if "heading_bias" in drifts else symmetry_faults(sound, "current" in drifts)
     for trial in sound:
         told[trial.name] = [one for one in told[trial.name] if not _repeats(one, shared)] + shared
 

@@ -35,6 +35,10 @@ _SHIP = 20.0
 _BEYOND = 1e15
 # Rows without a value that a fit can do without.
 _SPARED = 0.25
+# Rows before and after a leap of time whose mean velocity is that of the ship there.
+_AROUND = 6
+# Steps that such a leap has at least.
+_LEAPS = 3.0
 # Values that show the rate of an instrument.
 _FEW = 10
 
@@ -99,6 +103,13 @@ def _time_faults(trial: Trial) -> Iterator[Fault]:
             f"only {different} different steps, from {steps.min():.3g} to {steps.max():.3g} s",
             _do("even", amount=(trial.duration / (len(trial) - 1),)), "quality", "time_quantised",
         )  # fmt: skip
+    elif leaps.size and (ahead := _set_ahead(trial)) is not None:
+        at, by = ahead
+        yield Fault(
+            "warning", "t", "the clock was set ahead while the log went on",
+            f"by {by:.3g} s at t = {at:g} s: the ship is where it was a row later, at the same velocity",
+            _do("split", amount=(0.5 * by,)), "step", "clock_ahead",
+        )  # fmt: skip
     elif leaps.size:
         k = int(leaps[0])
         yield Fault(
@@ -150,6 +161,26 @@ def _bridged(leaps: Array, step: float) -> Remedy:
         steps.append(Step(do="resample", amount=(step,)))
         steps.append(Step(do="fill", amount=(float(short.max()) + 2.5 * step,)))
     return Remedy(steps=tuple(steps))
+
+
+def _set_ahead(trial: Trial) -> tuple[float, float] | None:
+    """Time and size of a leap of the clock across which the ship moved as in one row [s]; None where it has none."""
+    if not ("x" in trial and "y" in trial):
+        return None
+    fixed = np.flatnonzero(np.isfinite(trial["x"] + trial["y"]))
+    if fixed.size < 4 * _AROUND:
+        return None
+    t, steps = trial.t[fixed], np.diff(trial.t[fixed])
+    moved = np.diff(trial["x"][fixed] + 1j * trial["y"][fixed])
+    middle = float(np.median(steps))
+    for k in np.flatnonzero(steps > _LEAPS * middle).tolist():
+        before, after = (np.sum(moved[a:b]) / np.sum(steps[a:b]) if 0 <= a < b <= steps.size else math.nan
+                         for a, b in ((k - _AROUND, k), (k + 1, k + 1 + _AROUND)))  # fmt: skip
+        mean = 0.5 * (before + after)
+        one = abs(moved[k] - mean * middle) < 0.7 * abs(mean) * middle and abs(after - before) < 0.3 * abs(mean)
+        if one and abs(mean) * middle > 3.0 * float(np.median(np.abs(np.diff(moved[k + 1 : k + 1 + _AROUND])))):
+            return float(t[k]), float(steps[k] - middle)
+    return None
 
 
 def _lost_rows(trial: Trial, leaps: NDArray[np.intp], middle: float) -> bool:

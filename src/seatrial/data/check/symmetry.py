@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import Array, Trial
+from .. import Array, Trial, unwrapped
 from ..prepare import Remedy
 from .relations import has
 from .repairs import step
@@ -29,6 +29,10 @@ _ROWS, _ALIKE, _STRETCHES = 100, 60.0, 6
 # deviation: of ships with right compasses whose trials all begin on one course they left .009 at most and took 7 deg
 # of the sway of hard turns for one.
 _APART, _TELLS = 0.02, 0.01
+# Where a log cannot tell it from a current: from this size on, by so many stretches of so long.
+_EITHER, _BRIEF, _FEW = 6.0 * _DEG, 20.0, 8
+# The slower of the turns to both sides, as a part of the other.
+_BOTH = 0.2
 # A deviation is told from this amplitude on [rad].
 _SWUNG = 2.0 * _DEG
 # Share of the highest speed, and the quantile that is that, from which on a course is one.
@@ -86,6 +90,20 @@ def sideways(trials: Sequence[Trial]) -> Sideways | None:
     return Sideways(float(x[0]), math.sqrt(float(covariance[0, 0])))
 
 
+def _astray(trials: Sequence[Trial]) -> Sideways | None:
+    """The drift that no turn and no rudder explains, be it by the heading or by a current; None without both turns."""
+    rates = np.concatenate([known["r"] for trial in trials if has(known := _turning(trial), "r")] or [np.zeros(1)])
+    low, high = np.nanquantile(rates, (0.02, 0.98))
+    if min(high, -low) < _BOTH * max(high, -low) or high <= low:
+        return None
+    found = _told(trials, rudder=True, still=True)
+    if found is None or found.apart(1) < _APART:
+        return None
+    x, covariance = found.first(1)
+    out = Sideways(float(x[0]), math.sqrt(float(covariance[0, 0])))
+    return out if out.told and abs(out.angle) > _EITHER else None
+
+
 def swung(trials: Sequence[Trial]) -> Swung | None:
     """The deviation that no turn, rudder, drift or current explains; None where the logs do not tell them apart.
 
@@ -129,14 +147,25 @@ class _Least:
         return self.x[:count] / length, scores.T @ scores / np.outer(length, length)
 
 
-def _told(trials: Sequence[Trial], *, rudder: bool = False, deviates: bool = False) -> _Least | None:
-    """What explains the sway of all trials, columns as in `_rows`; None where there is little of it."""
-    parts = [part for trial in trials if (part := _rows(trial, rudder=rudder, deviates=deviates)) is not None]
+def _told(
+    trials: Sequence[Trial], *, rudder: bool = False, deviates: bool = False, still: bool = False
+) -> _Least | None:  # fmt: skip
+    """What explains the sway of all trials, columns as in `_rows`; None where there is little of it.
+
+    Args:
+        trials: of one ship.
+        rudder, deviates: see `_rows`.
+        still: whether the water is taken to stand still, by which short logs are enough.
+    """
+    known = [_turning(trial) for trial in trials] if still else trials
+    some = [part for trial in known if (part := _rows(trial, rudder=rudder, deviates=deviates)) is not None]
+    parts = [(np.delete(A, (1, 2), axis=1), y, np.floor(t / _BRIEF)) if still else (A, y, np.floor(t / _ALIKE))
+             for A, y, t in some]  # fmt: skip
     if not parts or sum(len(y) for _, y, _ in parts) < _ROWS:
         return None
     columns, y = np.concatenate([one[0] for one in parts]), np.concatenate([one[1] for one in parts])
     stretch = np.concatenate([1000 * k + one[2] for k, one in enumerate(parts)])
-    if len(np.unique(stretch)) < _STRETCHES:
+    if len(np.unique(stretch)) < (_FEW if still else _STRETCHES):
         return None
     length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     A = columns / length
@@ -145,8 +174,17 @@ def _told(trials: Sequence[Trial], *, rudder: bool = False, deviates: bool = Fal
     return _Least(back, length, x, y - A @ x, stretch)
 
 
+def _turning(trial: Trial) -> Trial:
+    """The trial with a rate of turn, by its heading where it has no other."""
+    if has(trial, "r") or not has(trial, "psi"):
+        return trial
+    psi = unwrapped(trial["psi"])
+    good = np.isfinite(psi)
+    return trial.having(r=np.gradient(np.interp(trial.t, trial.t[good], psi[good]), trial.t))
+
+
 def _rows(trial: Trial, *, rudder: bool, deviates: bool) -> tuple[Array, Array, Array] | None:
-    """Columns that may explain v_m, v_m, and the stretch of each row; the first column is that of the drift.
+    """Columns that may explain v_m, v_m, and the time of each row; the first column is that of the drift.
 
     Args:
         rudder: whether a trial needs one.
@@ -166,12 +204,14 @@ def _rows(trial: Trial, *, rudder: bool, deviates: bool) -> tuple[Array, Array, 
     good = np.isfinite(A).all(axis=1) & np.isfinite(v)
     if deviates and good.any():
         good &= np.abs(u) > _UNDER_WAY * np.quantile(np.abs(u[good]), _FASTEST)
-    return A[good], v[good], np.floor((trial.t[good] - trial.t[0]) / _ALIKE)
+    return A[good], v[good], trial.t[good] - trial.t[0]
 
 
-def symmetry_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
-    """A heading that lends the ship a drift."""
+def symmetry_faults(trials: Sequence[Trial], drifts: bool = False) -> Iterator[Fault]:
+    """A heading that lends the ship a drift; `drifts` where a current is told already, which may explain it."""
     found = sideways(trials)
+    if found is None and not drifts:
+        yield from _either(trials)
     if found is None or not found.told:
         return
     degrees = found.angle / _DEG
@@ -181,4 +221,20 @@ def symmetry_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
         f"going straight the ship would drift {abs(degrees):.2f} +- {found.error / _DEG:.2g} deg to "
         f"{'port' if degrees > 0 else 'starboard'} on every course",
         Remedy(steps=(*step("add", "psi", amount=(-degrees,), unit="deg").steps, *turned)), "quality", "heading_bias",
+    )  # fmt: skip
+
+
+def _either(trials: Sequence[Trial]) -> Iterator[Fault]:
+    """A drift to one side that may be that of the heading or of a current, as the courses are too much alike."""
+    found = _astray(trials)
+    if found is None:
+        return
+    degrees = abs(found.angle) / _DEG
+    side = "port" if found.angle > 0 else "starboard"
+    yield Fault(
+        "warning", "psi", f"the ship goes {degrees:.0f} deg to {side} of its heading, whichever way it turns",
+        f"{degrees:.1f} +- {found.error / _DEG:.2g} deg going straight; its courses are too much alike to tell a "
+        "heading that is off (magnetic perhaps) from a current or a wind",
+        f"if the heading is magnetic or the compass off, add {-found.angle / _DEG:.3g} deg to psi (and turn u and v_m "
+        "where they were made with it); else name the current", "quality", "heading_bias",
     )  # fmt: skip

@@ -13,7 +13,7 @@ import numpy as np
 from .. import Array
 from ..mapping.angles import halves
 from .layout import Table, number, ungrouped
-from .naming import Meaning, meanings, parted, tokens, unit_in_name, unit_of
+from .naming import Meaning, meanings, parted, tokens, unit_in_name, unit_of, words_of_names
 
 Kind = Literal["number", "letters", "minutes", "dms", "iso", "stamp", "date", "clock", "text", "empty"]
 
@@ -55,6 +55,7 @@ class Column:
         missing: words that stand for a gap, beside the usual ones.
         means: what its name may mean, best first.
         cells: its text.
+        unread: what stands in the place of a unit and is none that is known.
         half: 0 or 1 for the first or second part of cells that hold a latitude and a longitude; None for whole cells.
     """
 
@@ -70,6 +71,7 @@ class Column:
     means: tuple[Meaning, ...]
     cells: tuple[str, ...] = field(repr=False)
     half: int | None = None
+    unread: str = ""
 
     @property
     def said(self) -> str:
@@ -138,7 +140,14 @@ def _column(table: Table, k: int, around: str) -> Column:
     means = tuple(meanings(name, around))
     angle = bool(means) and means[0].role in ("latitude", "longitude")
     kind, values, letters, missing = _read(_spaced(cells) if angle else cells, table.layout.decimal)
-    return Column(table, head, name, unit, where if unit else "", kind, values, letters, missing, means, cells)
+    unread = "" if unit else next((text for text in (bracket, table.units[k]) if _like_unit(text)), "")
+    return Column(table, head, name, unit, where if unit else "", kind, values, letters, missing, means, cells,
+                  unread=unread)  # fmt: skip
+
+
+def _like_unit(text: str) -> bool:
+    """Whether a text in the place of a unit may be one, and no word that says more about the name."""
+    return bool(re.fullmatch(r"[^\W\d_][\w/^*.·° -]{0,9}", text.strip())) and not words_of_names(text)
 
 
 def _spaced(cells: tuple[str, ...]) -> tuple[str, ...]:

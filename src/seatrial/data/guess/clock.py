@@ -23,6 +23,9 @@ _WEEK = 7 * _DAY
 _TICKS = 1e4
 """Steps of a clock beyond which its numbers are no minutes, but may be nanoseconds."""
 
+_SLOW = 5.0
+"""Steps [s] by which a clock may miss the end and the beginning of a day."""
+
 _UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": _DAY}
 
 
@@ -65,6 +68,12 @@ def coarse(t: Array) -> bool:
     inner = counts[1:-1]
     return bool((np.diff(rising) >= 0.0).all()) and inner.size > 2 and bool(
         (np.abs(inner - np.median(inner)) <= max(1.0, 0.2 * float(np.median(inner)))).mean() > _MOSTLY)  # fmt: skip
+
+
+def an_hour_back(t: Array) -> bool:
+    """Whether times go back once, by an hour less a step or so."""
+    steps = np.diff(t[np.isfinite(t)])
+    return bool(abs(float(np.min(steps)) + 3600.0) < max(_SLOW, 3.0 * float(np.median(np.abs(steps)))))
 
 
 def _ranked(
@@ -359,8 +368,27 @@ def _numbers(columns: Sequence[Column]) -> list[Clock]:
         known = column.unit if column.unit in _UNITS else ""
         unit = known or "s"
         answer = Answer(f"unit by its {column.where}" if known else "numbers that rise from row to row")
-        t = column.values * _UNITS[unit]
+        t, keys = column.values * _UNITS[unit], {**keys, "unit": quoted(unit)}
+        if _of_a_day(t):
+            found += _seconds_of_days(column, t, keys, name)
+            continue
         far = float(np.nanmedian(np.abs(np.diff(column.values)))) > _TICKS
         others = () if known else ("ms", "us", "ns") if far else ("ms", "min", "us")
-        found += _ranked(t, 2.2 + 0.1 * name, {**keys, "unit": quoted(unit)}, answer, (column.head,), others)
+        found += _ranked(t, 2.2 + 0.1 * name, keys, answer, (column.head,), others)
     return found
+
+
+def _seconds_of_days(column: Column, t: Array, keys: dict[str, str], score: float) -> list[Clock]:
+    t = t + np.concatenate([[0.0], _DAY * np.cumsum(np.nan_to_num(np.diff(t)) < -0.5 * _DAY)])
+    keys = {**keys, "format": quoted("seconds of the day")}
+    answer = Answer("begins anew at midnight: seconds of the day")
+    return _ranked(t, 2.4 + 0.1 * score, keys, answer, (column.head,))
+
+
+def _of_a_day(t: Array) -> bool:
+    """Whether numbers are seconds of the day that go over midnight: they begin anew at 0 from 86 400, and else rise."""
+    good = t[np.isfinite(t)]
+    back = np.flatnonzero(np.diff(good) < 0.0)
+    slow = max(_SLOW, 3.0 * float(np.median(np.abs(np.diff(good))))) if good.size > 1 else 0.0
+    return bool(back.size and (good >= 0.0).all() and (good <= _DAY).all() and (good[back] > _DAY - slow).all()
+                and (good[back + 1] < slow).all())  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..units import KNOWN
 from .answers import ASK, Answer, Entry, listed, quoted
 from .cells import Column
 from .helm import from_neutral, neutral_of, read_revolutions, read_rudder
+from .layout import Table
 from .motion import SPEEDS, Motion, Option, Verdict, speed_unit_said, speeds_of
 from .naming import magnetic, tokens
 from .roles import Signal
@@ -84,6 +85,26 @@ def _despite(signal: Signal, unit: str) -> dict[str, str]:
     return {"despite": quoted(signal.column.unit)} if wrong else {}
 
 
+def once_named(tables: Sequence[Table], entry: Entry) -> Entry:
+    """The entry with a doubt where its column's name is that of another column too."""
+    heads = [head for table in tables for head in set(table.heads) if table.heads.count(head) > 1]
+    twice = [head for head in heads if quoted(head) in entry.keys.values()]
+    if not twice:
+        return entry
+    return _doubting(entry, f"two columns are called {twice[0]}, and the import refuses that; rename one in the log")
+
+
+def in_its_unit(columns: Sequence[Column], entry: Entry) -> Entry:
+    """The entry with a doubt where its column has a word in the place of a unit that is none known here."""
+    used = [one for one in columns if one.unread and quoted(one.head) in entry.keys.values()]
+    return _doubting(entry, *(f"{one.said} says {quoted(one.unread)}, which is no unit that is known; the one here is "
+                              "a guess" for one in used))  # fmt: skip
+
+
+def _doubting(entry: Entry, *doubts: str) -> Entry:
+    return replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, *doubts)))
+
+
 def entry_of(channel: str, signal: Signal, keys: Mapping[str, str], answer: Answer) -> Entry:
     """The entry of a channel that is one column."""
     return Entry(f"channels.{channel}", _of(signal, **keys), answer)
@@ -116,7 +137,7 @@ def _heading(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
     if sense != "clockwise from north":
         keys["sign"] = "-1"
         if "east" in sense:
-            keys["offset"] = "90.0" if unit == "deg" else f"{math.pi / 2:.12g}"
+            keys["offset"] = "90.0" if unit == "deg" else f"{math.pi / 2 / KNOWN[unit][1]:.12g}"
     doubts = [
         *_said(signal, unit),
         *_doubts(verdict, unit_of_psi="write that", sense_of_psi="turn sign (and offset) then"),

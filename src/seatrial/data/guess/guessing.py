@@ -17,8 +17,17 @@ from ..recognise import recognise
 from ..table import existing
 from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
 from .cells import Column
-from .clock import coarse
-from .entries import Known, control_entries, in_degrees, known_motion, motion_entries, other_entries
+from .clock import an_hour_back, coarse
+from .entries import (
+    Known,
+    control_entries,
+    in_degrees,
+    in_its_unit,
+    known_motion,
+    motion_entries,
+    once_named,
+    other_entries,
+)
 from .logs import Log, Topic, bridged, find_log, leap
 from .motion import TIMES, Motion, Verdict
 from .roles import Signal, sided, signals, trial_column
@@ -27,7 +36,7 @@ from .wind import read_two_winds, read_wind, wind_entries
 
 _OTHERS = 8
 _SHOWN = 12
-_SLOW, _DAY = 5.0, 86400.0
+_SLOW = 5.0
 _BY_NAMES = "names alone are followed"
 _REACH, _DELAY, _LONGEST = 2.5, 1.0, 30.0
 """Steps of a topic that a line spans, the delay [s] that one may have, and how long an order holds [s]."""
@@ -69,7 +78,9 @@ def guess(src: str | Path) -> Guess:
     if known is not None and not known.tabular:
         return _of_numbers(here, known) if known.format in _ROBOTS else Guess(known.format, notes=(known.said,))
     log = find_log(here)
-    entries = [_reaching(log, _once_named(log, one)) for one in _entries(log)]
+    columns = [column for topic in (log.main, *log.topics) for column in topic.columns]
+    tables = [topic.table for topic in (log.main, *log.topics)]
+    entries = [_reaching(log, in_its_unit(columns, once_named(tables, one))) for one in _entries(log)]
     text = " ".join(value for one in entries for value in one.keys.values())
     entries += [one for topic in (log.main, *log.topics) for one in neglected(topic.columns, text)]
     if not any(one.table.startswith("channels.") or one.table in _SOURCES for one in entries):
@@ -121,21 +132,6 @@ def _nothing(log: Log) -> str:
                 'columns = ["t", "psi", ...]')  # fmt: skip
     heads = ", ".join(one.said for one in log.main.columns[:_SHOWN])
     return f"no column is known as a quantity of a ship's motion ({heads}); write a mapping (docs/data.md)"
-
-
-def _once_named(log: Log, entry: Entry) -> Entry:
-    """The entry with a doubt where its column's name is that of another column too."""
-    heads = [
-        head
-        for topic in (log.main, *log.topics)
-        for head in set(topic.table.heads)
-        if topic.table.heads.count(head) > 1
-    ]
-    twice = [head for head in heads if quoted(head) in entry.keys.values()]
-    if not twice:
-        return entry
-    doubt = f"two columns are called {twice[0]}, and the import refuses that; rename one in the log"
-    return replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, doubt)))
 
 
 def _reaching(log: Log, entry: Entry) -> Entry:
@@ -372,9 +368,10 @@ def _time_entry(log: Log, verdict: Verdict) -> Entry:
     if rest:
         answer = replace(answer, evidence=f"{answer.evidence}; not {', '.join(one.said for one in rest)}")
     back = int((np.diff(log.t) < 0).sum())
-    if back == 1 and abs(float(np.nanmin(np.diff(log.t))) + _DAY) < _SLOW:
-        doubt = "its seconds of the day begin anew at midnight; cut the log there into two"
-        answer = replace(answer, doubts=(*answer.doubts, doubt))
+    if back == 1 and "zone" in keys and an_hour_back(log.t):
+        doubt = ('it goes back by an hour, as at the end of summer time: write the zone, such as "Europe/Oslo"; of a '
+                 'log that was joined in disorder zone = "unknown" and sort = true')  # fmt: skip
+        keys["zone"], answer = quoted(ASK), replace(answer, doubts=(*answer.doubts, doubt))
     elif back and trial_column(log.main.columns, log.t) is None:
         keys["sort"] = "true"
         answer = replace(answer, doubts=(*answer.doubts, f"{back} rows go back in time; sorted"))

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from .. import Array
+from ..units import KNOWN
 from .answers import ASK, Answer, quoted
 from .roles import Signal
 
@@ -137,7 +138,7 @@ def read_rudder(signal: Signal, t: Array, r: Array | None, logged: set[str]) -> 
 
 def _held(t: Array, r: Array, delta: Array, unit: str) -> float:
     """Sign of the turn by a rudder that is held well over: a ship turns to that side in the end; 0 where none shows."""
-    size = {"deg": math.pi / 180.0, "rad": 1.0}.get(unit, 0.0)
+    size = KNOWN[unit][1] if unit in KNOWN else 0.0
     largest = float(np.nanmax(np.abs(delta), initial=0.0))
     rows = np.flatnonzero(np.isfinite(delta + r) & (np.abs(delta) > 0.9 * largest))
     if largest * size < _WELL_OVER or rows.size < 30:
@@ -221,6 +222,9 @@ def read_revolutions(
     if signal.unit:
         return {"unit": f'"{signal.unit}"'}, Answer(f"{signal.column.said}, unit by its {signal.column.where}")
     evidence = f"{signal.column.said}, values up to {largest:.3g}"
+    if signal.column.unit:
+        doubt = f"the {signal.column.where} says {signal.column.unit}, which is no unit of revolutions; write theirs"
+        return {"unit": f'"{ASK}"'}, Answer(evidence, (doubt,))
     running = np.isfinite(values) & (values > 0.3 * largest)
     if speed is None or running.sum() < 10 or r is None or turned < _TURNED:
         unit = "rpm" if largest > 60.0 else ASK

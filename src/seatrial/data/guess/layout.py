@@ -176,8 +176,9 @@ def read_text(path: Path, most: int = ROWS) -> Table:
         raise DataError(f"{path}: no rows of numbers found; is it a table?")
     heads, skip, units = _header(path, lines, first, delimiter, count)
     foot, footer = _footer(lines, first, lambda line: split_line(line, delimiter), mark)
-    rows = [cells for line in lines[first : min(first + most, foot)] if line.strip()
-            and len(cells := split_line(line, delimiter)) == count]  # fmt: skip
+    above = {line.strip() for line in lines[skip:first]}
+    rows = [cells for line in lines[first : min(first + most, foot)] if line.strip() and line.strip() not in above
+            and len(cells := split_line(line, delimiter)) == count and any(cells)]  # fmt: skip
     if len(rows) < 2:
         raise DataError(f"{path}: {len(rows)} rows of numbers; a trial needs at least 2")
     columns = tuple(zip(*rows, strict=True))

@@ -19,6 +19,7 @@ import numpy as np
 from .. import Array, Trial, unwrapped
 from ..check.relations import left_over
 from ..geodesy import SEMI_AXIS
+from ..units import KNOWN
 from .roles import Signal
 
 SPEEDS = {"m/s": 1.0, "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6}
@@ -26,6 +27,8 @@ RATES = {"deg/s": np.pi / 180.0, "rad/s": 1.0, "deg/min": np.pi / 10800.0}
 _TIME_STRAIN = {"s": 0.0, "ms": 0.5, "us": 1.0, "ns": 1.2, "min": 1.6}
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 _LOST = 0.25
+_TURN, _TURN_FINE = 730.0, 36_000.0
+"""Whole numbers from there to there are hundredths of degrees on a circle, in which loggers keep angles."""
 _COURSE = 0.3  # weight of the angle between heading and course [rad]: drift and current are no fault
 _ABSURD = 5.0
 _BAND, _FLOOR = 1.3, 0.03
@@ -139,12 +142,12 @@ class Motion:
             return [Option({}, 0.0, ())]
         raw, said = self.values[role], self.found[role].unit
         out: list[Option] = []
-        for unit, sense in product(("deg", "rad"), _SENSES):
+        for unit, sense in product(_angles(raw, said), _SENSES):
             strain = unit_strain(unit, said) + _size_strain(raw, unit)
             strain += (
                 0.0 if sense == _SENSES[0] else _turned_strain(self.found[role]) + (0.5 if sense == _SENSES[2] else 0.0)
             )
-            psi = np.radians(raw) if unit == "deg" else raw
+            psi = KNOWN[unit][1] * raw
             psi = dict(zip(_SENSES, (psi, 0.5 * np.pi - psi, -psi), strict=True))[sense]
             out.append(Option({"unit of psi": unit, "sense of psi": sense}, strain, (unwrapped(psi),)))
         return [one for one in out if one.strain < _ABSURD]
@@ -165,7 +168,7 @@ class Motion:
             return self._fixes()
         for pair, strain in ((("north", "east"), 3.0), (("x", "y"), 1.0)):
             if set(pair) <= set(self.found):
-                a, b = (self.values[role] for role in pair)
+                a, b = (self.values[role] * KNOWN[self.found[role].unit or "m"][1] for role in pair)
                 first, second = (self.found[role].column.said for role in pair)
                 robotic = pair == ("x", "y") and _robotic(self.found["x"])
                 strain = 0.0 if robotic else strain
@@ -189,14 +192,14 @@ class Motion:
             return [Option({}, 0.0, ())]
         a, b = (self.values[role] for role in pair)
         said = speed_unit_said(self.found, pair)
-        units = [(unit, unit_strain(unit, said) + 0.3 * k) for k, unit in enumerate(SPEEDS)]
+        units = [(unit, unit_strain(unit, said) + 0.3 * k) for k, unit in enumerate(speed_units(said))]
         out: list[Option] = []
         for unit, strain in units:
-            size = SPEEDS[unit]
+            size = KNOWN[unit][1]
             if pair[1] == "cog":
-                for angle in ("deg", "rad"):
+                for angle in _angles(b, self.found["cog"].unit):
                     more = unit_strain(angle, self.found["cog"].unit) + _size_strain(b, angle)
-                    course = np.radians(b) if angle == "deg" else b
+                    course = KNOWN[angle][1] * b
                     out.append(
                         Option(
                             {"unit of speed": unit, "unit of course": angle, "frame of speeds": "north, east"},
@@ -356,6 +359,22 @@ def _turned_strain(signal: Signal) -> float:
     return 2.5 if signal.role == "heading" else 0.7 if "yaw" in signal.column.name.lower() else 1.5
 
 
+def speed_units(said: str) -> tuple[str, ...]:
+    """Units that a speed may be in; one that the log says is among them."""
+    return (*SPEEDS, *({said} - set(SPEEDS) - {""}))
+
+
+def _angles(raw: Array, said: str) -> tuple[str, ...]:
+    """Units that an angle may be in: what the log says, else hundredths of degrees by size."""
+    other = said or ("cdeg" if _hundredths(raw) else "")
+    return ("deg", "rad", *({other} - {"deg", "rad", ""}))
+
+
+def _hundredths(raw: Array) -> bool:
+    good = raw[np.isfinite(raw)]
+    return bool(good.size and _TURN < np.abs(good).max() <= _TURN_FINE and (good == np.round(good)).all())
+
+
 def unit_strain(unit: str, said: str) -> float:
     """How far a unit is from what the log says of it."""
     return 0.0 if unit == said or not said else 3.0
@@ -364,6 +383,10 @@ def unit_strain(unit: str, said: str) -> float:
 def _size_strain(raw: Array, unit: str) -> float:
     """How odd the numbers would be in this unit of an angle."""
     largest = float(np.nanmax(np.abs(raw), initial=0.0))
+    if unit not in ("deg", "rad"):
+        return 0.0
+    if unit == "deg" and _hundredths(raw):
+        return 3.0
     if unit == "rad":
         return 4.0 if largest > 30.0 else 2.2 if largest > 7.0 else 0.0
     return 0.5 if largest < 6.5 else 0.0

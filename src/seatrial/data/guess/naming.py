@@ -55,9 +55,12 @@ def parted(head: str) -> tuple[str, str]:
     """A head as its name and what it says of a unit: ``"RUD [deg]"``, ``"Kurs (Grad)"``, ``"speed, kn"``."""
     found = _UNIT.match(head.strip())
     if found and found["name"]:
-        # "SPD(GND)" is a name, "RUD(deg)" has a unit
+        # "SPD(GND)" and "Rudder [port]" are names, "RUD(deg)" has a unit, "Compass [streck]" one that is not known
         named = re.fullmatch(r"[A-Za-z ]{1,12}", found["unit"]) and not unit_of(found["unit"])
+        named = named and ("[" not in head or words_of_names(found["unit"]))
         return (head.strip(), "") if named else (found["name"].strip(), found["unit"].strip())
+    if re.fullmatch(r"\S.*[\s_]%", head.strip()):
+        return head.strip()[:-1].rstrip(" _"), "%"
     name, comma, last = head.strip().rpartition(",")
     if comma and unit_of(last):
         return name.strip(), last.strip()
@@ -75,8 +78,8 @@ def unit_in_name(name: str) -> str:
     words = tokens(name)
     for count in (2, 1):
         tail = "/".join(words[-count:])
-        # Single letters are as often an axis as a unit.
-        if len(words) >= count and len(tail) > 1 and tail in _tables().units:
+        # Single letters are as often an axis as a unit, and "second of day" is in seconds.
+        if len(words) >= count and len(tail) > 1 and words[-count - 1 : -count] != ["of"] and tail in _tables().units:
             return _tables().units[tail]
     return ""
 
@@ -86,6 +89,11 @@ def tokens(name: str) -> list[str]:
     split = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z]|[A-Z]{2,})|(?<=[A-Za-z]{2})(?=\d)", " ", name)
     plain = _plain(split)
     return re.findall(r"[a-z]+\d*|\d+", plain.lower())
+
+
+def words_of_names(text: str) -> bool:
+    """Whether a text has a word that names of columns have: of a side, an order, a source."""
+    return any(set(tokens(text)) & known for known in _tables().modifiers.values())
 
 
 _MAGNETIC = frozenset((

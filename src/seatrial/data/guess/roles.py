@@ -23,15 +23,16 @@ _PAIRS = (("north", "east"), ("x", "y"), ("latitude", "longitude"), ("v_north", 
 
 _TIMES = ("time", "stamp", "date", "clock", "epoch", "week", "tow", "trial")
 
+_ANGLES = ("deg", "rad", "cdeg", "mrad", "gon", "mil")
 _UNITS = {
-    "heading": ("deg", "rad"), "yaw": ("deg", "rad"), "cog": ("deg", "rad"), "delta": ("deg", "rad"),
-    "phi": ("deg", "rad"), "gamma_A": ("deg", "rad"), "gamma_T": ("deg", "rad"), "wind_direction": ("deg", "rad"),
-    "gamma_C": ("deg", "rad"), "alpha": ("deg", "rad"), "latitude": ("deg", "rad"), "longitude": ("deg", "rad"),
+    **dict.fromkeys(("heading", "yaw", "cog", "delta", "phi", "gamma_A", "gamma_T", "wind_direction", "gamma_C",
+                     "alpha"), _ANGLES),
+    "latitude": ("deg", "rad"), "longitude": ("deg", "rad"),
     "r": ("deg/s", "rad/s", "deg/min"), "n_P": ("1/s", "rpm"), "depth": ("m",), "throttle": ("-", "%", "us"),
     "force": ("N", "kN"),
-    **dict.fromkeys(("north", "east", "x", "y"), ("m", "km", "ft", "NM")),
+    **dict.fromkeys(("north", "east", "x", "y"), ("m", "km", "ft", "NM", "yd", "cm", "mm")),
     **dict.fromkeys(("u", "v", "v_north", "v_east", "vx", "vy", "sog", "stw", "speed", "U_A", "U_T", "U_C",
-                     "wind_speed"), ("m/s", "kn", "km/h")),
+                     "wind_speed"), ("m/s", "kn", "km/h", "ft/s", "mph", "cm/s")),
     **dict.fromkeys(("qx", "qy", "qz", "qw"), ("-",)),
 }  # fmt: skip
 """Units that can measure each quantity."""

@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 
 from .. import Array
+from ..units import KNOWN
 from .answers import ASK, Answer, Entry, quoted
 from .motion import SPEEDS
 from .roles import Signal
@@ -161,8 +162,8 @@ _KIND = {True: {"gamma_T": 2.0}, False: {"gamma_A": 2.0}}
 def _air(one: WindReading, speed: Array, direction: Array, motion: Motions) -> Array:
     """Where the wind over ground comes from: its speed times north and east, shape (rows, 2)."""
     psi, u, v = motion
-    size = speed * SPEEDS[one.unit]
-    gamma = one.side * (np.radians(direction) if one.angle == "deg" else direction) + (np.pi if one.towards else 0.0)
+    size = speed * KNOWN[one.unit][1]
+    gamma = one.side * KNOWN[one.angle][1] * direction + (np.pi if one.towards else 0.0)
     if not one.relative:
         return np.column_stack([size * np.cos(gamma), size * np.sin(gamma)])
     ahead, aside = size * np.cos(gamma) - u, size * np.sin(gamma) - v

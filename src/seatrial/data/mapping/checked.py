@@ -20,7 +20,7 @@ ASK = "?"
 """Value of a key that nothing in the log decides; whoever reads the mapping refuses it until a person has answered."""
 
 _ASKED = re.compile(r"""(\w+)\s*=\s*["']\?["']""")
-FORMATS = ("iso", "clock", "epoch", "gps", *DAYS)
+FORMATS = ("iso", "clock", "seconds of the day", "epoch", "gps", *DAYS)
 _DIRECTIVES = "YymdHMSfpbBjz%I"
 
 
@@ -131,6 +131,7 @@ def _check_clock(place: str, clock: Clock) -> None:
         wrong = ("zone", "date", "week", "nanoseconds")
     elif clock.format in FORMATS:
         wrong = {"iso": ("week", "nanoseconds"), "clock": ("zone", "date", "week", "nanoseconds"),
+                 "seconds of the day": ("zone", "date", "week", "nanoseconds"),
                  "epoch": ("zone", "date", "week"), "gps": ("zone", "date", "nanoseconds")}.get(
                      clock.format, ("date", "week", "nanoseconds"))  # fmt: skip
     else:

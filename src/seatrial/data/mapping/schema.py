@@ -11,7 +11,7 @@ from typing import Literal
 from ..sidecar import Described
 
 Words = tuple[str, ...]
-Angle = Literal["deg", "rad"]
+Angle = Literal["deg", "rad", "cdeg", "mrad", "gon", "mil"]
 Offset = tuple[float, ...]
 """Place aboard from midship [m]: forward, starboard; empty for midship itself."""
 
@@ -72,8 +72,8 @@ class Clock:
         sort: rows are put in the order of their times, and of rows that are the same one is kept.
         step: of a table without a clock, from row to row [s].
         format: None for numbers since some start, "iso" (ISO 8601, also with / or a blank), "clock" (hh:mm:ss of the
-            day), "epoch" (since 1970), "gps" (seconds of the week), days as MATLAB ("datenum"), a spreadsheet ("excel")
-            or astronomers ("julian") count them, or a pattern such as "%d.%m.%Y %H:%M:%S".
+            day), "seconds of the day", "epoch" (since 1970), "gps" (seconds of the week), days as MATLAB ("datenum"),
+            a spreadsheet ("excel") or astronomers ("julian") count them, or a pattern such as "%d.%m.%Y %H:%M:%S".
         zone: of times without one: "UTC", "+02:00", "Europe/Oslo"; "unknown" where nobody knows it.
         date: column of the date, joined with `column` by a blank.
         week: column of the GPS week, and how often it began anew at 1024 (`rollover`).

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import codecs
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from collections.abc import Mapping as Named
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,7 +38,7 @@ class Layout:
         body: the rows of the table as UTF-8, header and rows of units left out.
         separator: one character between cells.
         heads: names in the header.
-        lines: line of each row in the file, from 1, blank ones left out.
+        lines: line of each row in the file, from 1, blank ones and those that repeat the heading left out.
         units: cells of the rows of units.
         quoted: whether a quoted cell holds a separator.
     """
@@ -139,7 +139,8 @@ def laid_out(
     heads, *rest = [tuple(named), *rows] if named else rows
     first = found + 1
     source = "columns of the mapping" if named else "the header"
-    blank, count, quoted = _counted(path, body, separator, len(heads), first, source)
+    again = {line.strip() for line in heading if line.strip()}
+    blank, count, quoted = _counted(path, body, separator, len(heads), (first, source), again)
     lines = np.delete(np.arange(count, dtype=np.int64), blank) + first
     return Layout(body, separator, heads, lines, tuple(rest), quoted, tuple(blank))
 
@@ -199,15 +200,26 @@ def _whole(path: Path, read: Callable[[], pl.DataFrame]) -> pl.DataFrame:
 
 
 def _counted(
-    path: Path, body: bytes, separator: str, width: int, first: int, names: str
+    path: Path, body: bytes, separator: str, width: int, said: tuple[int, str], heading: Set[bytes]
 ) -> tuple[list[int], int, bool]:  # fmt: skip
-    """Blank lines, the number of lines, and whether a separator is within quotes, of the rows of a table."""
+    """Blank lines, the number of lines, and whether a separator is within quotes, of the rows of a table.
+
+    Lines without a filled cell count as blank ones, and so do those of the heading that a logger wrote again.
+
+    Args:
+        path, body, separator, width: of the table.
+        said: number of its first line, and where its width is from.
+        heading: its lines above the first row.
+    """
     comma, blank, quoted, k = separator.encode(), list[int](), False, -1
+    first, names = said
+    plain = {comma, *(line[:1] for line in heading)}
     for k, line in enumerate(io.BytesIO(body)):
         count = line.count(comma) + 1
-        if count == width and width > 1:
+        none = line[:1] in plain and (line.strip() in heading or not line.strip(comma + b" \t\r\n"))
+        if count == width and width > 1 and not none:
             continue
-        if not line.strip():
+        if none or not line.strip():
             blank.append(k)
             continue
         if count != width and b'"' in line:

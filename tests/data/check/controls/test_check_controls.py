@@ -467,3 +467,12 @@ def test_a_lag_that_hangs_on_an_assumed_length_is_none(
     found = rudder._whatever_its_length((trial,))
     assert (found is not None) == told
     assert rudder._whatever_its_length((replace(trial, meta={"L_pp": 200.0}),)) is not None
+
+
+@pytest.mark.parametrize(("turns", "told"), [(0.014, True), (0.2, True), (0.3, False), (2.0, False), (200.0, False)])
+def test_revolutions_of_a_ship_of_unknown_length_screw_some_metres(turns: float, told: bool) -> None:
+    """At 5 m/s: 25 m a revolution are none, 17 m would be; how many are too many only a length tells."""
+    t = np.arange(400.0)
+    trial = Trial("a", t, {"u": np.full(400, 5.0), "n_P": np.full(400, turns)})
+    found = list(shaft_faults([trial]))
+    assert [one.key for one in found] == ["unit"] * told

@@ -260,3 +260,33 @@ def test_less_than_twenty_rows_are_too_short_to_judge() -> None:
         t = np.arange(float(rows))
         found = check_folder([log(t, psi=0.01 * t + 0.001 * np.sin(7 * t))])
         assert [one.key for one in found] == keys
+
+
+# -- leaps of the clock
+
+
+def _ahead(by: float, speed: float = 5.0, lost: int = 0, stop: float = 0.0) -> Trial:
+    """A straight run whose clock leaps at row 100; rows that are lost there, or a stop, are no leap of the clock."""
+    rows = np.delete(np.arange(200.0), slice(100, 100 + lost))
+    t = rows + np.where(rows >= 100, by, 0.0)
+    sailed = speed * rows + np.where(rows >= 100, stop, 0.0)
+    noise = np.random.default_rng(0).normal(0.0, 0.05, (2, rows.size))
+    return log(t, x=0.8 * sailed + noise[0], y=0.6 * sailed + noise[1])
+
+
+@pytest.mark.parametrize(("by", "speed", "lost", "stop", "told"), [
+    (18.0, 5.0, 0, 0.0, True), (3.0, 5.0, 0, 0.0, True), (3600.0, 1.0, 0, 0.0, True),  # a clock that was set
+    (0.0, 5.0, 18, 0.0, False), (40.0, 5.0, 0, 200.0, False),  # lost rows; a pause in which the ship went on
+    (18.0, 0.0, 0, 0.0, False), (0.0, 5.0, 0, 0.0, False),  # at rest; no leap
+])  # fmt: skip
+def test_a_clock_that_is_set_ahead_is_told_from_rows_that_are_lost(
+    by: float, speed: float, lost: int, stop: float, told: bool
+) -> None:
+    found = [one for one in check_folder([_ahead(by, speed, lost, stop)]) if one.key == "clock_ahead"]
+    assert bool(found) == told
+    if told:
+        assert f"by {by:.3g} s at t = 99 s" in found[0].evidence
+        assert [one.do for one in found[0].steps] == ["split"]
+    assert any(one.key == "missing_rows" for one in check_folder([_ahead(by, speed, lost, stop)])) == (
+        not told and bool(by or lost)
+    )

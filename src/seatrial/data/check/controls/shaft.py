@@ -13,6 +13,8 @@ from ..sensors import Fault
 
 # Advance per revolution over the length, u/(n L): .013 to .04 for ships.
 _LEAST, _MOST = 0.003, 0.15
+# Advance per revolution of a ship of unknown length [m]: the largest propellers screw some ten.
+_SCREWED = 20.0
 
 
 def shaft_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
@@ -46,6 +48,13 @@ def _one(trials: Sequence[Trial], name: str) -> Iterator[Fault]:
         return
     known = (turns > 0) & np.isfinite(lengths)
     if not known.any():
+        far = float(np.median(speeds / greatest))
+        if far > _SCREWED:
+            yield Fault(
+                "error", name, "revolutions are too few for the speed: converted from rpm, or a share of the most",
+                f"{np.median(greatest):.3g} 1/s at {np.median(speeds):.3g} m/s: {far:.3g} m a revolution",
+                "give the unit in the mapping; a share of the greatest revolutions is no channel", "unit", "unit",
+            )  # fmt: skip
         return
     # A berthing coasts with its propeller near rest: revolutions are too few only if the greatest ones are.
     small = float(np.median(speeds[known] / (greatest[known] * lengths[known]))) > _MOST

@@ -1,7 +1,8 @@
 """Times of rows from the clock of a log: numbers, ISO 8601, patterns, hours of the day, Unix time, GPS time.
 
-Stamps are whole nanoseconds, so that no digit of a logger is lost.  A time that a zone has twice, or never, is refused:
-the hour that is repeated when summer time ends cannot be told apart.
+Stamps are whole nanoseconds, so that no digit of a logger is lost.  A time that a zone never has is refused.  Of the
+hour that it has twice, when summer time ends, the rows before the clock goes back are the first and those after it the
+second; where it does not go back in that hour they cannot be told apart, and are refused.
 """
 
 from __future__ import annotations
@@ -91,6 +92,8 @@ def stamps(table: Table, clock: Clock) -> Stamps:
         return Stamps("utc", _shifted(_unix(table, clock), late))
     if clock.format == "gps":
         return Stamps("utc", _shifted(_gps(table, clock), late))
+    if clock.format == "seconds of the day":
+        return Stamps("day", _shifted(_onwards(_exact(table, clock.column, EPOCHS[clock.unit or "s"]), _DAY), late))
     if clock.format in DAYS:
         days = numbers(table, clock.column) - DAYS[clock.format]
         _refuse_far(table, clock.column, np.nan_to_num(days), _DAY)
@@ -269,6 +272,12 @@ def _in_zone(table: Table, clock: Clock, local: Ticks, rows: NDArray[np.bool_]) 
         return Stamps("utc", np.where(local == NEVER, NEVER, local - fixed), fixed)
     naive = pl.Series(local[some]).cast(pl.Datetime("ns"))
     there = naive.dt.replace_time_zone(clock.zone, ambiguous="null", non_existent="null")
+    back = np.flatnonzero(np.diff(local[some]) < -_HOUR // 4)
+    if back.size == 1:
+        ends = [naive.dt.replace_time_zone(clock.zone, ambiguous=which, non_existent="null")
+                for which in ("earliest", "latest")]  # fmt: skip
+        first = pl.Series(np.arange(some.size) <= back[0])
+        there = pl.select(pl.when(first).then(ends[0]).otherwise(ends[1])).to_series()
     lost = np.flatnonzero(there.is_null().to_numpy())
     if lost.size:
         twice = naive[lost[:1].tolist()].dt.replace_time_zone(clock.zone, ambiguous="earliest", non_existent="null")
