@@ -24,7 +24,8 @@ _FROUDE = 9.80665
 def estimated(seed: int) -> Ship:
     """A ship of random, sensible particulars: fuller where slower, a few of two screws, in ballast or models of ships.
 
-    Lengths 60 to 330 m, or 2 to 8 m of a model; Watson's C_b = 1.08 - 1.68 F_n within 0.03; wind on every second.
+    Lengths 60 to 330 m, or 2 to 8 m of a model; Watson's C_b = 1.08 - 1.68 F_n within 0.03; rudders of at least the
+    area of DNV's rule; wind on every second.
     """
     random = np.random.default_rng(1000 + seed)
     model, ballast, twin = seed % 5 == 1, seed % 5 == 2, seed % 7 == 3
@@ -37,7 +38,7 @@ def estimated(seed: int) -> Ship:
     given = {
         "L_pp": L, "B": B, "d": d, "C_b": full - 0.03 * ballast, "speed": F_n * (_FROUDE * L) ** 0.5,
         "D_P": float(random.uniform(0.5, 0.68)) * deep * (0.75 if twin else 1.0), "blades": 4.0 + seed % 2,
-        "A_R": float(random.uniform(0.85, 1.25)) * 0.01 * L * deep * (1 + 25 * (B / L) ** 2) / (1 + twin),
+        "A_R": float(random.uniform(1.0, 1.3)) * 0.01 * L * deep * (1 + 25 * (B / L) ** 2) / (1 + twin),
         "x_G": float(random.uniform(-0.02, 0.03)) * L, "pitch_ratio": float(random.uniform(0.7, 1.05)),
     }  # fmt: skip
     if model:
@@ -95,12 +96,16 @@ def new(entry: Entry) -> list[str]:
     return [said for said in every if not any(lack in said for lack in _LACKS)]
 
 
-def right() -> Iterator[Entry]:
-    """Forty good ships: estimates, other bases within the scatter, other sizes, rudders, propellers and gears."""
-    for seed in range(_ESTIMATES):
+def right(first: int = 0) -> Iterator[Entry]:
+    """Forty good ships: estimates, other bases within the scatter, other sizes, rudders, propellers and gears.
+
+    Args:
+        first: seed of the first; another has other estimates and other scatter.
+    """
+    for seed in range(first, first + _ESTIMATES):
         yield Entry(f"estimate {seed}", _later(estimated, seed), "")
     for base in _SCATTERED:
-        yield Entry(f"{base}, scatter 101", _later(gallery.scattered, base, 101), base)
+        yield Entry(f"{base}, scatter {101 + first}", _later(gallery.scattered, base, 101 + first), base)
     for base, L in _SCALED:
         yield Entry(f"{base} to {L:g} m", _later(lambda base, L: scale(good(base), L).ship, base, L), base)
     for base, factors in _MOVED:

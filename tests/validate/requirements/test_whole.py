@@ -78,12 +78,22 @@ def test_beyond_the_usual_a_value_is_doubted_and_far_beyond_it_fails(value: floa
     assert (one.holds, one.doubt) == (holds, doubt)
 
 
-@pytest.mark.parametrize("name", ["kvlcc2", "kvlcc2_l7", "kcs", "seiun_maru", "suzaku", "mariner", "esso_osaka",
+@pytest.mark.parametrize("name", ["kvlcc2", "kvlcc2_l7", "seiun_maru", "suzaku", "mariner", "esso_osaka",
                                   "esso_osaka_3m", "gms_110", "twin_virtual", "container_son_nomoto",
                                   "esso_190k_tanker", "milliampere", "supply_76m", "cybership2", "gunnerus",
                                   "wamv_16", "blueboat", "northern_clipper"])  # fmt: skip
 def test_ships_of_the_library_lie_within_what_ships_have(name: str) -> None:
     assert not [one.wrong for one in whole.findings(Probe.of(load(name))) if not one.holds]
+
+
+def test_a_polynomial_of_drift_that_does_not_fall_with_speed_is_doubted_across() -> None:
+    """KCS: forces over the design speed, taken at 90 degrees of drift and 0.4 U; resistance falls with the square."""
+    ship = load("kcs")
+    (found,) = [one for one in whole.findings(Probe.of(ship)) if not one.holds]
+    hull, beta = ship.model.part("hull"), 0.5 * np.pi
+    across = float(hull.Y_b) * beta + float(hull.Y_bbb) * beta**3
+    assert found.doubt
+    assert found.value == pytest.approx(across / 0.4**2 / -float(hull.X_0), rel=0.2)
 
 
 def turned(**numbers: float) -> list[Finding]:

@@ -24,8 +24,12 @@ _APART = ("wind", "waves", "propeller", "screw", "race", "thrusters")
 """Parts whose numbers are judged by other items, and have no pairs to be exchanged."""
 _MEASURES = ("L_", "A_", "D_", "C_b", "U_", "n_")
 """Beginnings of lengths, areas, speeds, and particulars: positive, and in no exchange."""
-_GAINED, _AS_GOOD = 0.1, 1.25
-"""Strain that a slip may leave, of that before; sum of squares of another that is named with the best, over its own."""
+_GAINED = 0.1
+"""Strain that a slip may leave, of that before."""
+_RARE, _AS_GOOD = math.log(20.0), math.log(2.0)
+"""By so much the log of the probability rises, as of 20 ships one has a slip; within so little another is told."""
+_SIGMAS = {True: limit.USUAL.high, False: 2.5}
+"""Standard deviations from the middle of a range to its end: of a number against a regression, of a figure of ships."""
 
 Places = Mapping[str, float]
 """Figures by name: 0 in the middle of the usual range of ships, -1 and 1 at its ends."""
@@ -59,10 +63,15 @@ def _likely(p: Probe) -> str:
     left: dict[str, float] = {}
     for slip, after in _tried(p, own, odd):
         back = all(abs(after.get(name, math.inf)) <= 1.0 for name in odd)
-        if back and _strain(after) <= _GAINED * _strain(own):
-            left[slip.words] = sum(z * z for z in after.values())
+        if back and _strain(after) <= _GAINED * _strain(own) and _improbable(own) - _improbable(after) > _RARE:
+            left[slip.words] = _improbable(after)
     best = sorted(left, key=left.__getitem__)[:2]
-    return ", or ".join(words for words in best if left[words] <= _AS_GOOD * left[best[0]])
+    return ", or ".join(words for words in best if left[words] <= left[best[0]] + _AS_GOOD)
+
+
+def _improbable(places: Places) -> float:
+    """Minus the log of the density of normal figures, but for a constant."""
+    return 0.5 * sum((_SIGMAS["." in name] * z) ** 2 for name, z in places.items())
 
 
 def _strain(places: Places) -> float:
@@ -105,8 +114,9 @@ def _last(path: str) -> str:
 def _alike(path: str, other: str) -> bool:
     """Whether two numbers of one part have names of one form, such as N_r and Y_v, N_vvr and Y_vvr, m_x and m_y."""
     (part, _, one), (its, _, two) = path.rpartition("."), other.rpartition(".")
-    (_, _, order), (_, _, its_order) = one.partition("_"), two.partition("_")
-    return path != other and part == its and 0 < len(order) == len(its_order)
+    (letter, _, order), (other_letter, _, its_order) = one.partition("_"), two.partition("_")
+    alike = len(letter) == len(other_letter) == 1 and len(order) == len(its_order)
+    return path != other and part == its and alike
 
 
 def _after(p: Probe, slip: _Slip) -> Places | None:

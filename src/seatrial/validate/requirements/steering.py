@@ -82,13 +82,22 @@ def _side_force(p: Probe) -> Iterator[Finding]:
 
 
 def _inside(p: Probe, starboard: Trial, port: Trial) -> Iterator[Finding]:
+    """Drift in a turn; where a moment is ordered, as for positioning, the point about which the hull turns."""
     if not p.sways:
         return
     points: list[tuple[str, float]] = []
     for run, (side, name) in zip((starboard, port), _SIDES, strict=True):
         tail = slice(-len(run) // 5, None)
+        if p.moments and not p.conventional:
+            v_m, r = (float(np.mean(run[channel][tail])) for channel in ("v_m", "r"))
+            points.append((f"to {name}", -v_m / (r * p.ship.L_pp) if r else math.nan))
+            continue
         beta = side * float(np.mean(np.arctan2(-run["v_m"][tail], run["u"][tail])))
         points.append((f"to {name}", beta / _DEGREE))
+    if p.moments and not p.conventional:
+        wrong = "turns about a point far abaft midship, with its bow outside the turn, {at}"
+        yield worst("pivot ahead of midship in a turn", points, limit.PIVOT, wrong, "L")
+        return
     wrong = "turns without drift, or with its bow outside the turn, {at}"
     yield worst("drift angle at the greatest rudder", points, limit.BOW_INSIDE, wrong, "deg")
 

@@ -99,6 +99,7 @@ CIRCLE = Bound(
 )
 STERN_OUT = Bound(-1.5, 0.02, "the force is at the stern: it pushes midship to the outside")
 BOW_INSIDE = least(0.5, "bow inside the turn, by 5 to 20 deg at the greatest rudder")
+PIVOT = least(-0.15, "a hull of positioning turns about its lateral resistance, within 0.15 L of midship")
 DEAD_WATER = most(1e-3, "without inflow a rudder has no force, at rest and with the propeller stopped")
 INFLOW = Bound(0.02, 0.15, "with the propeller stopped it goes with the square of speed: 1/16 at a quarter")
 STEERS = least(1e-3, "a ship that coasts still steers, if weakly")
@@ -139,9 +140,9 @@ RESISTANCE_OF_SHIPS = within(0.75, 6.0, 0.4, 12.0, "total resistance is 1.1 to 4
 RESISTANCE_OF_CRAFT = within(0.5, 150.0, 0.2, 400.0, "small craft, catamarans and models of positioning have more drag")
 SHARED = within(0.08, 0.6, 0.04, 1.0, "strips of drag have 1/8, strips of lift 1/6, a rudder at the stern adds")
 SHARED_OF_CRAFT = within(
-    0.02, 1.6, 0.005, 3.0, "strips of drag have 1/8, strips of lift 1/6, ends at stern and bow add"
+    0.02, 2.0, 0.005, 3.0, "strips of drag have 1/8, strips of lift 1/6, ends at stern and bow add"
 )
-SIDEWAYS = within(0.8, 3000.0, 0.4, 1e5, "a hull has more drag sideways than ahead")
+SIDEWAYS = within(0.8, 300.0, 0.4, 1e4, "drag sideways over ahead: 1 to 20 of small craft, 45 to 120 of ships")
 _CLARKE = "Clarke, Gedling and Hine (1983), hull with rudder: 0.65 to 1.8 times on 14 ships"
 CLARKE = {
     "Y_v": within(0.55, 2.2, 0.35, 3.5, _CLARKE), "N_v": within(0.45, 1.7, 0.2, 2.5, _CLARKE),
@@ -218,7 +219,7 @@ WIND_ALONG = within(0.25, 1.3, 0.1, 2.0, "head force over q A_T: 0.45 to 1.0 (Bl
 AREA_ACROSS = within(0.018, 0.16, 0.008, 0.2, "lateral area over L^2: 0.03 of loaded tankers to 0.13 of car carriers")
 AREA_ALONG = within(0.12, 0.7, 0.05, 1.0, "frontal over lateral area: 0.15 to 0.5")
 AREA_HEAD = within(0.2, 2.2, 0.1, 4.0, "frontal area over B^2: 0.4 to 1.5")
-PRESSURE_PLACE = within(-0.12, 0.12, -0.25, 0.25, "centre of the lateral area: within a tenth of the length of midship")
+PRESSURE_PLACE = within(-0.16, 0.16, -0.25, 0.25, "a house of two fifths of the lateral area, 0.4 L from midship")
 WAVE_DRIFT = within(0.2, 1.6, 0.02, 3.0, "beam drift over rho g L H_S^2/16, what a wall reflects, in short waves")
 LEEWARD = least(0.05, "wind pushes to leeward from every direction")
 LEEWARD_SURGE = least(0.0, "head wind slows a ship at any speed, tail wind does not")

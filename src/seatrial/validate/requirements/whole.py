@@ -195,7 +195,7 @@ def _shared(ship: Whole) -> Iterator[Named]:
     known = limit.SHARED if under_way else limit.SHARED_OF_CRAFT
     yield ("yaw damping over sway damping, ends as fast", 2.0 * yaw / sway if sway else math.nan, "-", known,
            "damping of yaw (N_r) and of sway (Y_v) do not belong to one hull")  # fmt: skip
-    if ship.p.stops:
+    if ship.p.stops and ship.p.allows("v_m", 0.4 * ship.p.U):
         aside = 0.5 * float(np.subtract(*ship.forces([(0.0, s, 0.0, 0.0, 0.0) for s in (-0.4, 0.4)])[:, 1]))
         along = -float(ship.forces([(0.4, 0.0, 0.0, 0.0, 0.0)])[0, 0])
         if ship.p.rests and along > 0.0:
