@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fitted_run import saved, trial
+from seatrial.core.parameters import values
 from seatrial.data.trialfile import write_trials
 from seatrial.environment import Environment
 from seatrial.realtime.plant import Plant
@@ -62,7 +63,20 @@ def test_another_model_beside_the_fit_has_no_grounds_and_says_so(model: Path, tm
     heard = Heard()
     assert grounds_of(edited, heard.note) is None
     assert heard.lines[0].startswith("warning: what its trials tested is not known: ")
-    assert grounds_of(load(str(model)), heard.note) is None
+
+
+def test_a_ship_that_was_read_has_the_grounds_of_its_file_until_it_is_changed(model: Path) -> None:
+    ship, heard = load(str(model)), Heard()
+    own = grounds_of(model, heard.note)
+    assert own is not None
+    assert grounds_of(ship, heard.note) == own
+    assert grounds_of(ship.having({"hull.N_v": 1.01 * values(ship.model)["hull.N_v"]}), heard.note) is None
+    assert grounds_of(replace(ship, file=None), heard.note) is None
+    assert grounds_of(load("kvlcc2"), heard.note) is None
+    told = Heard()
+    simulate(ship, "turning", orders=Orders(rudder=35.0), note=told.note)
+    assert [line for line in told.lines if BEYOND in line] == simulated(model, 35.0) != []
+    assert heard.lines == []
 
 
 def test_a_prediction_says_which_trial_leaves_them(model: Path, tmp_path: Path) -> None:

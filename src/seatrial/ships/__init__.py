@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Self
 
 from ..actuators import Actuators
@@ -47,6 +48,7 @@ class Ship:
         entries: provenance of each parameter by path.
         notes: free text of the file: title, references, cautions, fit provenance.
         of: name of the ship that this is another model of, as its logs give it; empty where it is `name`.
+        file: where it was read from; a ship that was changed since keeps it.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Ship:
     entries: Mapping[str, Entry] = field(default_factory=dict[str, Entry])
     notes: Mapping[str, Any] = field(default_factory=dict[str, Any])
     of: str = ""
+    file: Path | None = field(default=None, compare=False)
 
     def __hash__(self) -> int:
         # Of what equal ships have in common; mappings have no hash.

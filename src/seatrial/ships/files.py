@@ -10,7 +10,7 @@ import inspect
 import math
 import typing
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,8 @@ def load(name_or_path: str | Path, *, over: Mapping[str, Any] | None = None, tru
     path = _find(name_or_path)
     document = _over(_whole(path), over or {})
     with trusting(trust):
-        return _Reading(path, document).ship()
+        made = _Reading(path, document).ship()
+    return replace(made, file=None) if over else made
 
 
 def _whole(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
@@ -166,6 +167,7 @@ class _Reading:
             name=self.text("name", self.path.stem), model=model, actuators=read_actuators(self, model), L_pp=length,
             speed=start["speed"], n_P=start.get("n_P"), validity=self.validity(model), entries=self.entries,
             notes=self.table("notes"), of=self.text("of", "") if "of" in self.document else "",
+            file=self.path,
         )  # fmt: skip
 
     def table(self, dotted: str) -> Mapping[str, Any]:

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.files import REACH, in_reach
+from ..core.parameters import values
 from ..data import DataError, Trial
 from ..environment import Uniform, Weather
 from ..forces.shallow import SHALLOWEST
 from ..models import STATES
-from ..ships import Ship
+from ..ships import Ship, ShipError
 from ..ships.felt import feels
 from . import RequestError
 from .asked import Around, Draws
@@ -50,17 +51,32 @@ def grounds_of(ship: str | Path | Ship, note: Note) -> Grounds | None:
     """What the trials of a fitted ship tested, from the fit beside its file; None of any other ship.
 
     Args:
+        ship: by its file, or as it was read from there; one that was changed since has none.
         note: told where the fit beside it is of other numbers.
     """
     from ..identify import StudyError
     from ..study.store import summary_beside
 
+    path = ship.file if isinstance(ship, Ship) else ship
     try:
-        said = None if isinstance(ship, Ship) else summary_beside(ship)
+        said = None if path is None else summary_beside(path)
     except StudyError as error:
         note(f"warning: what its trials tested is not known: {error}")
         return None
-    return said.grounds if said is not None and said.grounds.covered else None
+    if said is None or (isinstance(ship, Ship) and _changed(ship)):
+        return None
+    return said.grounds if said.grounds.covered else None
+
+
+def _changed(ship: Ship) -> bool:
+    """Whether a ship has other numbers than its file has now, or classes of it that are not trusted any more."""
+    from ..ships.files import load
+
+    try:
+        there = load(str(ship.file))
+    except ShipError:
+        return True
+    return (values(there.model), there.actuators) != (values(ship.model), ship.actuators)
 
 
 def untested(grounds: Grounds | None, ship: Ship, run: Trial) -> list[str]:
