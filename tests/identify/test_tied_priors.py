@@ -18,6 +18,7 @@ from seatrial.data import Trial
 from seatrial.identify import Fit, Loss, Problem, StudyError
 from seatrial.identify.filters.filtering import Kalman, Tracker
 from seatrial.identify.filters.measurement import Antenna, Heading
+from seatrial.identify.lint import lint
 from seatrial.identify.population.evolution import Scoring
 from seatrial.identify.posterior.profile import profiles
 from seatrial.identify.posterior.verdicts import posterior
@@ -208,6 +209,12 @@ def test_a_filter_starts_from_the_covariance_of_its_priors(trials: tuple[Trial, 
     np.testing.assert_allclose(begun[0][np.ix_(at, at)], COVARIANCE, rtol=1e-9)
     begun[0][np.ix_(at, at)] = 0.0
     np.testing.assert_array_equal(begun[0], np.diag(np.diag(begun[0])))
+
+
+def test_priors_that_are_tied_are_looked_at_as_others_are(trials: tuple[Trial, ...]) -> None:
+    problem = Problem(SHIP, trials, tied(PATHS, VALUES, COVARIANCE), Loss(SIGMA))
+    untied = replace(problem, free=tuple(replace(f, tied=()) for f in problem.free))
+    assert [vars(one) for one in lint(problem)] == [vars(one) for one in lint(untied)]
 
 
 def test_multiple_shooting_refuses_tied_priors(trials: tuple[Trial, ...]) -> None:

@@ -22,6 +22,7 @@ from seatrial.study.stored import load_fit
 from seatrial.study.study import read_study
 
 SHIP = load("kvlcc2_l7")
+N_VVV = -0.03
 FIT = ("hull.Y_v", "hull.Y_vvv", "hull.N_v", "hull.N_vvv")
 STUDY = """
 schema = "seatrial-study/1"
@@ -68,25 +69,36 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def test_the_prior_of_a_study_is_the_posterior_of_the_tests_with_its_covariance(study: Path) -> None:
+def test_prior_and_tests_together_are_the_prior_of_the_fit(study: Path) -> None:
+    """The product of two Gaussians; of what has no prior of its own the posterior of the tests, correlated as it is."""
     tests = fit_captive(SHIP, read_captive([study.parent / "tank" / "drift.csv"], L_pp=SHIP.L_pp, rho=1000.0), FIT)
     found = read_study(study)
     vector = found.problem.vector
     assert set(tests.paths) == set(FIT)
-    mine, theirs = (list(map(paths.index, FIT[:3])) for paths in (vector.paths, tests.paths))
+    mine, theirs = (list(map(paths.index, FIT)) for paths in (vector.paths, tests.paths))
     covariance = 2.0**2 * tests.covariance[np.ix_(theirs, theirs)]
-    np.testing.assert_allclose(vector.precision[np.ix_(mine, mine)], np.linalg.inv(covariance), rtol=1e-9)
-    np.testing.assert_allclose(vector.mean[mine], tests.values[theirs], rtol=1e-12)
-    correlation = covariance / np.outer(np.sqrt(np.diag(covariance)), np.sqrt(np.diag(covariance)))
-    assert np.abs(correlation[0, 1]) > 0.5  # linear and cubic damping trade off over any range of drift
-    # what the study gives a prior of its own, or the tests do not know, stands by itself
+    own = np.diag([0.0, 0.0, 0.0, 0.05**-2])  # [free] states that of N_vvv alone
+    both = np.linalg.inv(covariance) + own
+    np.testing.assert_allclose(vector.precision[np.ix_(mine, mine)], both, rtol=1e-7, atol=1e-9 * both.max())
+    mean = np.linalg.solve(both, np.linalg.solve(covariance, tests.values[theirs]) + own @ (0, 0, 0, N_VVV))
+    np.testing.assert_allclose(vector.mean[mine], mean, rtol=1e-9)
+    np.testing.assert_allclose(vector.start, vector.mean, rtol=1e-12)
+    assert abs(vector.correlation[mine[0], mine[1]]) > 0.5  # linear and cubic damping trade off over a range of drift
+    # what the tests do not know has the prior of the study alone, about the number of the ship file
     by = {f.path: f for f in found.problem.free}
-    assert (by["hull.N_vvv"].sigma, by["hull.N_vvv"].tied) == (0.05, ())
-    assert by["hull.N_vvv"].prior == pytest.approx(tests.values[tests.paths.index("hull.N_vvv")])
     assert (by["hull.N_r"].prior, by["hull.N_r"].tied) == (-0.049, ())
+    assert by["hull.N_r"].sigma == pytest.approx(0.3 * 0.049)
     [told] = [note for note in found.notes if note.startswith("priors from 15 captive tests")]
     assert f"hull.Y_v +- {by['hull.Y_v'].sigma:.2g}" in told
-    assert "N_vvv" not in told
+    assert "N_r" not in told
+
+
+def test_an_interval_holds_beside_the_tests(study: Path) -> None:
+    study.write_text(STUDY.replace('"hull.Y_vvv" = {}', '"hull.Y_vvv" = { low = -0.5, high = 0.0, start = -0.2 }'))
+    [one] = [f for f in read_study(study).problem.free if f.path == "hull.Y_vvv"]
+    assert (one.low, one.high, one.start) == (-0.5, 0.0, -0.5)
+    assert one.prior < -1.0
+    assert one.tied
 
 
 def test_a_study_answers_to_its_tests(study: Path) -> None:

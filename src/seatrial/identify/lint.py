@@ -351,7 +351,7 @@ def _felt(problem: Problem) -> Iterator[Issue]:
         return
     dt = step_of(problem.trials)
     # Without priors, as these are no data, and a difference of the two would be rounding.
-    free = tuple(replace(one, sigma=math.inf) for one in problem.free)
+    free = tuple(replace(one, sigma=math.inf, tied=()) for one in problem.free)
     bare = replace(problem, nuisance=Nuisance(), free=free)
     try:
         objective = TrajectoryObjective.build(

@@ -16,6 +16,7 @@ from ..data.captive import read_captive
 from ..identify import Estimator, Problem, StudyError
 from ..identify.lint import tested_by
 from ..identify.regression.captive import USUAL, CaptiveFit, fit_captive, priors
+from ..identify.vector import Vector
 from ..ships import Ship
 from .data import named_path
 from .schema import CaptiveTable
@@ -58,24 +59,31 @@ def tested(path: Path, table: CaptiveTable, ship: Ship) -> CaptiveFit:
 
 
 def joint(free: tuple[Free, ...], tests: CaptiveFit, scatter: float, paths: tuple[str, ...]) -> tuple[Free, ...]:
-    """The free parameters with the joint posterior of the captive tests as the prior of those at `paths`.
+    """The free parameters with prior and captive tests together as the prior of those that the tests determine.
 
-    A Gaussian prior of this covariance and the likelihood of the trials are the likelihood of both kinds of test, where
-    the loads are linear in the coefficients as far as their sigmas reach.
+    A Gaussian likelihood of the tests times the prior, times the likelihood of the trials, is that of all, where the
+    loads are linear in the coefficients as far as their sigmas reach.
 
     Args:
-        scatter: factor of all sigmas; correlations stay.
+        scatter: factor of all sigmas of the tests; correlations stay.
+        paths: which parameters have no prior but the tests.
     """
-    at = {path: k for k, path in enumerate(tests.paths) if path in paths}
-    correlation = tests.covariance / np.outer(tests.sigma, tests.sigma)
-    before = [f.path for f in free if f.path in at]
+    mine = [replace(f, prior=math.nan, sigma=math.inf) if f.path in paths else f
+            for f in free if f.path in tests.paths]  # fmt: skip
+    at, own = [tests.paths.index(f.path) for f in mine], Vector.of(mine)
+    told = np.linalg.inv(scatter**2 * tests.covariance[np.ix_(at, at)])
+    covariance = np.linalg.inv(own.precision + told)
+    mean = covariance @ (own.precision @ own.mean + told @ tests.values[at])
+    sigma = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(sigma, sigma)
 
     def tied(f: Free) -> Free:
-        if f.path not in at:
+        if f.path not in own.paths:
             return f
-        others = before[: before.index(f.path)]
-        pairs = tuple((path, float(correlation[at[f.path], at[path]])) for path in others)
-        return replace(f, sigma=scatter * f.sigma, tied=pairs)
+        k = own.paths.index(f.path)
+        start = min(max(float(mean[k]), f.low), f.high)
+        pairs = tuple(zip(own.paths[:k], correlation[k, :k].tolist(), strict=True))
+        return replace(f, start=start, prior=float(mean[k]), sigma=float(sigma[k]), tied=pairs)
 
     return tuple(map(tied, free))
 

@@ -133,14 +133,14 @@ def _read(here: Path, suspects: bool, trials: tuple[Trial, ...]) -> Study:
     document = _document(here)
     said = filled(StudyFile, document, here, StudyError)
     ship = read_ship(here, said.ship, {"actuators": said.actuators, "wind": said.wind})
-    tests = tested(here, said.captive, ship) if said.captive else None
+    tests, asked = tested(here, said.captive, ship) if said.captive else None, ship.model
     ship = tests.ship if tests else ship
     virtual, (train, validation, test) = (
         (None, (trials, (), ())) if trials else made(here, said) if said.virtual
         else (None, read_data(here, said.data, ship))
     )  # fmt: skip
     try:
-        free, fixed = freedom(ship.model, said.free, stated(ship))
+        free, fixed = freedom(asked, said.free, stated(ship))  # priors are about what the file of the ship has
         if tests and said.captive:
             free = joint(free, tests, said.captive.scatter, taken(ship.model, said.free, stated(ship)))
     except StudyError as error:
@@ -174,10 +174,10 @@ def _priors(
 ) -> tuple[str, ...]:  # fmt: skip
     """Which parameters take the sigma of the ship file, or of the captive tests, as their prior."""
     paths = taken(ship.model, table, stated(ship))
-    told = [f"{f.path} +- {f.sigma:.2g}" for f in free if f.path in paths]
+    told = [f"{f.path} +- {f.sigma:.2g}" for f in free if f.path in (tests.paths if tests else paths)]
     named = ", ".join(told[:_NAMED]) + (f" and {len(told) - _NAMED} more" if len(told) > _NAMED else "")
-    source = f"{len(tests.runs)} captive tests, correlated as they are" if tests else "the ship file"
-    return (f"priors from {source} (prior = false in [free] for none): {named}",) if paths else ()
+    source = f"{len(tests.runs)} captive tests, with their correlations," if tests else "the ship file"
+    return (f"priors from {source} (prior = false in [free] for none): {named}",) if told else ()
 
 
 def readings(study: Study) -> tuple[tuple[Any, Trial], ...]:

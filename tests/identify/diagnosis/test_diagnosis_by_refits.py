@@ -409,6 +409,11 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     cause = Suspicion("a", "a", "m", 1.0, 100.0, 0.5, 1.0, 0.1, dict(zip(PATHS, (3.0, -2.0, 0.0), strict=True)))
     more = diagnose._widened(linear, A, trial, Diagnosis(bad, (cause, cause)), vector)
     np.testing.assert_allclose(np.diag(more), most + np.diag(A) * [9.0, 4.0, 0.0], rtol=1e-8)
+    # a prior knows more than residuals that disagree: to 1.2 of the first sigma, and never below the second
+    shares = zip(PATHS, (1.2, 0.5, 99.0), np.sqrt(np.diag(A)), strict=True)
+    held = Vector(tuple(Free(path, 0.0, prior=0.0, sigma=share * sd) for path, share, sd in shares))
+    less = diagnose._widened(linear, A, trial, Diagnosis(bad, (cause, cause)), held)
+    np.testing.assert_allclose(np.diag(less) / np.diag(A), [1.44, 1.0, np.diag(more)[2] / A[2, 2]], rtol=1e-8)
 
 
 def test_fixed_parameters_move_the_free_ones_by_their_error() -> None:

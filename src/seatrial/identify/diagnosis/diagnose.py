@@ -386,7 +386,7 @@ def _errors(objective: TrajectoryObjective, p: Array, covariance: Array) -> tupl
 def _widened(
     linear: Linear, covariance: Array, trial: Any, diagnosis: Diagnosis, vector: Vector
 ) -> Array:
-    """Covariance with each sigma widened where the model does not explain the data."""
+    """Covariance with each sigma widened where the model does not explain the data, to that of its prior at most."""
     if not diagnosis.lacking:
         return covariance
     back, n = information.inverse(linear.A), len(linear.A)
@@ -404,6 +404,7 @@ def _widened(
     for cause in (*acting[:1], *diagnosis.differing[:1]):
         shift = np.array([cause.moves[path] for path in vector.paths])
         most[:count] += np.diag(covariance)[:count] * shift**2
+    most[:count] = np.minimum(most[:count], np.maximum(vector.sigma**2, np.diag(covariance)[:count]))
     factor = np.sqrt(most / np.maximum(np.diag(covariance), 1e-300))
     return factor[:, None] * covariance * factor[None, :]
 
