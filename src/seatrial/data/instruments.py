@@ -16,6 +16,7 @@ import numpy as np
 
 from . import Array, DataError, Trial
 from .formats.nmea import Aboard, Log, aboard_of, preferred, trial_of, true_headings
+from .nmea.copies import apart
 from .nmea.sources import Series, chosen
 from .table import existing
 
@@ -141,7 +142,9 @@ def trial_by(
         why = heard.first or f"nothing of a ship's motion; it holds {', '.join(list(heard.ignored)[:8]) or 'nothing'}"
         counted = f"{heard.lines} lines, {heard.invalid} of them not of {what}" if heard.lines else f"no {what}"
         raise DataError(f"{path}: {counted}; {why}")
-    aboard, more = mapping or aboard_of(path), list(steps)
+    aboard = mapping or aboard_of(path)
+    told, turns = apart(told)
+    more = [*steps, *turns]
     if heard.invalid:
         more.append(f"{heard.invalid} of {heard.lines} lines could not be read, the first: {heard.first}")
     told = true_headings(path, told, aboard, more)

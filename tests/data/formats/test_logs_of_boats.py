@@ -207,3 +207,34 @@ def test_damaged_logs_are_refused_in_one_line(module: object, content: str, tmp_
         module.read(file)  # type: ignore[attr-defined]
     assert "\n" not in str(error.value)
     assert str(file) in str(error.value)
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_devices_of_signal_k_that_are_named_by_objects_are_two(named: bool, tmp_path: Path) -> None:
+    """Two gyros 3 deg apart whose source is an object, as deltas of a gateway have it, or is not told at all."""
+    lines = list[str]()
+    for k in range(80):
+        update = {"timestamp": _iso(START + 0.25 * k), "values": [
+            {"path": "navigation.headingTrue", "value": 1.0 + 0.01 * k + 3.0 * DEGREE * (k % 2)}]}  # fmt: skip
+        source = {"label": "n2k", "type": "NMEA2000", "src": f"{35 + k % 2}", "pgn": 127250}
+        lines.append(json.dumps({"updates": [{**update, **({"source": source} if named else {})}]}))
+    file = tmp_path / "a.jsonl"
+    file.write_text("\n".join(lines))
+    trial = signalk.read(file)
+    assert trial["psi"] == pytest.approx(1.0 + 0.02 * np.arange(40))
+    first, second = ("n2k.35", "n2k.36") if named else ("1/self", "2/self")
+    assert trial.meta["sources"]["heading"].startswith(first)
+    assert f"{second} left aside, differs by +3 deg" in trial.meta["sources"]["heading"]
+    assert any(one.startswith("doubt: two instruments speak as self") for one in trial.meta["processing"]) != named
+
+
+@pytest.mark.parametrize(("ids", "port"), [(("0", "1"), "0"), (("port", "starboard"), "port")])
+def test_engines_of_signal_k_are_numbered_from_port(ids: tuple[str, str], port: str, tmp_path: Path) -> None:
+    lines = [json.dumps({"updates": [{"timestamp": _iso(START + k), "values": [
+        {"path": "navigation.headingTrue", "value": 1.0},
+        *({"path": f"propulsion.{one}.revolutions", "value": 10.0 if one == port else 20.0} for one in ids)]}]})
+        for k in range(10)]  # fmt: skip
+    file = tmp_path / "a.jsonl"
+    file.write_text("\n".join(lines))
+    trial = signalk.read(file)
+    assert (set(trial["n_P_1"]), set(trial["n_P_2"])) == ({10.0}, {20.0})

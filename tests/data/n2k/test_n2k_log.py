@@ -241,3 +241,32 @@ def test_lines_that_an_ikonvert_has_glued_are_taken_apart(tmp_path: Path) -> Non
 ])  # fmt: skip
 def test_wrong_counts_and_lengths_are_no_frames(line: str) -> None:
     assert frame_of(line) is None
+
+
+@pytest.mark.parametrize("form", ["candump -l", "candump -ta"])
+@pytest.mark.parametrize("off", [0, 500])
+def test_two_buses_are_two_devices_of_one_address(tmp_path: Path, form: str, off: int) -> None:
+    """Both buses in one log: one device that two interfaces hear is told once, two are compared."""
+    lines = list[str]()
+    for k in range(40):
+        for bus, more in (("can0", 0), ("can1", off)):
+            data = struct.pack("<BHhhB", 1, 10_000 + k + more, 0x7FFF, 0x7FFF, 0xFC)
+            lines.append(LAYOUTS[form](EPOCH + 0.1 * k + 0.003 * (bus == "can1"), 127250, data).replace("can0", bus))
+    trial = n2k.read(_written(tmp_path / "two.log", lines))
+    assert trial.t == pytest.approx(0.1 * np.arange(40), abs=1e-5)
+    assert trial["psi"] == pytest.approx(1.0 + 1e-4 * np.arange(40), abs=1e-9)
+    said = trial.meta["sources"]["heading"]
+    assert f"can1/{SOURCE}/127250 left aside, {'differs by +2.9 deg' if off else 'agrees'}" in said
+
+
+def test_frames_of_fast_packets_on_two_buses_are_not_mixed() -> None:
+    """A message of two frames each, whose frames come by turns."""
+    packets, whole = Packets(), list[bytes]()
+    for data in ("a00a010203040506", "a10708090affffff"):
+        for bus in ("can0", "can1"):
+            frame = frame_of(f"({EPOCH:.6f}) {bus} {identifier(129029):08X}#{data}")
+            assert frame is not None
+            if (one := packets.whole(frame)) is not None:
+                whole.append(one.data)
+    assert [one.hex() for one in whole] == ["0102030405060708090a"] * 2
+    assert packets.lost == 0

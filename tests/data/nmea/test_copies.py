@@ -11,6 +11,7 @@ import pytest
 from circling import RATE, SECONDS, clock, course, fix, gga, hdt, log, place, rmc, signed, true
 
 from seatrial.data.formats.nmea import read, read_mapping
+from seatrial.data.nmea.copies import apart
 from seatrial.data.nmea.heard import hear
 from seatrial.data.nmea.readings import readings
 
@@ -147,6 +148,37 @@ def test_rudders_of_transducers_have_their_sides(groups: str, port: float | None
 def test_the_first_of_two_transducers_of_one_angle_counts() -> None:
     found = readings(hear(signed("YXXDR,A,3.0,D,ROLL,A,-9.0,D,HEEL").encode()))
     assert found == pytest.approx({"phi": math.radians(3.0)})
+
+
+def _series(t: np.ndarray, **values: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    return {name: (t, one) for name, one in values.items()}
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.02])
+def test_readings_with_times_are_taken_apart_with_what_is_told_beside(jitter: float) -> None:
+    """Two units of one name, 3 deg apart, also over north; a rate that is told with the heading stays with it."""
+    rng = np.random.default_rng(1)
+    t = np.arange(100) * 0.5 + rng.uniform(-jitter, jitter, 100)
+    second = np.arange(100) % 2 == 1
+    psi = np.mod(6.2 + 0.01 * t + np.where(second, math.radians(3.0), 0.0), math.tau)
+    u = np.arange(30.0), np.full(30, 5.0)
+    told, said = apart({"7/imu": {**_series(t, psi=psi, r=np.where(second, 0.02, 0.01)), "u_log_water": u}})
+    assert list(told) == ["1/7/imu", "2/7/imu", "7/imu"]
+    for k, source in enumerate(list(told)[:2]):
+        times, values = told[source]["psi"]
+        assert np.array_equal(times, t[second == bool(k)])
+        assert np.mod(values - 6.2 - 0.01 * times - k * math.radians(3.0) + 1.0, math.tau) == pytest.approx(1.0)
+        assert np.array_equal(told[source]["r"][1], np.full(50, 0.01 * (k + 1)))
+    assert told["7/imu"]["u_log_water"] is u
+    assert "speak as 7/imu, in turns and 3 deg apart" in said[0]
+
+
+def test_a_yaw_that_is_as_quick_as_its_readings_is_one() -> None:
+    """A boat that yaws by 2 deg at random from reading to reading, and places without a longitude beside them."""
+    t, rng = np.arange(300.0), np.random.default_rng(2)
+    told = {"a": _series(t, psi=rng.normal(0.0, math.radians(2.0), 300)), "b": _series(t, latitude=59.0 + 1e-6 * t),
+            "c": _series(t[:12], psi=np.where(t[:12] % 2, 0.1, 0.0))}  # fmt: skip
+    assert apart(told) == (told, [])
 
 
 def test_the_circle_is_one() -> None:

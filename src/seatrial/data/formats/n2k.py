@@ -24,7 +24,7 @@ from ..instruments import Heard, trial_by
 from ..n2k import spoken
 from ..n2k.frames import Frames, frames, joined
 from ..n2k.groups import FAST, PGNS, all_said, finished, said
-from ..n2k.layouts import Clock, Frame, Packets, frame_of
+from ..n2k.layouts import Clock, Frame, Packets, frame_of, sender
 from ..nmea.digits import WIDEST
 from ..table import existing
 from .nmea import Aboard, numbered, only, read_mapping
@@ -144,13 +144,13 @@ class _Told:
                             piece.utc += (known - (mine.t[good] + self.days)).tolist()
                         elif len(good):
                             begun = int(mine.line[good[0]]), k
-                            yield begun, f"{source}/{pgn}", name, mine.t[good] + self.days, known
+                            yield begun, f"{sender(source)}/{pgn}", name, mine.t[good] + self.days, known
 
     def _said(self, piece: _Piece, t: float, frame: Frame) -> None:
         values = said(frame.pgn, frame.data) or {}
         if "utc" in values:
             piece.utc.append(values.pop("utc") - t)
-        piece.heard.add(t, f"{frame.source}/{frame.pgn}", values)
+        piece.heard.add(t, f"{sender(frame.source)}/{frame.pgn}", values)
 
     def take(self, frame: Frame, line: int) -> None:
         """One message."""

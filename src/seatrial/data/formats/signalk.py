@@ -20,7 +20,7 @@ from typing import Any
 from .. import Trial
 from ..instruments import Heard, each_line, trial_by
 from ..n2k.groups import PGNS, finished, said
-from ..n2k.layouts import Packets, frame_of
+from ..n2k.layouts import Packets, frame_of, sender
 from ..nmea.heard import hear
 from ..nmea.readings import KINDS, readings
 from ..nmea.sentences import NmeaError
@@ -100,7 +100,7 @@ class _Raw:
         if (frame := frame_of(text)) is not None:
             whole = self.packets.whole(frame)
             if whole is not None and whole.pgn in PGNS:
-                self.heard.add(t, f"{whole.source}/{whole.pgn}", _timeless(said(whole.pgn, whole.data) or {}))
+                self.heard.add(t, f"{sender(whole.source)}/{whole.pgn}", _timeless(said(whole.pgn, whole.data) or {}))
             elif frame.pgn not in PGNS:
                 self.heard.leave(f"PGN {frame.pgn}")
             return True
@@ -118,12 +118,20 @@ def _values(delta: Any) -> Iterator[tuple[float, str, str, Any]]:
     """Time, source, path and value of each number of a delta; those of a compound value by their own names."""
     for update in delta["updates"]:
         said = datetime.fromisoformat(str(update.get("timestamp", "")).replace("Z", "+00:00"))
+        giver = str(update.get("$source") or _giver(update.get("source")))
         t = (said if said.tzinfo else said.replace(tzinfo=UTC)).timestamp()
         for one in update.get("values", ()):
             value, path = one["value"], str(one["path"])
             parts = value.items() if isinstance(value, dict) else ((None, value),)
             for key, number in parts:
-                yield t, str(update.get("$source", "self")), path if key is None else f"{path}.{key}", number
+                yield t, giver, path if key is None else f"{path}.{key}", number
+
+
+def _giver(source: Any) -> str:
+    """The device that an object of a source names, as a server joins it: label, then address or talker."""
+    if not isinstance(source, dict):
+        return "self"
+    return ".".join(str(source[key]) for key in ("label", "src", "talker") if source.get(key)) or "self"
 
 
 def _hear(heard: Heard, t: float, giver: str, path: str, value: Any) -> None:
@@ -131,7 +139,7 @@ def _hear(heard: Heard, t: float, giver: str, path: str, value: Any) -> None:
         return
     shaft = _SHAFT.fullmatch(path)
     if shaft is not None:  # in hertz; the numbers are those of RPM sentences: odd to starboard
-        side = {"port": 2, "starboard": 1}.get(shaft[1].lower(), 0)
+        side = {"port": 2, "starboard": 1, "1": 1}.get(shaft[1].lower(), 0)  # 0 is to port of 1 where both are
         heard.add(t, f"{giver}/{path}", {f"rpm_S_{side}": 60.0 * float(value)})
     elif path in _PATHS:
         wrapped = float(value) % math.tau if _PATHS[path] in ("gamma_A", "gamma_T_bow") else float(value)

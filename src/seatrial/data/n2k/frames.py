@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import Array
 from ..nmea.digits import HEX, Bytes, Places, Same, alike, mapped, rows_of, wholes
-from .layouts import CANBOAT, CANDUMP, RAW, Clock, Frame, moment
+from .layouts import BUS, CANBOAT, CANDUMP, RAW, Clock, Frame, moment
 
 _FEW = 16
 """Lines that are not worth columns of their own."""
@@ -75,7 +75,8 @@ def _identified(pgn: Places) -> tuple[Places, Places]:
 
 
 def _candump(same: Same) -> tuple[Array, Places, Places]:
-    return same.decimal(1), *_identified(_number(same, 2))
+    group, source = _identified(_number(same, 3))
+    return same.decimal(1), group, source + BUS * int(same.found[2] or 0)
 
 
 def _raw(same: Same) -> tuple[Array, Places, Places]:
@@ -107,7 +108,7 @@ class _Layout:
 
 
 _QUICK = (
-    _Layout(CANDUMP, _candump, (1,), (2,), 3, ("start", "epoch")), _Layout(RAW, _raw, (1,), (2,), 3, ("day", "day")),
+    _Layout(CANDUMP, _candump, (1,), (3,), 4, ("start", "epoch")), _Layout(RAW, _raw, (1,), (2,), 3, ("day", "day")),
     _Layout(CANBOAT, _canboat, (2, 3, 5, 6, 7, 8), (), 10, count=9),
 )  # fmt: skip
 

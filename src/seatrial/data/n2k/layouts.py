@@ -13,6 +13,8 @@ from typing import Literal
 
 from .groups import FAST
 
+BUS = 256
+"""Addresses of a bus."""
 _MOST = 223
 """Bytes of a fast packet."""
 
@@ -26,7 +28,7 @@ class Frame:
 
     Attributes:
         clock, t: its stamp [s]; 0 without one.
-        pgn, source: parameter group and address of the sender.
+        pgn, source: parameter group and address of the sender; of a second bus (``can1``) 256 more, and so on.
         data: its bytes.
     """
 
@@ -86,13 +88,21 @@ class Packets:
         return None
 
 
-def _of_id(clock: Clock, t: float, identifier: str, data: str, count: str | None = None) -> Frame | None:
+def sender(source: int) -> str:
+    """The name of a sender: its address, and its bus where this is not the first."""
+    return f"{source}" if source < BUS else f"can{source // BUS}/{source % BUS}"
+
+
+def _of_id(
+    clock: Clock, t: float, identifier: str, data: str, count: str | None = None, bus: str = ""
+) -> Frame | None:  # fmt: skip
     """A frame by its 29 bits: below 240 the second byte of the group is the address of the receiver."""
     number, raw = int(identifier, 16), bytes.fromhex(data.replace(",", " "))
     if len(raw) > 8 or (count is not None and int(count) != len(raw)):
         return None
     pgn = number >> 8 & 0x3FFFF
-    return Frame(clock, t, pgn if (pgn >> 8 & 0xFF) >= 240 else pgn & 0x3FF00, number & 0xFF, raw)
+    pgn = pgn if (pgn >> 8 & 0xFF) >= 240 else pgn & 0x3FF00
+    return Frame(clock, t, pgn, (number & 0xFF) + BUS * int(bus or 0), raw)
 
 
 def moment(date: str, clock: str, fraction: str | None, zone: str | None) -> float:
@@ -113,8 +123,8 @@ def _canboat(m: re.Match[str]) -> Frame | None:
 def _candump(m: re.Match[str]) -> Frame | None:
     dated = _DATED.fullmatch(m[1] or "")
     if dated:
-        return _of_id("epoch", moment(dated[1], dated[2], dated[3], None), m[2], m[4], m[3])
-    return _of_id(*_seconds(m[1]), m[2], m[4], m[3])
+        return _of_id("epoch", moment(dated[1], dated[2], dated[3], None), m[3], m[5], m[4], m[2])
+    return _of_id(*_seconds(m[1]), m[3], m[5], m[4], m[2])
 
 
 def _seconds(text: str | None) -> tuple[Clock, float]:
@@ -139,14 +149,14 @@ _LOGGED = re.compile(r"\d{13};A;")
 _HEX = r"((?:[0-9A-Fa-f]{2}[ ,]?)*)\s*"
 _ID = r"([0-9A-Fa-f]{8})"
 CANBOAT = re.compile(_ISO + r",(\d),(\d{5,6}),(\d{1,3}),(\d{1,3}),(\d{1,3}),?" + _HEX + "$")
-CANDUMP = re.compile(r"\((\d+\.\d+)\) \S+ " + _ID + r"#([0-9A-Fa-f]*)(?: [RT])?\s*$")
+CANDUMP = re.compile(r"\((\d+\.\d+)\) [^\s\d]*(\d{0,3})\S* " + _ID + r"#([0-9A-Fa-f]*)(?: [RT])?\s*$")
 RAW = re.compile(r"(\d\d:\d\d:\d\d(?:\.\d+)?) [RT] " + _ID + " ?" + _HEX + "$")
 _LAYOUTS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Frame | None]], ...] = (
     # PLAIN and FAST of canboat
     (CANBOAT, _canboat),
     # candump -l; with and without stamps; as of old
-    (CANDUMP, lambda m: _of_id(*_seconds(m[1]), m[2], m[3])),
-    (re.compile(r"\s*(?:\(([^()]*)\)\s+)?[a-z]+\d+\s+" + _ID + r"\s+\[(\d)\]\s*" + _HEX + "$"), _candump),
+    (CANDUMP, lambda m: _of_id(*_seconds(m[1]), m[3], m[4], bus=m[2])),
+    (re.compile(r"\s*(?:\(([^()]*)\)\s+)?[a-z]+(\d{1,3})\s+" + _ID + r"\s+\[(\d)\]\s*" + _HEX + "$"), _candump),
     (re.compile(r"<0x" + _ID + r">\s+\[(\d)\]\s*" + _HEX + "$"), lambda m: _of_id("", 0.0, m[1], m[3], m[2])),
     # Yacht Devices RAW
     (RAW, lambda m: _of_id("day", _day(m[1]), m[2], m[3])),

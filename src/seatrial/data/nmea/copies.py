@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import Array
 from .clocks import PIECES, Spoken
-from .sources import CIRCLES
+from .sources import CIRCLES, Series
 
 _WHOLE, _COPIES = 0.05, 1.5
 """How far from a whole number the copies of a fix may be, as a part of it, and how many make a log of copies."""
@@ -25,7 +26,9 @@ _SOME, _AS_MANY = 0.02, 3.0
 """Fixes that stand twice in a row make a log of copies from this share on; a source has at most so many times it."""
 _TURNS, _APART, _MANY = 0.9, 3.0, 20
 """Share of the readings that differ the other way than the one before; how many times the noise; and of how many."""
-_LEAST = {"psi": math.radians(0.25), "psi_magnetic": math.radians(0.25), "delta": math.radians(0.5), "latitude": 1.0}
+_LEAST = MappingProxyType({
+    "psi": math.radians(0.25), "psi_magnetic": math.radians(0.25), "delta": math.radians(0.5), "latitude": 1.0,
+})  # fmt: skip
 """Differences of two instruments that are told: of angles [rad], of places [m]."""
 _DEGREE = 60.0 * 1852.0
 """Metres of a degree of latitude."""
@@ -80,39 +83,76 @@ def shared(found: Sequence[Spoken]) -> tuple[list[Spoken], list[str]]:
     out, said = list[Spoken](), list[str]()
     same = Counter(one.source for one in found)
     for one in found:
-        by, apart = _parts(one) if same[one.source] == 1 else (None, "")
+        by, size = _parts(one) if same[one.source] == 1 else (None, "")
         if by is None:
             out.append(one)
             continue
         out += [replace(one.rows(by == k), source=f"{k + 1}/{one.source}") for k in (0, 1)]
-        said.append(f"doubt: two instruments speak as {one.source}, in turns and {apart} apart: they are 1/{one.source}"
-                    f" and 2/{one.source}; choose one by prefer in a mapping")  # fmt: skip
+        said.append(_doubt(one.source, size))
     return out, said
 
 
 def _parts(one: Spoken) -> tuple[NDArray[np.int64] | None, str]:
     """Which of two instruments each reading is of, and how far apart these are; None where it is one."""
     name = next((name for name in _LEAST if name in one.names), None)
-    if name is None or len(one) < _MANY:
+    if name is None:
         return None, ""
-    if name == "latitude":
-        t = one["time_of_day"] if "time_of_day" in one.names else np.arange(len(one), dtype=np.float64)
-        t = t + 86400.0 * np.cumsum(np.append(False, np.diff(t) < -43200.0))
-        north, east = one["latitude"], one["longitude"]
-        values = np.zeros(len(one), np.complex128)
-        values.real = _DEGREE * (north - north[0])
-        values.imag = _DEGREE * (east - east[0]) * math.cos(math.radians(float(north[0])))
+    t = np.arange(len(one), dtype=np.float64)
+    if name == "latitude" and "time_of_day" in one.names:
+        t = one["time_of_day"] + 86400.0 * np.cumsum(np.append(False, np.diff(one["time_of_day"]) < -43200.0))
+    return _turns(name, t, one[name], one["longitude"] if name == "latitude" else None)
+
+
+def apart(told: Mapping[str, Mapping[str, Series]]) -> tuple[dict[str, dict[str, Series]], list[str]]:
+    """The same of readings whose times are known: what is told together stays together.
+
+    Args:
+        told: times, rising, and values by source and name.
+    """
+    out, said = dict[str, dict[str, Series]](), list[str]()
+    for source, names in told.items():
+        name = next((name for name in _LEAST if name in names), None)
+        by, size = None, ""
+        if name is not None:
+            t, values = names[name]
+            beside = names.get("longitude") if name == "latitude" else None
+            if name != "latitude" or (beside is not None and np.array_equal(beside[0], t)):
+                by, size = _turns(name, t, values, None if beside is None else beside[1])
+        if by is None or name is None:
+            out[source] = dict(names)
+            continue
+        t = names[name][0]
+        for k in (0, 1):
+            out[f"{k + 1}/{source}"] = {key: (times[by == k], values[by == k]) for key, (times, values) in names.items()
+                                        if np.array_equal(times, t)}  # fmt: skip
+        if rest := {key: one for key, one in names.items() if not np.array_equal(one[0], t)}:
+            out[source] = rest
+        said.append(_doubt(source, size))
+    return out, said
+
+
+def _doubt(source: str, size: str) -> str:
+    return (f"doubt: two instruments speak as {source}, in turns and {size} apart: they are 1/{source} and 2/{source}; "
+            "choose one by prefer in a mapping")  # fmt: skip
+
+
+def _turns(name: str, t: Array, values: Array, east: Array | None) -> tuple[NDArray[np.int64] | None, str]:
+    """Which of two instruments each reading of an angle, or each fix, is of, and how far apart they are."""
+    if len(t) < _MANY:
+        return None, ""
+    plane = np.zeros(len(t), np.complex128)
+    if east is None:
+        plane.real = np.unwrap(values) if name in CIRCLES else values
     else:
-        t = np.arange(len(one), dtype=np.float64)
-        values = (np.unwrap(one[name]) if name in CIRCLES else one[name]).astype(np.complex128)
-    off, smooth = _off(t, values, 1), _off(t, values, 2)
+        plane.real = _DEGREE * (values - values[0])
+        plane.imag = _DEGREE * (east - east[0]) * math.cos(math.radians(float(values[0])))
+    off, smooth = _off(t, plane, 1), _off(t, plane, 2)
     turns = np.real(off[1:] * np.conj(off[:-1])) < 0.0
     size = float(np.median(np.abs(off)))
     if np.mean(turns) < _TURNS or size < max(_LEAST[name], _APART * float(np.median(np.abs(smooth)))):
         return None, ""
-    if name == "latitude":
-        by = _epochs(t)
-        return by, f"{size:.3g} m"
+    if east is not None:
+        return _epochs(t), f"{size:.3g} m"
     by = np.append(np.append(-off[0].real, off.real), -off[-1].real) > 0.0
     return (by != by[0]).astype(np.int64), f"{math.degrees(size):.3g} deg"
 
