@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from seatrial.actuators import Actuator, Actuators
-from seatrial.core.parameters import values
+from seatrial.core.parameters import update, values
 from seatrial.core.symbolic import cos, magnitude, sin
 from seatrial.data import Trial
 from seatrial.models import Model, kinematics
@@ -216,6 +217,34 @@ def turned(side: float, drift: float) -> Trial:
     late = (t >= 80.0).astype(float)
     beta = math.radians(drift) * late
     return Trial("turn", t, {"u": U * np.cos(beta), "v_m": -side * U * np.sin(beta), "r": side * late * U / (3 * L)})
+
+
+@pytest.mark.parametrize(("moments", "conventional"), [(("N",), False), ((), True), (("N",), True)])
+@pytest.mark.parametrize("drift", [12.0, -1.0, -4.0])
+def test_an_ordered_moment_turns_a_hull_about_a_point_near_midship_a_rudder_bow_inside(
+    moments: tuple[str, ...], conventional: bool, drift: float
+) -> None:
+    """On a circle of 3 L the point without sway lies 3 L sin(drift) ahead of midship."""
+    p: Any = SimpleNamespace(sways=True, moments=moments, conventional=conventional, ship=SimpleNamespace(L_pp=L))
+    (found,) = steering._inside(p, turned(1.0, drift), turned(-1.0, drift))
+    if conventional:
+        assert found.value == pytest.approx(drift)
+        assert found.holds == (drift > 0.5)
+    else:
+        assert found.value == pytest.approx(3.0 * math.sin(math.radians(drift)))
+        assert found.holds == (drift > -2.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["otter", "wamv_16", "gunnerus"])
+def test_thrusters_called_port_and_starboard_stand_there(name: str) -> None:
+    ship = load(name)
+    y = {side: values(ship.model)[f"thrusters.{side}.y"] for side in ("port", "starboard")}
+    swapped = update(ship.model, {"thrusters.port.y": y["starboard"], "thrusters.starboard.y": y["port"]})
+    for model, holds in ((ship.model, True), (swapped, False)):
+        found = [one for one in control.places(Probe.of(replace(ship, model=model))) if "across" in one.what]
+        assert [one.holds for one in found] == [holds] * 2
+        assert abs(found[0].value) == pytest.approx(abs(y["port"]) / ship.L_pp, rel=0.05)
 
 
 def test_circles_are_read_off_the_last_fifth() -> None:

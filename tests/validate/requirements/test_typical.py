@@ -128,3 +128,17 @@ def test_a_doubt_is_no_failure_and_a_failure_outweighs_it() -> None:
     assert (judged("good", [good, odd]).verdict, judged("good", [good, odd]).reason) == ("doubt", "unusual")
     assert (judged("good", [good, odd, wrong]).verdict, judged("good", [good, odd, wrong]).reason) == ("fail", "wrong")
     assert limit.FAR_FROM_USUAL.low == -limit.FAR_FROM_USUAL.high
+
+
+@pytest.mark.parametrize(("name", "part", "value", "words"), [
+    ("kvlcc2", "w_P0", 0.65, "wake fraction"), ("kvlcc2", "w_P0", 0.49, ""), ("kvlcc2", "t_P", 0.3, ""),
+    ("kvlcc2", "t_P", 0.392, "thrust deduction"), ("kvlcc2_l7", "w_P0", 0.6, ""),
+    ("kvlcc2_l7", "w_P0", 0.75, "wake fraction"), ("kvlcc2", "w_P0", -0.1, "wake fraction"),
+])  # fmt: skip
+def test_a_wake_as_one_less_and_a_deduction_taken_twice_are_doubted(
+    name: str, part: str, value: float, words: str
+) -> None:
+    """1 - 0.35 and 1 - 0.78^2; in the wake of a model friction has a larger part."""
+    ship = load(name)
+    found = told(typical.stern(Probe.of(replace(ship, model=update(ship.model, {f"propeller.{part}": value})))))
+    assert [(one.what, one.doubt) for one in found] == ([(words, True)] if words else [])
