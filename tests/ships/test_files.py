@@ -332,3 +332,11 @@ def test_a_family_without_numbers_of_its_own_takes_no_keys(tmp_path: Path) -> No
     path.write_text(path.read_text() + '\n[model]\ncoriolsi = "consistent"\n')
     with pytest.raises(ShipError, match="model: no number 'coriolsi'"):
         load(path)
+
+
+def test_a_ship_knows_its_file_unless_something_was_laid_over_it() -> None:
+    where = FOLDER / "kvlcc2.toml"
+    assert load("kvlcc2").file == load(where).file == where
+    over = load("kvlcc2", over={"body": {"x_G": {"value": 10.0, "unit": "m", "source": "here"}}})
+    assert (over.file, values(over.model)["body.x_G"]) == (None, 10.0)
+    assert replace(load("kvlcc2"), file=None) == load("kvlcc2"), "where it lies is no part of what a ship is"

@@ -57,3 +57,16 @@ def test_what_no_slip_explains_is_told_without_one() -> None:
     found = said(ship)
     assert found
     assert not [one for one in found if "look" in one]
+
+
+def test_a_slip_that_makes_another_figure_unusual_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Places in the ranges: 1 is the end of the usual."""
+    slip = {words: slips._Slip(words, {}) for words in ("moves it on", "mends it", "mends it less")}
+    after = {"moves it on": {"a": 0.0, "b": 1.4}, "mends it": {"a": 0.1, "b": 0.2},
+             "mends it less": {"a": 0.9, "b": 0.2}}  # fmt: skip
+    monkeypatch.setattr(slips, "_places", lambda p: {"a": 1.8, "b": 0.2})
+    p = Probe.of(gallery.good("mariner"))
+    for tried, named in ((["moves it on"], ""), (["moves it on", "mends it"], "mends it"),
+                         (["mends it less", "mends it"], "mends it")):  # fmt: skip
+        monkeypatch.setattr(slips, "_tried", lambda *_, tried=tried: ((slip[one], after[one]) for one in tried))
+        assert slips._likely(p) == named

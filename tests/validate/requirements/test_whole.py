@@ -94,6 +94,8 @@ def test_a_polynomial_of_drift_that_does_not_fall_with_speed_is_doubted_across()
     across = float(hull.Y_b) * beta + float(hull.Y_bbb) * beta**3
     assert found.doubt
     assert found.value == pytest.approx(across / 0.4**2 / -float(hull.X_0), rel=0.2)
+    ahead = replace(ship, validity={**ship.validity, "v_m": (-0.3 * ship.speed, 0.3 * ship.speed)})
+    assert all(one.holds for one in whole.findings(Probe.of(ahead))), "its file would not claim it"
 
 
 def turned(**numbers: float) -> list[Finding]:

@@ -142,7 +142,7 @@ SHARED = within(0.08, 0.6, 0.04, 1.0, "strips of drag have 1/8, strips of lift 1
 SHARED_OF_CRAFT = within(
     0.02, 2.0, 0.005, 3.0, "strips of drag have 1/8, strips of lift 1/6, ends at stern and bow add"
 )
-SIDEWAYS = within(0.8, 300.0, 0.4, 1e4, "drag sideways over ahead: 1 to 20 of small craft, 45 to 120 of ships")
+SIDEWAYS = within(0.65, 300.0, 0.4, 1e4, "drag sideways over ahead: 1 to 20 of small craft, 45 to 120 of ships")
 _CLARKE = "Clarke, Gedling and Hine (1983), hull with rudder: 0.65 to 1.8 times on 14 ships"
 CLARKE = {
     "Y_v": within(0.55, 2.2, 0.35, 3.5, _CLARKE), "N_v": within(0.45, 1.7, 0.2, 2.5, _CLARKE),
