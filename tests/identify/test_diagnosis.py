@@ -134,6 +134,20 @@ def test_a_planted_error_is_named_first_and_nothing_is_identified(
     assert all(factor >= 1.0 for factor in fit.diagnosis.widened.values())
 
 
+def test_a_stated_error_model_is_no_more_certain_than_what_is_wrong_allows() -> None:
+    """A correlation time is no licence: what a rudder 1.5 deg off does to the numbers lies inside the ranges."""
+    problem = _problem(_logs(_shifted("delta", 1.5 * DEG)))
+    fit = Trajectory().fit(replace(problem, loss=replace(problem.loss, correlation=10.0)))
+    assert fit.diagnosis is not None
+    wider = np.array([fit.diagnosis.widened[path] for path in PATHS])
+    assert np.abs(_z(fit) * wider).max() > 8.0
+    assert np.abs(_z(fit)).max() < 2.0
+    assert {one.status for one in fit.verdicts if one.subject in PATHS} <= {"graded", "weak", "not identified"}
+    clean = Trajectory().fit(replace(_problem(_logs()), loss=replace(problem.loss, correlation=10.0)))
+    assert clean.diagnosis is not None
+    assert set(clean.diagnosis.widened.values()) == {1.0}
+
+
 def test_suspects_that_matter_are_estimated_on_request_and_the_truth_comes_back() -> None:
     drifting = _logs(current=True)
     fit = Trajectory().fit(_problem(drifting, Nuisance(suspects="auto")))

@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 from seatrial.core.parameters import Free, values
-from seatrial.data import Trial
+from seatrial.data import Array, Trial
 from seatrial.environment import Uniform
 from seatrial.identify import Loss, Nuisance, Problem, StudyError
 from seatrial.identify.trajectory.objective import TrajectoryObjective
 from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
+from seatrial.simulate.lanes import Lanes
 from seatrial.simulate.run import approach, simulate
 
 DEG = math.radians(1.0)
@@ -94,6 +95,20 @@ def test_a_recorded_start_is_off_by_the_bias_of_its_trial() -> None:
     normal, step = objective.normal(p, eta), 1e-5
     slopes = [(objective.cost(p, eta + d) - objective.cost(p, eta - d)) / (4.0 * step) for d in step * np.eye(3)]
     assert np.concatenate([one.gradient.ravel() for one in normal.blocks]) == pytest.approx(slopes, rel=1e-4)
+    # ... and what the tests of a fit have the parameters do without, trial by trial
+    every, scale = objective.columns(*_slopes(objective, p, eta)), objective.windows.scale
+    weighted = np.where((scale > 0.0)[..., None], every[0] * scale[..., None], 0.0)
+    for k, (part, mine) in enumerate(zip(objective.layout.slices, objective.layout.lanes, strict=True)):
+        found = objective.layout.columns(k, weighted[mine], scale[mine], p.size)[..., 0]
+        moved = [objective.residuals(p, eta + d)[mine] for d in step * np.eye(3)[part]]
+        assert found.ravel() == pytest.approx((moved[0] - objective.residuals(p, eta)[mine]).ravel() / step, rel=1e-2,
+                                              abs=1e-3 * np.abs(found).max())  # fmt: skip
+
+
+def _slopes(objective: TrajectoryObjective, p: Array, eta: Array) -> tuple[Array, Array, Array, Lanes]:
+    """Predictions of all windows with their slopes, as `TrajectoryObjective.columns` takes them."""
+    lanes, _ = objective.lanes(p[None], eta[None])
+    return (*objective.slopes(lanes), p[None], lanes)
 
 
 @pytest.mark.slow

@@ -16,8 +16,9 @@ from example_report import fit
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Verdict
+from seatrial.identify.diagnosis.blame.contradiction import Contradiction
 from seatrial.identify.diagnosis.channels import Channel, Residuals
-from seatrial.identify.diagnosis.findings import Contradiction, Diagnosis, Suspicion
+from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.identify.posterior.misfit import Misfit, Remainder
 from seatrial.identify.posterior.profile import Profile
 from seatrial.report import diagnosis, figures, identifiability, rivals, trials

@@ -117,6 +117,10 @@ def test_a_pattern_yields_to_test_then_to_validation(logs: Path) -> None:
     assert read(logs, train=["*"], validation=["[bc]*"], test=["c"]) == [["a", "d"], ["b"], ["c"]]
     assert read(logs, train=["*"], exclude=["a", "b"]) == [["c", "d"], [], []]
     assert read(logs, train=["d", "[ab]*"], test=["c"], exclude=["b"]) == [["d", "a"], [], ["c"]]
+    # a recording below a folder by its own name, as a fit names it
+    (logs.parent / "logs" / "day").mkdir()
+    write_trial(log("e"), logs.parent / "logs" / "day" / "e.csv")
+    assert read(logs, train=["*"], exclude=["e", "a"]) == [["b", "c", "d"], [], []]
     for more, told in (({"train": ["a"], "test": ["a"]}, r"data\.train: a\.csv is in test too"),
                        ({"train": ["a"], "validation": ["a"]}, "is in validation too"),
                        ({"train": ["*"], "exclude": ["*"]}, "nothing is left to train on"),

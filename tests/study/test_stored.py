@@ -15,8 +15,9 @@ from seatrial.belief.reading import posterior
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Fit, Loss, Problem, StudyError, Verdict
+from seatrial.identify.diagnosis.blame.contradiction import Contradiction
 from seatrial.identify.diagnosis.channels import Channel, Residuals
-from seatrial.identify.diagnosis.findings import Contradiction, Diagnosis, Suspicion
+from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.ships.files import load
 from seatrial.study.store import read_summary, save_fit, write_summary
 from seatrial.study.stored import load_fit

@@ -14,8 +14,9 @@ from seatrial.data import Trial
 from seatrial.identify import Loss, Nuisance, Problem
 from seatrial.identify.diagnosis import diagnose, stages
 from seatrial.identify.diagnosis.alternatives import _of, _stuck
+from seatrial.identify.diagnosis.blame.contradiction import Contradiction
 from seatrial.identify.diagnosis.channels import Channel
-from seatrial.identify.diagnosis.findings import Contradiction, Diagnosis, Differing, Suspicion
+from seatrial.identify.diagnosis.findings import Diagnosis, Differing, Suspicion
 from seatrial.identify.networks.pushed import _mean, _parts
 from seatrial.ships.files import load
 
@@ -101,6 +102,7 @@ def test_an_error_by_trial_tells_the_extremes_among_those_known() -> None:
                         "would remove 30% of the objective; q would move by -4.0 sigma")  # fmt: skip
     alone = Differing("an offset", {"b": each["b"]}, 90.0, 0.3, {})
     assert alone.text == "an offset of -2 +- 0.1 deg in trial b alone would remove 30% of the objective"
+    assert alone.remedy == 'correct the log of b, or leave it out: exclude = ["b"] in [data] of the study'
 
 
 @pytest.mark.parametrize(("changes", "matters", "odd", "alone"), [
@@ -189,9 +191,15 @@ def test_trials_apart_come_first_if_one_is_alone_and_after_the_suspects_if_not()
     channels = {"x": channel(size=2.0)}
     found = Diagnosis(channels, (suspicion(),), contradictions=(alone, other))
     assert found.lines[1] == alone.text
+    assert found.remedies == ('leave it out: exclude = ["a"] in [data] of the study',)
     assert sum("contradict" in line for line in found.lines) == 1
     shared = Diagnosis(channels, (suspicion(),), contradictions=(replace(alone, removes=0.4), other))
     assert shared.lines[3] == "trials contradict each other, the first of them most: a, b"
+    assert shared.remedies == (suspicion().remedy,)
+    # where all differ, or what is suspected explains little, no line helps
+    differ = Diagnosis(channels, (suspicion(share=0.1),), contradictions=(replace(alone, removes=0.4), other))
+    assert len(differ.remedies) == 1
+    assert differ.remedies[0].startswith("look for a term of the model")
     single = Diagnosis(channels, (suspicion(),), contradictions=(replace(alone, removes=0.4), replace(other,
         deviates=1.0)))
     assert single.lines[3].startswith("trial a contradicts the others")

@@ -23,7 +23,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...data import Array
-from .findings import MOVES, REMOVES, SIGNIFICANT, Contradiction, Differing, Suspicion
+from .blame.contradiction import Contradiction
+from .findings import MOVES, REMOVES, SIGNIFICANT, Differing, Suspicion
 
 # Trials, those of the largest chi square, that are left out in turn.
 _TRIED = 4

@@ -31,11 +31,12 @@ from ..trajectory.suspects import Suspect, suspects
 from ..vector import Vector
 from .alternatives import alternatives
 from .apart import Beside, sigma_by_trial
+from .blame.contradiction import Contradiction
 from .blame.gain import gains
 from .blame.witness import Witness, witnesses
 from .by_trial import Moments, Scores, contradictions, differing
 from .channels import Channel, Residuals
-from .findings import Contradiction, Diagnosis, Differing, Suspicion
+from .findings import Diagnosis, Differing, Suspicion
 from .linear import Linear, linearised
 from .priors import pulls
 

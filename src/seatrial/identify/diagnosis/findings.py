@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from .blame.contradiction import Contradiction
 from .blame.gain import CERTAIN, Gain
 from .blame.witness import Witness
 from .channels import Channel, Residuals, plain
@@ -15,12 +16,6 @@ from .priors import Pull
 # A suspect is listed as a cause from this drop of the objective on, in squared sigma, and if it moves a parameter by
 # this many sigma or removes this share of the objective.
 SIGNIFICANT, MOVES, REMOVES = 25.0, 1.0, 0.05
-# Deviates beyond which chance is no explanation: those of a suspect (`SIGNIFICANT`).
-_DEVIATES = 5.0
-# Of trials that contradict each other, those beyond this are named.
-_HARDLY = 3.0
-# One trial stands out where leaving it out removes this share of what the scores of all exceed chance by.
-_MOST = 0.75
 # A suspect leads where it accounts for this share of what the residuals exceed the noise by; so many are listed.
 _ACCOUNTS, _LISTED = 0.2, 5
 # Of an error by trial, the extremes are named among those known this well, relative to the median sigma.
@@ -59,6 +54,7 @@ class Cause:
         share: of the objective that it would remove.
         remedy: what to do about it.
         alone: the one trial that contradicts all others.
+        sure: whether it is more than a share: logs have it too.
     """
 
     label: str
@@ -66,6 +62,7 @@ class Cause:
     share: float
     remedy: str
     alone: bool = False
+    sure: bool = False
 
     @property
     def line(self) -> str:
@@ -173,7 +170,12 @@ class Suspicion:
         """
         if self.whole or self.turned or self.name.startswith(_SURROUNDINGS):
             return True
-        return not self.denied and (self.gain.credible or (self.log is not None and self.log.shown))
+        return not self.denied and (self.gain.credible or self.witnessed)
+
+    @property
+    def witnessed(self) -> bool:
+        """Whether the logs show it, or have it as the model has."""
+        return self.log is not None and (self.log.shown or self.log.confirms(self.size))
 
     @property
     def excused(self) -> str:
@@ -241,50 +243,6 @@ class Differing:
             f"that differs from trial to trial, {self.each[low].value} in {low} to {self.each[high].value} in {high},"
         )  # fmt: skip
         return f"{self.words} {what} would remove {self.share:.0%} of the objective{moved}"
-
-
-@dataclass(frozen=True)
-class Contradiction:
-    """What one trial asks of the parameters, against the others.
-
-    Attributes:
-        trial: its name.
-        chi, freedom: square of its score over the covariance, and what chance leaves of that on average.
-        deviates: the same in standard deviations of a Gaussian (Wilson and Hilferty 1931).
-        together: deviates of the scores of all trials at once.
-        removes: share of the excess of all trials that leaving this one out would remove.
-        moves: change of each free parameter without this trial, in its sigma.
-    """
-
-    trial: str
-    chi: float
-    freedom: int
-    deviates: float
-    together: float
-    removes: float
-    moves: Mapping[str, float]
-
-    @property
-    def matters(self) -> bool:
-        """Whether chance is no explanation, and the result depends on it."""
-        return max(self.deviates, self.together) > _DEVIATES and max(map(abs, self.moves.values()), default=0.0) > 1.0
-
-    @property
-    def odd(self) -> bool:
-        """Whether noise does not explain it, or hardly."""
-        return self.deviates > _HARDLY
-
-    @property
-    def alone(self) -> bool:
-        """Whether the others agree among themselves, or nearly."""
-        return self.deviates > _DEVIATES and self.removes > _MOST
-
-    @property
-    def text(self) -> str:
-        """The finding in one line."""
-        most = max(self.moves, key=lambda path: abs(self.moves[path]))
-        return (f"trial {self.trial} contradicts the others (chi square {self.chi:.0f} where {self.freedom} is "
-                f"expected); without it {most} would move by {self.moves[most]:+.1f} sigma")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -474,7 +432,7 @@ class Diagnosis:
         listed = [*sorted(pulled, key=_likely, reverse=True), *listed] if before else listed
         square = sum(c.count * c.size**2 for c in self.channels.values())
         excess = 1.0 - sum(c.count for c in self.channels.values()) / max(square, 1e-300)
-        good = [one for share, one in listed if share > max(_ACCOUNTS * excess, 0.0)]
+        good = [one for share, one in listed if one.sure or share > max(_ACCOUNTS * excess, 0.0)]
         weak, odd = [one for _, one in listed if one not in good], self.apart
         if odd and odd[0].alone:
             return [Cause("", odd[0].text, 1.0, _without(odd[0].trial), alone=True), *good], weak
@@ -491,7 +449,7 @@ def _without(trial: str) -> str:
 
 
 def _suspect(one: Suspicion | Differing | Pull) -> Cause:
-    return Cause("suspect", one.text, one.share, one.remedy)
+    return Cause("suspect", one.text, one.share, one.remedy, sure=isinstance(one, Suspicion) and one.witnessed)
 
 
 def _likely(one: tuple[float, Cause]) -> tuple[float, str]:

@@ -12,6 +12,7 @@ import pytest
 from seatrial.data import Array, Trial
 from seatrial.identify.diagnosis.blame.gain import CERTAIN, Gain, gain, gains
 from seatrial.identify.diagnosis.blame.witness import Witness, witnesses
+from seatrial.identify.diagnosis.channels import Channel
 from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 
 DEG = math.radians(1.0)
@@ -310,6 +311,9 @@ WRONG = Gain(0.4, 9.0)
     ({"gain": CERTAIN}, True), ({"gain": WRONG}, False), ({"gain": CERTAIN, "log": Witness(0.1, 0.1, False)}, False),
     ({"gain": WRONG, "log": Witness(1.9, 0.1, True)}, True), ({"gain": WRONG, "log": Witness(1.5, 0.1, False)}, False),
     ({"gain": CERTAIN, "log": Witness(1.5, 0.1, False)}, True),
+    # ... and by a log that has it alike, though it does not show it beyond doubt
+    ({"gain": WRONG, "log": Witness(1.9, 0.3, False)}, True), ({"gain": WRONG, "log": Witness(1.9, 0.4, False)}, False),
+    ({"gain": WRONG, "log": Witness(2.9, 0.29, False)}, False),
     ({"gain": CERTAIN, "log": Witness(0.0, 0.9, False)}, True), ({"gain": WRONG, "name": "current.north"}, True),
     ({"gain": WRONG, "whole": True}, True), ({"gain": CERTAIN, "drop": 1.0}, False)])  # fmt: skip
 def test_an_instrument_is_blamed_by_the_logs_or_by_most_of_the_misfit(changes: Any, blamed: bool) -> None:
@@ -338,6 +342,16 @@ def test_a_number_of_the_ship_that_would_be_off_by_more_than_itself_is_no_cause(
     lines = Diagnosis(terms=(far,)).lines
     assert not any("k_1" in line for line in lines)
     assert lines[0].startswith("the model does not explain")
+
+
+def test_an_error_that_fit_and_logs_have_alike_comes_with_its_line_however_little_it_explains() -> None:
+    """A model of a wrong form leaves most of the misfit: a rudder 3 s late was 3 % of it, and 40 sigma."""
+    channels = {"x": Channel(1.0, 3.0, 0.9, 0.01, 1.0, 100)}
+    own = suspicion(name="delay.delta", size=4.2, share=0.03, gain=WRONG)
+    for log, told in ((Witness(3.8, 0.5, False), True), (Witness(3.8, 1.0, False), False)):
+        found = Diagnosis(channels, (replace(own, log=log),))
+        assert ('common = { "delay.delta" = inf }' in found.remedies[0]) == told
+        assert (found.cause is not None) == told
 
 
 @pytest.mark.parametrize(("own", "all_", "named"), [

@@ -36,6 +36,8 @@ _WATER = ("water_north", "water_east")
 _SURE, _TAKES, _ROUNDS = 8.0, 0.2, 3
 # Causes whose squares differ by less than this part explain the same.
 _TIE = 0.02
+# A log that is so many standard errors from none confirms what a fit finds alike: it knows nothing of the model.
+_AGREES = 5.0
 # The log denies an error from so many standard errors on, where it allows less than half of it.
 _DENIES, _HALF = 3.0, 0.5
 # ... and standard errors in what an unknown hull leaves open of a lag of the rudder.
@@ -67,6 +69,10 @@ class Witness:
         """Whether an error of this size contradicts the logs."""
         off = abs(size - self.size)
         return not self.shown and off > _DENIES * self.sigma and off > _HALF * abs(size)
+
+    def confirms(self, size: float) -> bool:
+        """Whether the logs have an error of this size too, though they do not show it beyond doubt by themselves."""
+        return abs(self.size) > _AGREES * self.sigma and abs(size - self.size) < _DENIES * self.sigma
 
 
 def witnesses(trials: Sequence[Trial], length: float | None = None) -> dict[str, Witness]:
