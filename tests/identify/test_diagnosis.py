@@ -135,13 +135,14 @@ def test_a_planted_error_is_named_first_and_nothing_is_identified(
 
 
 def test_a_stated_error_model_is_no_more_certain_than_what_is_wrong_allows() -> None:
-    """A correlation time is no licence: what a rudder 1.5 deg off does to the numbers lies inside the ranges."""
+    """Trials disagree by a rudder 1.5 deg off, and a suspect moves the numbers: both count beside a stated time."""
     problem = _problem(_logs(_shifted("delta", 1.5 * DEG)))
     fit = Trajectory().fit(replace(problem, loss=replace(problem.loss, correlation=10.0)))
     assert fit.diagnosis is not None
     wider = np.array([fit.diagnosis.widened[path] for path in PATHS])
-    assert np.abs(_z(fit) * wider).max() > 8.0
-    assert np.abs(_z(fit)).max() < 2.0
+    assert wider.min() >= 1.0
+    assert wider.max() > 2.0
+    assert np.abs(_z(fit)).max() < 1.96
     assert {one.status for one in fit.verdicts if one.subject in PATHS} <= {"graded", "weak", "not identified"}
     clean = Trajectory().fit(replace(_problem(_logs()), loss=replace(problem.loss, correlation=10.0)))
     assert clean.diagnosis is not None
