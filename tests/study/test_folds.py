@@ -59,12 +59,14 @@ def test_every_way_deals_every_trial_once_and_cuts_no_recording(by: str) -> None
     assert sorted(t.name for part in parts for t in part) == sorted(t.name for t in trials)
     where = {t.name: k for k, part in enumerate(parts) for t in part}
     assert all(where[t.name] == where[t.name[:-1] + other] for t in trials for other in "12")
-    assert len(parts) == {"kind-day": 8, "day": 4}.get(by, 3)
+    assert len(parts) == {"kind-day": 8, "day": 4, "kind": 2}.get(by, 3)
 
 
-def test_a_part_by_day_is_that_day_and_by_kind_and_day_that_kind_on_it() -> None:
+def test_a_part_by_day_is_that_day_by_kind_that_kind_and_by_kind_and_day_that_kind_on_it() -> None:
     assert names(folds(windy(), "day", 2)) == [[f"{kind}_0{k}-Jul-2020" for kind in ("straight", "turning")]
                                                for k in (1, 2, 3, 4)]  # fmt: skip
+    assert names(folds(windy(), "kind", 2)) == [[f"{kind}_0{k}-Jul-2020" for k in (1, 2, 3, 4)]
+                                                for kind in ("straight", "turning")]  # fmt: skip
     assert all(len(one) == 1 for one in names(folds(windy(), "kind-day", 2)))
 
 
@@ -83,16 +85,16 @@ def test_the_start_of_a_trial_tells_its_day_before_its_name_does() -> None:
 
 
 def test_only_ways_that_tell_recordings_apart_are_supported() -> None:
-    assert [*supported(windy(), 2)] == ["recording", "day", "kind-day", "speed", "wind"]
+    assert [*supported(windy(), 2)] == ["recording", "day", "kind", "kind-day", "speed", "wind"]
     alike = [one.having(U_T=10.0 * one["u"]) for one in windy()]  # the wind is as the speed
-    assert [*supported(alike, 2)] == ["recording", "day", "kind-day", "speed"]
+    assert [*supported(alike, 2)] == ["recording", "day", "kind", "kind-day", "speed"]
     calm = [stub(f"run{k}", "turning") for k in range(4)]  # no days, no wind, one speed
     assert [*supported(calm, 2)] == ["recording"]
-    for by in ("day", "kind-day", "wind", "speed"):
+    for by in ("day", "kind", "kind-day", "wind", "speed"):
         with pytest.raises(StudyError, match=rf"--folds {by}: .* supports recording"):
             folds(calm, by, 2)
     one_day = [replace(t, name=re.sub(r"\d\d-Jul", "01-Jul", t.name)) for t in windy()]
-    assert "day" not in supported(one_day, 3)
-    assert [len(part) for part in supported(one_day, 3)["kind-day"]] == [8, 8]
+    assert not {"day", "kind-day"} & {*supported(one_day, 3)}  # of one day, each kind on a day is each kind
+    assert [len(part) for part in supported(one_day, 3)["kind"]] == [8, 8]
     one_without = [*windy(), stub("run", "turning")]
     assert not {"day", "kind-day", "wind"} & {*supported(one_without, 2)}

@@ -247,7 +247,7 @@ PaperPage = Annotated[Path, Option("-o", "--out", help="Write the page to this f
 PaperTable = Annotated[int | None, Option("--table", help="Show the parts of the page that have this table.")]
 LeftOutParts = Annotated[int | None, Option("--parts", help="Set the number of parts, each left out of a fit once.")]
 Folds = Annotated[
-    str | None, Option("--folds", help="Split by recording, day, kind-day, speed or wind, or take the hardest.",
+    str | None, Option("--folds", help="Split by recording, day, kind, kind-day, speed or wind, or take the hardest.",
                        offers=_folds)
 ]  # fmt: skip
 BandHorizon = Annotated[

@@ -43,9 +43,9 @@ def folds(trials: Sequence[Trial], by: str, parts: int) -> list[list[Trial]]:
     """The trials in parts, whole recordings.
 
     Args:
-        by: of `FOLDS`: "recording" deals them by turns, each kind of manoeuvre after the other; "day" and "kind-day"
-            make a part of each day, and of each kind on each day; "speed" and "wind" one of each third of the
-            recordings, by mean speed or true wind.
+        by: of `FOLDS`: "recording" deals them by turns, each kind of manoeuvre after the other; "day", "kind" and
+            "kind-day" make a part of each day, of each kind, and of each kind on each day; "speed" and "wind" one of
+            each third of the recordings, by mean speed or true wind.
         parts: how many, dealt by turns.
 
     Raises:
@@ -116,11 +116,13 @@ def _kind_day(trial: Trial) -> str:
 FOLDS: Mapping[str, Callable[[Sequence[Group], int], list[list[Trial]]]] = MappingProxyType({
     _TURNS: lambda groups, parts: dealt([trial for group in groups for trial in group], parts, kind_of),
     "day": lambda groups, _: _by_key(groups, day),
+    "kind": lambda groups, _: _by_key(groups, kind_of),
     "kind-day": lambda groups, _: _by_key(groups, _kind_day),
     "speed": lambda groups, _: _by_level(groups, _speed),
     "wind": lambda groups, _: _by_level(groups, _wind),
 })  # fmt: skip
 """Ways of dealing recordings into parts."""
 
-_NEEDS = {"day": "two days, in names or starts", "kind-day": "two kinds, or days in names or starts",
-          "speed": "a speed u that differs", "wind": "a true wind U_T that differs"}  # fmt: skip
+_NEEDS = {"day": "two days, in names or starts", "kind": "two kinds of manoeuvre",
+          "kind-day": "two kinds, or days in names or starts", "speed": "a speed u that differs",
+          "wind": "a true wind U_T that differs"}  # fmt: skip
