@@ -9,7 +9,7 @@ import pytest
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
 from seatrial.workflow.asked import Around
-from seatrial.workflow.request import DEGREE, finite, numbers, positive, speed_of, surroundings, vector
+from seatrial.workflow.request import DEGREE, finite, left, numbers, positive, speed_of, surroundings, vector
 
 
 def test_a_degree_is_a_degree() -> None:
@@ -70,6 +70,13 @@ def test_as_many_numbers_as_the_form_has() -> None:
     for text in ("1,2", "1,2,3,4", "1,,3"):
         with pytest.raises(RequestError, match="write X,Y,DEG"):
             numbers("--start", text, "X,Y,DEG such as 250,-60,0")
+
+
+def test_what_is_left_takes_as_long_a_piece_as_what_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("seatrial.workflow.request.time.monotonic", lambda: 110.0)
+    assert left(100.0, 2, 8) == "; 30 s left"
+    assert left(100.0, 0, 8) == left(100.0, 8, 8) == ""
+    assert left(109.0, 4, 8) == ""  # a second is not worth a word
 
 
 def test_wind_comes_from_and_current_goes_towards() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +31,8 @@ Note = Callable[[str], object]
 """Takes a line for the user: a warning, or what is being done."""
 
 PAGES = (".html", ".htm")
+# From so long on the rest of some work is worth telling [s].
+_WORTH = 2.0
 
 
 class Stopped(KeyboardInterrupt):
@@ -38,6 +41,17 @@ class Stopped(KeyboardInterrupt):
 
 def silent(_: str) -> None:
     """Ignore a note."""
+
+
+def left(begun: float, done: int, every: int) -> str:
+    """How long what is left of equal pieces of work will take, a clause for a note; empty where that is not known.
+
+    Args:
+        begun: when the work began, by the clock that never goes back [s].
+        done, every: pieces that are done, and all of them.
+    """
+    seconds = (time.monotonic() - begun) * (every - done) / done if done else 0.0
+    return f"; {seconds:.0f} s left" if seconds >= _WORTH else ""
 
 
 def ship_of(ship: str | Path | Ship) -> Ship:

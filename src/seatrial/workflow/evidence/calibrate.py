@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +42,7 @@ from ...validate import Comparison
 from ...validate.comparison import compare, pooled
 from ...validate.metrics import scales
 from .. import SILENT, Outcome, RequestError, Sink, figure
-from ..request import positive
+from ..request import left, positive
 from .fans import DEGREES
 
 # Recordings that show 95 % are left out in so many parts; of fewer each is left out alone.
@@ -80,8 +82,10 @@ def calibrate(
     ways = _ways(study.problem.trials, by or _USUAL, parts)
 
     with held_alone(folder), executors.dask(dask, sink.note) if dask else nullcontext(None) as pool:
+        rest = _rest(ways)
+
         def without(way: str, some: Sequence[Sequence[Trial]]) -> list[LeftOut]:
-            each = partial(_note, sink, way, len(some))
+            each = partial(_note, sink, way, len(some), partial(rest, way))
             (folder / way).mkdir(exist_ok=True)
             return [*left_out(study.estimator, study.problem, fit, held, out=some, folder=folder / way, pool=pool,
                               each=each)]  # fmt: skip
@@ -140,9 +144,16 @@ def _errors(out: Sequence[LeftOut], study: Study) -> Errors:
     return Errors(math.inf if blown else pooled(one for some in found for one in some), parts)
 
 
-def _note(sink: Sink, way: str, count: int, done: int) -> None:
+def _rest(ways: Mapping[str, Sequence[Any]]) -> Callable[[str, int], str]:
+    """What is left, in words, when so many parts of a way of dealing are done and those before it all."""
+    begun, every = time.monotonic(), sum(map(len, ways.values()))
+    before = dict(zip(ways, accumulate(map(len, ways.values()), initial=0), strict=False))
+    return lambda way, done: left(begun, before[way] + done, every)
+
+
+def _note(sink: Sink, way: str, count: int, more: Callable[[int], str], done: int) -> None:
     told = "" if way == _USUAL else f" by {way}"
-    sink.note(f"{done} of {count} parts of the recordings{told} left out and fitted without")
+    sink.note(f"{done} of {count} parts of the recordings{told} left out and fitted without{more(done)}")
 
 
 def _folds_shown(errors: Mapping[str, Errors]) -> Body:

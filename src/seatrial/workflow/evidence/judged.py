@@ -7,6 +7,7 @@ half of what lies outside a band, 2.5 % of the draws for one of 95 %, say otherw
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -29,7 +30,7 @@ from ...validate.requirements.draws import judged_by
 from ...validate.requirements.scopes import judge
 from .. import RequestError
 from ..asked import Bands, Draws
-from ..request import PAGES, Note, check_output, level_of, silent
+from ..request import PAGES, Note, check_output, left, level_of, silent
 from .drawn import DRAWS, SEED, UNKNOWN, Drawing, Sailed
 
 Held = np.ndarray[Any, np.dtype[np.bool_]]
@@ -102,9 +103,10 @@ def requirements_with_bands(
 
 def _ships(held: Posterior, count: int, note: Note) -> Iterator[Ship]:
     """Ships of so many draws; says now and then how far it is."""
+    begun = time.monotonic()
     for k, drawn in enumerate(held.draws(count, SEED), 1):
         if k % _TOLD == 0:
-            note(f"draw {k} of {count}")
+            note(f"draw {k} of {count}{left(begun, k - 1, count)}")
         yield replace(held.ship, model=update(held.ship.model, dict(zip(held.names, drawn.tolist(), strict=True))))
 
 
@@ -113,13 +115,15 @@ def _rows(
 ) -> Iterator[tuple[Criterion, Held | None]]:
     """The rows with their bands, and which draws meet each; rows of one run share its draws."""
     sailed: dict[int, Sailed | str] = {}
+    every = len({id(row.source.run) for row in table.rows if row.source is not None and row.verdict != NOT_APPLICABLE})
+    begun = time.monotonic()
     for row in table.rows:
         source = row.source
         if source is None or row.verdict == NOT_APPLICABLE:
             yield row, None
             continue
         if id(source.run) not in sailed:
-            note(f"draws: {row.title}")
+            note(f"draws: {row.title}{left(begun, len(sailed), every)}")
             sailed[id(source.run)] = _sailed(asked, table, source)
         found = sailed[id(source.run)]
         if isinstance(found, str):
