@@ -114,12 +114,14 @@ def test_the_good_one_keeps_the_rules_where_the_bad_one_breaks_rules_14_and_17(s
 
 
 def seen(x: float, y: float, north: float, east: float, **more: float) -> Seen:
-    """A ship that is seen from one at 5 m/s on course north, 100 m to pass at, within 1000 s."""
-    numbers = {"passing": 100.0, "horizon": 1000.0, **{k: v for k, v in more.items() if k in ("passing", "horizon")}}
-    flags = {name: np.array([[bool(more.get(name))]]) for name in ("clear", "to_port")}
-    one, other = (np.array([[value]]) for value in (numbers["passing"], numbers["horizon"]))
-    place = [np.array([[value]]) for value in (x, y, north, east, 5.0)]
-    return Seen(*place, one, other, **flags)
+    """A ship that is seen from one at 5 m/s on course north, 100 m to pass at, within 1000 s; 300 m ahead of bows."""
+    numbers = {"passing": 100.0, "act": 1000.0, "horizon": 1000.0, "bow": 300.0}
+    if "horizon" in more:
+        numbers["act"] = more["horizon"]
+    numbers |= {name: value for name, value in more.items() if name in numbers}
+    flags = {name: np.array([[bool(more.get(name))]]) for name in ("clear", "to_port", "overtakes")}
+    rest = {name: np.array([[value]]) for name, value in numbers.items()}
+    return Seen(*(np.array([[value]]) for value in (x, y, north, east, 5.0)), **rest, **flags)
 
 
 def test_an_alteration_keeps_farther_off_than_a_course_that_is_held() -> None:
@@ -153,3 +155,58 @@ def test_who_keeps_clear_leaves_the_other_ship_to_port() -> None:
     small, large = (crossing.barred(math.radians(turn)) for turn in (5.0, 90.0))
     assert small > 0.0
     assert large == 0.0
+
+
+def test_a_course_out_of_the_way_is_one_for_as_long_as_risk_is() -> None:
+    """A ship that does not give way: from the last moment on, the course taken stays clear, not just until then.
+
+    What was clear for the six minutes at which it acts was a course beside the other one, which came up on it.
+    """
+    t = np.linspace(0.0, 0.9 * float(Limits().horizon.of(np.array(L))), 5001)
+    for beta, k in ((-43.0, 1.11), (-50.0, 1.09), (-47.0, 1.14)):
+        # on that bearing at 900 s it meets the own ship: the other's course by the sine rule
+        psi = beta + 180.0 - math.degrees(math.asin(math.sin(math.radians(-beta)) / k))
+        x, y, angle, speed = meets(psi, 900.0, k)
+        assert math.degrees(math.atan2(y, x)) == pytest.approx(beta, abs=1.0)
+        at = 560.0
+        turn = math.radians(chosen((x, y, angle, speed), t=at))
+        assert turn > 0.0
+        north, east = speed * math.cos(angle), speed * math.sin(angle)
+        away = np.hypot(x + north * at - U * at + (north - U * math.cos(turn)) * t,
+                        y + east * at + (east - U * math.sin(turn)) * t)  # fmt: skip
+        assert away.min() >= 0.99 * PASSING
+
+
+def test_a_ship_that_comes_up_from_astern_and_does_not_keep_clear_is_avoided() -> None:
+    """Its closest approach is sooner on every other course, and farther off."""
+    astern = meets(3.0, 930.0, 1.6)
+    assert chosen(astern, t=500.0) == 0.0  # it stands on
+    assert abs(chosen(astern, t=650.0)) >= 40.0
+
+
+def test_of_courses_that_all_meet_somebody_the_one_with_more_room_is_cheaper() -> None:
+    hit, near = seen(1000.0, 0.0, -5.0, 0.0), seen(300.0, 80.0, -5.0, 0.0)
+    assert hit.barred(0.0) > near.barred(0.0) > 0.0  # the nearer in time, 80 m off
+    later = seen(3000.0, 0.0, -5.0, 0.0)
+    assert hit.barred(0.0) > later.barred(0.0)
+
+
+def test_who_overtakes_does_not_cut_in_before_the_other_ship() -> None:
+    """A slow ship on course east: passed before its bow within the distance, behind its stern, or far ahead."""
+    ahead = (1000.0, -800.0, 0.0, 3.0)  # at (1000, -200) when the own ship is abreast
+    assert seen(*ahead, overtakes=1.0).barred(0.0) == pytest.approx(50.0)
+    assert seen(*ahead).barred(0.0) == 0.0
+    assert seen(*ahead, overtakes=1.0, bow=150.0).barred(0.0) == 0.0
+    astern = (1000.0, -400.0, 0.0, 3.0)  # at (1000, 200)
+    assert seen(*astern, overtakes=1.0).barred(0.0) == 0.0
+    gone = (-1000.0, -800.0, 0.0, -3.0)  # it was passed so
+    assert seen(*gone, overtakes=1.0).barred(0.0) == 0.0
+
+
+def test_who_has_left_its_course_goes_back_when_that_is_free_as_far_ahead_as_any_other() -> None:
+    """A ship on the port side that holds on: 400 s before the meeting the old course may be held, not taken again."""
+    ship = meets(90.0, 900.0)
+    pilot = KeepClear(scene(ship), Limits())
+    assert pilot.look(scene(ship, t=500.0)).psi[0] == 0.0
+    assert pilot.look(scene(ship, t=560.0)).psi[0] > 0.0
+    assert pilot.look(scene(ship, t=500.0)).psi[0] > 0.0

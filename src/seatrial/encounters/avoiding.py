@@ -27,7 +27,10 @@ _STEADY = 15.0 * _DEG
 """By how much a course has to be nearer to the old one than the present alteration, so that it is changed for it."""
 
 _BARRED = 100.0
-"""Cost of a course on which a ship is met, more the sooner; above that of any alteration [rad]."""
+"""Cost of a course on which a ship is met, more the nearer and the sooner; above that of any alteration [rad]."""
+
+_AHEAD = math.cos(55.0 * _DEG)
+"""Within this angle of its course a ship has another ahead of it; the check of Rule 13 has 45 deg."""
 
 _WIDER = 1.2
 """An alteration clears the passing distance by this factor, as the ship takes time to turn."""
@@ -40,8 +43,9 @@ class KeepClear:
     """An autopilot among ships that it takes to keep course and speed.
 
     With rules it does what the part of the ship asks, as the ships lie in the first scene (Rule 13(d): a part is kept):
-    it leaves ships that it meets or has to give way to on its port side, and holds on before others until `alone` is
-    left to the closest approach; then it does not turn to port for a ship on its own port side (Rule 17(c)).
+    it leaves ships that it meets or has to give way to on its port side, does not cut in before one that it overtakes,
+    and holds on before others until `alone` is left to the closest approach; then it does not turn to port for a ship
+    on its own port side (Rule 17(c)).  Once it has altered course it looks as far ahead for everybody, also to go back.
     """
 
     def __init__(self, scene: Scene, limits: Limits, *, rules: bool = True, lean: float = 0.0) -> None:
@@ -62,10 +66,11 @@ class KeepClear:
         ahead = (np.abs(beta) <= 5.0 * _DEG) & (np.abs(alpha) <= 5.0 * _DEG)
         gives = (beta > 0.0) & (beta < 112.5 * _DEG)
         self._clear = rules & (ahead | gives & ~overtaking)
+        self._overtakes, self._bow = rules & overtaking, _MARGIN * float(limits.bow.of(longest))
         stands = rules & ~overtaking & ~ahead & ~gives
         self._to_port = stands & (beta < 0.0)
-        horizon, alone = (float(one.of(longest)) for one in (limits.horizon, limits.alone))
-        self._horizon = np.where(stands, alone, horizon)
+        self._horizon, alone = (float(one.of(longest)) for one in (limits.horizon, limits.alone))
+        self._act = np.where(stands, alone, self._horizon)
 
     def look(self, scene: Scene) -> Orders:
         """The cheapest course; where the old one is free, that."""
@@ -73,8 +78,10 @@ class KeepClear:
         c, s = np.cos(self._course)[:, None], np.sin(self._course)[:, None]
         north, east = scene.north[:, 1:], scene.east[:, 1:]
         U = np.hypot(scene.north[:, :1], scene.east[:, :1])
-        seen = Seen(x, y, north * c + east * s, east * c - north * s, U, np.full_like(x, self._passing), self._horizon,
-                    self._clear, self._to_port)  # fmt: skip
+        act = np.where(self._turn[:, None] != 0.0, self._horizon, self._act)
+        seen = Seen(x, y, north * c + east * s, east * c - north * s, U, np.full_like(x, self._passing), act,
+                    np.full_like(x, self._horizon), self._clear, self._to_port, self._overtakes,
+                    np.full_like(x, self._bow))  # fmt: skip
         cost = seen.barred(0.0).max(axis=1)
         self._turn[cost <= 0.0] = 0.0
         rows = np.flatnonzero(cost > 0.0)
@@ -109,9 +116,12 @@ class Seen:
         north, east: velocities over ground [m/s].
         U: own speed [m/s], shape (runs, 1).
         passing: distance at which they are passed [m].
-        horizon: time to a closest approach nearer than that at which it acts [s].
+        act: time to a closest approach nearer than that at which the old course is left [s].
+        horizon: the same from which another course is no way out [s].
         clear: whether the rules ask to keep clear.
         to_port: whether it stands on for a ship on its port side.
+        overtakes: whether it overtakes the ship.
+        bow: distance within which it does not pass ahead of one that it overtakes [m].
     """
 
     x: Array
@@ -120,9 +130,12 @@ class Seen:
     east: Array
     U: Array
     passing: Array
+    act: Array
     horizon: Array
     clear: Bools
     to_port: Bools
+    overtakes: Bools
+    bow: Array
 
     def of(self, rows: NDArray[np.intp]) -> Self:
         """Some of the runs."""
@@ -131,10 +144,13 @@ class Seen:
     def barred(self, turn: float) -> Array:
         """Cost of an alteration of course [rad] for each ship; 0 where it is free."""
         distance, t = self._approach(turn)
-        wide = self.passing * (_WIDER if turn else 1.0)
-        met = (distance < wide) & (t > 0.0) & (t < self.horizon)
-        soon = 2.0 - np.clip(t / self.horizon, 0.0, 1.0) - 0.5 * np.clip(distance / wide, 0.0, 1.0)
-        return np.where(met, _BARRED * soon, 0.0) + self._wrong(turn)
+        wide, until = (self.passing * _WIDER, self.horizon) if turn else (self.passing, self.act)
+        soon = (t > 0.0) & (t < until)
+        # of courses that all meet somebody the one that leaves room: time alone chose a collision that is far off
+        near = 2.0 - np.clip(distance / wide, 0.0, 1.0) - 0.5 * np.clip(t / self.horizon, 0.0, 1.0)
+        cost = np.where(soon & (distance < wide), _BARRED * near, 0.0)
+        cost += np.where(soon & self.overtakes & self._cuts_in(turn), 0.5 * _BARRED, 0.0)
+        return cost + self._wrong(turn)
 
     def _wrong(self, turn: float) -> Array | float:
         """Cost of a course against the rules, while the old course would meet the ship."""
@@ -147,6 +163,13 @@ class Seen:
         w_x, w_y = self._relative(turn)
         starboard = self.x * w_y - self.y * w_x > 0.0
         return np.where(risk & self.clear & starboard, 0.25 * _BARRED, 0.0)
+
+    def _cuts_in(self, turn: float) -> Bools:
+        """Whether the ship is passed close before its bow."""
+        (w_x, w_y), (distance, t) = self._relative(turn), self._approach(turn)
+        past = np.maximum(t, 0.0)
+        ahead = -(self.x + w_x * past) * self.north - (self.y + w_y * past) * self.east
+        return (distance < self.bow) & (ahead > _AHEAD * distance * np.hypot(self.north, self.east))
 
     def _relative(self, turn: float) -> tuple[Array, Array]:
         return self.north - self.U * math.cos(turn), self.east - self.U * math.sin(turn)
