@@ -158,6 +158,36 @@ mariner_nomoto T+K exchanged turn|steer|answer|runs
 mariner_nomoto K degrees turn|runs
 zeefakkel alpha sign turn|stable|runs|tighter
 viknes_830 inertia.m_33 tenfold inertia
+kcs hull.X_0 tenfold resistance
+kcs hull.Y_r sign Y_r|centrifugal
+kcs rudder.A_R square~feet rudder
+kcs rudder.x_R half rudder|x_R
+kcs body.I_zG fourfold inertia
+suzaku propeller.w_P0 less~than~one wake
+suzaku hull.N_v+hull.N_r radians N_v|N_r|yaw
+suzaku hull.Y_vvv+hull.N_vvv exchanged vvv
+esso_190k_tanker Y_uv sign sway|Y_v
+esso_190k_tanker body.m_22 tenfold mass|m_y
+esso_190k_tanker screw.t twice~taken thrust|deduction
+esso_190k_tanker d_33 sign N_r|yaw
+gms_110 hull.N_r+hull.N_b exchanged exchanged|N_v|N_r
+gms_110 rudder.f_alpha radians rudder
+gms_110 body.m tons mass
+modified_abkowitz_kvlcc2_l7 body.I_z tenfold inertia
+modified_abkowitz_kvlcc2_l7 derivatives.C_R+derivatives.eta_1 tenfold resistance|thrust|surge
+modified_abkowitz_kvlcc2_l7 derivatives.Y_r sign Y_r|centrifugal
+esso_osaka derivatives.N_v sign N_v
+esso_osaka derivatives.Y_d+derivatives.N_d exchanged rudder|N_delta|Y_delta
+gunnerus damping.X_u+damping.X_uu degrees resistance|surge|ahead
+gunnerus inertia.m_33 tenth inertia
+gunnerus thrusters.port.y+thrusters.starboard.y exchanged side|turn
+otter inertia.m_22 tenfold mass
+otter damping.X_u tenth resistance|surge
+revolt_3m thrusters.bow.x sign bow
+revolt_3m damping.Y_v+damping.N_r exchanged N_r|Y_v
+cybership2 damping.N_r sign yaw|N_r
+zeefakkel T minute turn|steer|answer|zigzag
+zeefakkel K sign turn|side
 """
 
 

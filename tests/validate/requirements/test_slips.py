@@ -6,7 +6,8 @@ import gallery
 import pytest
 
 from seatrial.ships import Ship
-from seatrial.validate.requirements import slips, typical, whole
+from seatrial.validate.requirements import Judgement, Table, scopes, slips, typical, whole
+from seatrial.validate.requirements.draws import judged_by
 from seatrial.validate.requirements.probe import Probe
 
 
@@ -70,3 +71,18 @@ def test_a_slip_that_makes_another_figure_unusual_is_not_named(monkeypatch: pyte
                          (["mends it less", "mends it"], "mends it")):  # fmt: skip
         monkeypatch.setattr(slips, "_tried", lambda *_, tried=tried: ((slip[one], after[one]) for one in tried))
         assert slips._likely(p) == named
+
+
+@pytest.mark.slow
+def test_draws_of_a_fit_are_judged_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers of a fit were not written by hand, and draws that fail alike are counted by their reason."""
+    asked: list[Probe] = []
+    monkeypatch.setattr(slips, "_likely", lambda p: asked.append(p) or "a slip")
+    item = scopes.COLLISION_AVOIDANCE[2]
+    wrong = gallery.changed(gallery.good("mariner"), ("derivatives.Y_v", "derivatives.N_v"), "exchanged")
+    table = Table("mariner", "collision-avoidance", ((item, Judgement("pass", "good")),))
+    ((_, found),) = judged_by(table, [wrong], 0.9).rows
+    assert found.verdict == "fail"
+    assert not asked
+    assert "a slip" in scopes.checked(item, Probe.of(wrong)).reason
+    assert len(asked) == 1

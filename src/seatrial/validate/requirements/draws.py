@@ -37,7 +37,7 @@ def judged_by(table: Table, ships: Iterable[Ship], level: float) -> Table:
 
 def _examined(ship: Ship, items: Sequence[Item]) -> Iterator[Judgement]:
     try:
-        probe = Probe.of(ship)
+        probe = replace(Probe.of(ship), searches=False)  # a fit has no slips, and reasons of draws are counted
     except (ShipError, SimulationError) as error:
         yield from (Judgement("fail", str(error)) for _ in items)
         return

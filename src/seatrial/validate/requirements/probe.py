@@ -59,6 +59,7 @@ class Probe:
         clock: gives seconds; what the speed of the computation is measured with.
         dt: time step of every run [s]; None takes that of `time_step`.
         gusts: gusts on a steady wind, by a seed.
+        searches: whether slips are looked for where something is unusual.
         made: runs that an item has made, for the others.
     """
 
@@ -69,6 +70,7 @@ class Probe:
     clock: Callable[[], float] = time.perf_counter
     dt: float | None = None
     gusts: Callable[[Weather, int], Weather] = gusty
+    searches: bool = True
     made: dict[tuple[float, ...], Trial] = field(
         default_factory=dict[tuple[float, ...], Trial], compare=False, repr=False
     )

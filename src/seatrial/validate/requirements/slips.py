@@ -47,7 +47,7 @@ def named(p: Probe, found: Iterable[Finding]) -> list[Finding]:
     """The findings; the first that does not hold says also which slip makes all figures usual, where one does."""
     findings = list(found)
     told = [k for k, one in enumerate(findings) if not one.holds]
-    slip = _likely(p) if told else ""
+    slip = _likely(p) if told and p.searches else ""
     if slip:
         first = findings[told[0]]
         findings[told[0]] = replace(first, wrong=f"{first.wrong}; {slip}")
