@@ -172,3 +172,48 @@ def test_what_a_question_needs_is_said_in_a_line(tmp_path: Path) -> None:
                     "history = 5.0\nhorizons = [10.0, 5.0]\nevery = 5.0\n[data]\n")  # fmt: skip
     with pytest.raises(StudyError, match="horizons"):
         read_task(file)
+
+
+VIRTUAL = """schema = "seatrial-yardstick/1"
+title = "left out"
+ship = "kvlcc2_l7"
+given = ["n_P", "delta"]
+history = 5.0
+horizons = [5.0]
+every = 10.0
+left_out = 2
+[data]
+train = ["a", "b", "c"]
+[virtual]
+ship = "kvlcc2_l7"
+seed = 1
+duration = 20.0
+sample = 0.5
+[virtual.trials.a]
+type = "turning:Turning"
+rudder = 10.0
+[virtual.trials.b]
+type = "turning:Turning"
+rudder = 20.0
+[virtual.trials.c]
+type = "turning:Turning"
+rudder = -20.0
+"""
+
+
+def test_trials_left_out_in_turn_are_asked_about_once_each_of_one_that_has_not_seen_them(tmp_path: Path) -> None:
+    file = tmp_path / "set.toml"
+    file.write_text(VIRTUAL)
+    whole = read_task(file)
+    seen = [[trial.name for trial in part.train] for part in whole.parts]
+    assert seen == [["c"], ["a", "b"]]
+    out = [{round(float(one.truth["delta"][-1]), 3) for one in part.questions} for part in whole.parts]
+    assert out == [{round(math.radians(10.0), 3), round(math.radians(20.0), 3)}, {round(math.radians(-20.0), 3)}]
+    for key in ("questions", "known"):
+        assert getattr(whole, key) == tuple(one for part in whole.parts for one in getattr(part, key))
+    assert len(whole.questions) == 6  # starts at 5 and 15 s of 20, each with 5 s to predict
+    for wrong in (VIRTUAL.replace("left_out = 2", "left_out = 3"),
+                  VIRTUAL.replace('train = ["a", "b", "c"]', 'train = ["a", "b"]\ntest = ["c"]')):  # fmt: skip
+        file.write_text(wrong)
+        with pytest.raises(StudyError, match=r"left_out: . of . training trials"):
+            read_task(file)

@@ -237,7 +237,7 @@ YardstickSets = Annotated[
     tuple[Path, ...], Argument(metavar="[SET]...", help="Name files of sets; studies/yardstick unless given.")
 ]  # fmt: skip
 Methods = Annotated[
-    tuple[str, ...], Option("--method", help="Measure this study, ship or program. Repeatable.")
+    tuple[str, ...], Option("--method", help="Measure this study, ship, new:SHIP or program. Repeatable.")
 ]  # fmt: skip
 YardstickFile = Annotated[Path | None, Option("-o", "--out", help="Write the result to this file (.json).")]
 PaperKey = Annotated[

@@ -50,6 +50,8 @@ class SetFile:
         given: patterns of the channels that a method sees of the time it predicts.
         history, horizons, every: seconds before a start, times of the scores after it, from one start to the next [s].
         moving: a stretch counts where the ship makes at least this speed along its path, on average [m/s].
+        left_out: so many trials of `data.train`, in their order, are left out together and predicted from the others;
+            0 predicts those of `data.test`.
         scale: of each state in Eq. 25 of Wakita 2022; empty takes the spread of the test trials.
     """
 
@@ -60,6 +62,7 @@ class SetFile:
     horizons: Annotated[list[float], Limits(entries=1)]
     every: Positive
     moving: NotNegative = 0.0
+    left_out: Annotated[int, Limits(least=0)] = 0
     scale: dict[str, Positive] = field(default_factory=dict[str, float])
     data: DataTable
     virtual: VirtualTable | None = None
@@ -87,6 +90,8 @@ class Task:
         questions: about test trials; these count.
         known: about training trials, whose answers give bands where a method has none.
         scale: of each state, SI units.
+        parts: what a method is asked for, one after the other, each with its own training trials; empty where it is
+            asked for this.
     """
 
     name: str
@@ -95,6 +100,7 @@ class Task:
     questions: tuple[Question, ...]
     known: tuple[Question, ...]
     scale: Mapping[str, float]
+    parts: tuple[Task, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -147,12 +153,31 @@ def read_task(path: Path) -> Task:
         raise StudyError(f"{path}: horizons: {said.horizons} must be positive and increase")
     ship = read_ship(path, said.ship)
     _, (train, _, test) = made(path, said) if said.virtual else (None, read_data(path, said.data, ship))
+    whole = _whole(path, said, train, test) if said.left_out else _task(path.stem, said, train, test)
+    if not whole.questions:
+        key = "train" if said.left_out else "test"
+        raise StudyError(f"{path}: data.{key}: no stretch of {said.history:g} and {said.horizons[-1]:g} s to predict")
+    return whole
+
+
+def _whole(path: Path, said: SetFile, train: tuple[Trial, ...], test: tuple[Trial, ...]) -> Task:
+    """Training trials predicted from the others, so many at a time."""
+    if test or said.left_out >= len(train):
+        raise StudyError(f"{path}: left_out: {said.left_out} of {len(train)} training trials are left out in turn; "
+                         "leave some to learn from, and data.test empty")  # fmt: skip
+    names = [train[k : k + said.left_out] for k in range(0, len(train), said.left_out)]
+    parts = tuple(_task(path.stem, said, tuple(t for t in train if all(t is not one for one in out)), out)
+                  for out in names)  # fmt: skip
+    questions, known = (tuple(one for part in parts for one in getattr(part, key)) for key in ("questions", "known"))
+    return Task(path.stem, said, train, questions, known, scales(train, said.scale), parts)
+
+
+def _task(name: str, said: SetFile, train: tuple[Trial, ...], test: tuple[Trial, ...]) -> Task:
+    """Questions about `test`, from all of `train`."""
     questions = tuple(one for trial in test for one in asked(trial, said))
-    if not questions:
-        raise StudyError(f"{path}: data.test: no stretch of {said.history:g} and {said.horizons[-1]:g} s to predict")
     known = [one for trial in train for one in asked(trial, said)]
     few = known[:: max(math.ceil(len(known) / _KNOWN), 1)]
-    return Task(path.stem, said, train, questions, tuple(few), scales(test, said.scale))
+    return Task(name, said, train, questions, tuple(few), scales(test, said.scale))
 
 
 def asked(trial: Trial, said: SetFile) -> Iterator[Question]:

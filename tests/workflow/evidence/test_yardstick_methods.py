@@ -161,3 +161,34 @@ def test_the_result_is_json_for_others(task: Path, tmp_path: Path, capsys: pytes
         one = found["sets"][0]["standings"][1]
         assert one["method"] == "kvlcc2_l7"
         assert one["ahead"][0]["horizon"] == 5.0
+
+
+@pytest.mark.slow
+def test_of_trials_left_out_in_turn_each_answer_meets_its_own_question(task: Path, tmp_path: Path) -> None:
+    """A program knows the rudder of the trials it has, and so which part it is asked for: it fails in one of two."""
+    task.write_text(SET.replace('train = ["a"]\ntest = ["b"]', 'train = ["b", "a"]').replace(
+        "every = 20.0", "every = 20.0\nleft_out = 1"))  # fmt: skip
+    program = tmp_path / "half.py"
+    program.write_text(
+        PROGRAM.replace(
+            'for path in sorted((home / "asked")',
+            """if (home / "train" / "a.csv").exists():
+    sys.exit()
+for path in sorted((home / "asked")""",
+        )
+    )
+    (row,) = yardstick([task], ["kvlcc2_l7", str(program)]).result.sets
+    _, truth, half = row.standings
+    assert row.train == ("b", "a")
+    assert (truth.count, half.count, half.failed) == (4, 4, 2)
+    assert truth.ahead[1].position < 0.02  # of a turn and a zigzag; another order would mix them
+
+
+@pytest.mark.slow
+def test_a_first_study_is_a_method(task: Path) -> None:
+    (row,) = yardstick([task], ["new:kvlcc2_l7"]).result.sets
+    baseline, first = row.standings
+    assert first.method == "new:kvlcc2_l7"
+    assert first.ahead[1].position < 0.2 * baseline.ahead[1].position
+    with pytest.raises(RequestError, match="kvlcc2_l77"):
+        yardstick([task], ["new:kvlcc2_l77"])

@@ -35,12 +35,15 @@ from ...study.study import read_study
 from ...validate.comparison import constant_velocity
 from ...validate.yardstick import JUDGED, Standing, Task, read_task, scored
 from .. import SILENT, Outcome, RequestError, Sink, figure
+from ..folders.drafting import new_study
 from .fans import DEGREES
 
 SETS = Path("studies") / "yardstick"
 """Where the sets are that a command without any takes, below the working folder."""
 
 BASELINE = "constant velocity"
+FIRST = "new:"
+"""Before the name of a ship: the study that `study new` writes for it and the training trials."""
 RESULT = "seatrial-yardstick-result/1"
 
 Answers = Sequence[Trial | None]
@@ -114,16 +117,24 @@ def _method(name: str) -> Method:
     Raises:
         RequestError: nothing that predicts.
     """
-    path = Path(name)
+    path, first = Path(name), name.removeprefix(FIRST)
+    if first != name:
+        _library(name, first)  # an unknown ship is told before anything is measured
+        return lambda task, asked: _by_ship(_fitted_first(first, task), asked)
     if path.suffix == ".toml" and path.is_file() and "seatrial-study/" in path.read_text(encoding="utf-8"):
         return lambda task, asked: _by_ship(_fitted(path, task), asked)
     if path.is_file() and (path.suffix == ".py" or os.access(path, os.X_OK)):
         return lambda task, asked: _by_program(path, task, asked)
+    ship = _library(name, name)
+    return lambda task, asked: _by_ship(ship, asked)
+
+
+def _library(name: str, ship: str) -> Ship:
+    """The ship that a method names."""
     try:
-        ship = load(name)
+        return load(ship)
     except ShipError as error:
         raise RequestError(f"--method {name}: {error}; a method is a study, a ship or a program") from None
-    return lambda task, asked: _by_ship(ship, asked)
 
 
 def _measured(task: Task, methods: dict[str, Method], sink: Sink) -> Row:
@@ -132,13 +143,17 @@ def _measured(task: Task, methods: dict[str, Method], sink: Sink) -> Row:
     for name, method in {BASELINE: _by_constant_velocity, **methods}.items():
         sink.note(f"{task.name}: {name}, {len(task.questions)} questions")
         begin = time.perf_counter()
+        answers: list[Trial | None] = []
+        known: list[Trial | None] = []
         try:
-            answers = method(task, [one.asked for one in (*task.questions, *task.known)])
+            for part in task.parts or (task,):
+                told = method(part, [one.asked for one in (*part.questions, *part.known)])
+                answers += told[: len(part.questions)]
+                known += told[len(part.questions) :]
         except (RequestError, FitError, SimulationError) as error:
             refused[name] = str(error)
             continue
-        split = len(task.questions)
-        standings.append(scored(task, name, answers[:split], answers[split:], time.perf_counter() - begin))
+        standings.append(scored(task, name, answers, known, time.perf_counter() - begin))
     return Row(task.name, task.said.title, tuple(one.name for one in task.train), tuple(standings), refused)
 
 
@@ -169,6 +184,17 @@ def _by_ship(ship: Ship, asked: Sequence[Trial]) -> Answers:
 def _fitted(path: Path, task: Task) -> Ship:
     study = read_study(path, trials=task.train)
     return study.estimator.fit(study.problem).ship
+
+
+def _fitted_first(ship: str, task: Task) -> Ship:
+    """Fitted by the study that `study new` writes, some of the training trials held out as it does."""
+    with tempfile.TemporaryDirectory(prefix="yardstick-") as where:
+        folder = Path(where) / "train"
+        folder.mkdir()
+        write_trials(task.train, folder)
+        new_study("new", ship, folder, Path(where) / "study.toml")
+        study = read_study(Path(where) / "study.toml")
+        return study.estimator.fit(study.problem).ship
 
 
 def _by_program(path: Path, task: Task, asked: Sequence[Trial]) -> Answers:
