@@ -236,6 +236,23 @@ def test_an_order_near_the_angle_calls_for_nothing(off: float, verdicts: int) ->
     assert {one[0] for one in found if one is not None} <= {JAMMED}
 
 
+@pytest.mark.parametrize(("by", "jams"), [(6.0, False), (1.9, True)])
+def test_a_quick_rudder_whose_angle_leaves_an_order_that_stands_still_is_not_jammed(by: float, jams: bool) -> None:
+    """15.8 deg/s each .5 s: 6 deg are within its reach, but nothing called for them; it goes on beside its order.
+
+    Within 2 deg, and never moving again, it is jammed beside the next order.
+    """
+    steering, found, order = Steering("delta", math.radians(15.8), 0.0), set[str](), 0.0
+    for k in range(120):
+        t = 0.5 * k
+        order = math.radians(4.0 * math.sin(0.05 * max(t - 25.0, 0.0)) if by > 2.0 else 8.0 * (t > 25.0))
+        angle = math.radians(by) * (t >= 20.0) + (order if by > 2.0 else 0.0)
+        steering.note(t, {"delta": angle, "delta_cmd": order})
+        verdict = steering.verdict()
+        found |= {verdict[0]} if verdict is not None else set()
+    assert (JAMMED in found) is jams
+
+
 def test_a_servo_with_a_lag_is_called_to_move_by_its_share() -> None:
     """A lag of 10 s calls for a tenth of the way a second: 20 deg make 2 deg a row, so two rows are 4 deg, three count.
 

@@ -18,6 +18,8 @@ _SPAN, _CALLED = 20.0, math.radians(4.0)
 _NEAR = math.radians(1.0)
 # Shares of the expected movement below which a rudder is jammed, or slow, and above which it follows.
 _JAMMED, _SLOW, _FOLLOWS = 0.05, 0.5, 0.7
+# An order that has not moved for so long stands still [s].
+_STILL = 3.0
 JAMMED, SLOW, FOLLOWS = "jammed", "slow", "follows"
 
 
@@ -114,8 +116,9 @@ class Steering:
             wanted = self._order(then)
             self._both.append((t, wanted, angle))
             reach, wanted = self.rate * (t - then), wanted + self._beside
-            if abs(angle - before) > 1.25 * reach + _NEAR and abs(angle - wanted) > abs(before - wanted):
-                # no rudder does that, its sensor does; one that goes to its order may only be quicker than stated
+            jumped = abs(angle - before) > 1.25 * reach + _NEAR
+            if (jumped or self._uncalled(t, angle - before)) and abs(angle - wanted) > abs(before - wanted):
+                # no rudder does that, its sensor does, or another wheel; one that goes to its order may only be quicker
                 self._beside, wanted = self._beside + angle - before, wanted + angle - before
                 before = angle
             if abs(wanted - before) > _NEAR:
@@ -129,6 +132,11 @@ class Steering:
         self._last = t, angle
         while len(self._orders) > 1 and self._orders[1][0] < t - self.lag - 1.0:
             self._orders.popleft()
+
+    def _uncalled(self, t: float, moved: float) -> bool:
+        """Whether the angle moves while its order stands still."""
+        late = [one for at, one, _ in self._both if at > t - _STILL]
+        return abs(moved) > 2.0 * _NEAR and len(late) > 2 and max(late) - min(late) < _NEAR
 
     def _stand(self) -> None:
         """Where neither moves, what is between them is the sensor's, and no call to move."""
