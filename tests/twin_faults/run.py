@@ -25,6 +25,9 @@ from .kinds import KINDS, Kind
 from .passage import Passage, Weather
 from .vessels import VESSELS, Vessel
 
+# What is named so long after the first alarm is another matter [s].
+_SETTLED = 120.0
+
 _FORK = multiprocessing.get_context("fork")
 
 
@@ -86,6 +89,8 @@ def _outcome(live: Live, vessel: Vessel, kind: Kind, seed: int, weather: Weather
     fault = kind.fault(vessel, size, at)
     early = len(live.alarms)
     for t, read in Passage(vessel, at + kind.within + 60.0, weather, fault, seed).rows():
+        if len(live.alarms) > early and t > live.alarms[early].named + _SETTLED:
+            break
         if t >= at:
             live.feed(t, read if kind.ordered else {n: v for n, v in read.items() if not n.endswith("_cmd")})
     controls = vessel.real.controls
@@ -164,7 +169,8 @@ def main(given: Sequence[str] | None = None) -> None:
         if total:
             say(f"{ship}: " + ", ".join(f"{name} {n} ({100.0 * n / total:.0f} %)" for name, n in count.items()))
     if asked.json:
-        asked.json.write_text(json.dumps([asdict(one) for one in every], indent=1) + "\n", encoding="utf-8")
+        table = {"verdicts": dict(Counter(one.verdict for one in every)), "each": [asdict(one) for one in every]}
+        asked.json.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -32,6 +32,7 @@ from seatrial.realtime.twin.faults.alarms import (
     Judge,
     alarm_of,
     matters,
+    possible,
 )
 from seatrial.realtime.twin.faults.stuck import FOLLOWS, JAMMED, SLOW, Repeats, Steering, steerings
 from seatrial.realtime.twin.faults.suspects import (
@@ -223,8 +224,22 @@ def test_a_known_size_matters_however_small_and_thrust_is_lost_and_not_found() -
     fixed = evidence("a", 60.0, REVERSED, (0.0,))
     assert judge.named(0.0, [fixed]) is None
     assert judge.named(2.5, [fixed]) is not None
-    assert matters(evidence("a", 60.0, LOST, (1.5,)))
-    assert not matters(evidence("a", 60.0, LOST, (-1.5,)))
+    assert possible(evidence("a", 60.0, LOST, (1.5,)))
+    assert not possible(evidence("a", 60.0, LOST, (-1.5,)))
+    assert possible(evidence("a", 60.0, JUMP, (-1.5,)))
+
+
+@pytest.mark.parametrize(("since", "counts"), [(119.0, False), (121.0, True)])
+def test_a_slow_ramp_matters_once_it_has_gone_as_far_as_a_quick_one(since: float, counts: bool) -> None:
+    """Half of a tenth of its usual rate, after twice the time; a jump of that size does not."""
+    assert matters(evidence("a", 60.0, RAMP, (0.5,)), since) is counts
+    assert not matters(evidence("a", 60.0, JUMP, (0.5,)), since)
+
+
+def test_the_best_decides_and_not_the_next_one_where_it_is_too_small_to_matter() -> None:
+    judge = Judge(10.0)
+    both = [evidence("a", 60.0, JUMP, (0.5,)), evidence("b", 45.0, JUMP, (5.0,))]
+    assert [judge.named(t, both) for t in (0.0, 10.0, 50.0)] == [None] * 3
 
 
 @pytest.mark.parametrize(("score", "crossed"), [(10.0, True), (9.99, False)])
@@ -317,7 +332,7 @@ def test_the_usual_size_of_each_fault() -> None:
     sizes = {
         "position jumped": (20.0 * 0.5 + 5.0,) * 2, "position drifts": (0.5,) * 2,
         "compass jumped": (math.radians(5.0),), "compass drifts": (math.radians(5.0) / 60.0,),
-        "rate gyro jumped": (2e-3,), "log jumped": (1.0,), "rate gyro drifts": (2e-3 / 120.0,),
+        "rate gyro jumped": (2e-3 + 0.05 / 20.0,), "log jumped": (1.0,), "rate gyro drifts": (4.5e-3 / 120.0,),
         "log drifts": (1.0 / 120.0,), "rate gyro scaled": (0.3,), "log scaled": (0.3,), "delta sensor scaled": (0.1,),
         "clock of the log off its pace": (0.02,), "current changed": (0.5,) * 2,
         "wind or another force changed": (2e-2, 2e-4), "resistance or wind changed": (2e-2,),

@@ -130,7 +130,7 @@ def usual(
     process |= {path: 0.2 * value / math.sqrt(_DAY) for path, value in size.items()}
     return Settings(
         sensors, process, start, dict.fromkeys(SLOW, tau), tuple(uncertain), settle=max(120.0, 10.0 * T),
-        window=min(max(45.0, 8.0 * T), 90.0), spacing=min(max(0.25 * T, 1.0), 5.0),
+        spacing=min(max(0.25 * T, 1.0), 5.0),
         step=max(0.02 * T, 0.02), ranges={path: spans[path] for path in uncertain}, estimator=estimator, antenna=place,
         placed=antenna is not None,
     )  # fmt: skip

@@ -42,6 +42,8 @@ _LOOKS = 2.5
 _WAITS = {PACE: 90.0, SHARE: 35.0}
 # A fault smaller than this share of its usual size is no matter, however certain.
 _MATTERS = 0.1
+# A ramp of its usual size matters within this time [s].
+_RAMP = 60.0
 # Within this margin of the next one it cannot be told from it.
 _ALIKE = 4.0
 # An antenna is elsewhere from so many deviations of its stated place on, and twice as many of the estimate.
@@ -174,7 +176,7 @@ class Judge:
             evidence: of the bank, the best first.
             compared: gives suspects with scores against each other that are exact, the best first.
         """
-        evidence = [one for one in evidence if one.suspect.fixed or matters(one)]
+        evidence = [one for one in evidence if possible(one)]
         if not evidence or evidence[0].score < self.limit:
             self.clear()
             return None
@@ -183,10 +185,12 @@ class Judge:
         if t - self.crossed < _OUTLIER or t - self.looked < _LOOKS:
             return None
         self.looked = t
-        evidence = [one for one in compared(evidence) if one.suspect.fixed or matters(one)]
+        evidence = [one for one in compared(evidence) if possible(one)]
         if not evidence:
             return None
         best = _plainest(evidence)
+        if not matters(best, t - best.onset):  # nor is it any of the others, which explain less
+            return None
         others = [one for one in evidence if not alike(one.suspect, best.suspect)]
         lead = best.score - others[0].score if others else math.inf
         if lead < _MARGIN and t - self.crossed < _WAITS.get(best.suspect.how, _PATIENCE):
@@ -202,11 +206,17 @@ def _plainest(evidence: Sequence[Evidence]) -> Evidence:
     return steps[0] if steps and best.suspect.how == SHARE else best
 
 
-def matters(one: Evidence) -> bool:
-    """Whether a fault is large enough to matter; no propeller loses less than nothing, no reading is early."""
-    if one.suspect.how in (LOST, LATE) and one.size[0] < 0.0:
-        return False
-    return any(abs(size) >= _MATTERS * usual for size, usual in zip(one.size, one.suspect.size, strict=True))
+def possible(one: Evidence) -> bool:
+    """Whether a fault can have this size: no propeller loses less than nothing, no reading is early."""
+    return one.suspect.how not in (LOST, LATE) or one.size[0] >= 0.0
+
+
+def matters(one: Evidence, since: float = 0.0) -> bool:
+    """Whether a fault is large enough to matter; a ramp by how far it has gone since its onset."""
+    if one.suspect.fixed:
+        return True
+    gone = max(since / _RAMP, 1.0) if one.suspect.how == RAMP else 1.0
+    return any(gone * abs(size) >= _MATTERS * usual for size, usual in zip(one.size, one.suspect.size, strict=True))
 
 
 def alike(a: Suspect, b: Suspect) -> bool:

@@ -26,6 +26,8 @@ from ....ships import Ship
 from ..follow import GATE, Follower, Machine, Step, inverse_of, lever
 from ..settings import HEADING, POSITION, SPEED, TURN, VELOCITY
 
+# No more onsets than this are kept, the older the further apart.
+_SLOTS = 30
 # A reading counts as so many standard deviations at most; the first one beyond the gate, maybe an outlier, not at all.
 _MOST = 50.0
 # How far from its last angle a jammed control may stand, one standard deviation [rad]: the log is late.
@@ -41,6 +43,8 @@ _SCALE = 0.3
 _LATE = ((0.2, 3.0), (0.5, 6.0))
 # By how much the clock of a log goes wrong, one standard deviation; step of the difference that shows it.
 _PACE, _STEP = 0.02, 1e-3
+# A clock goes wrong once for a hundred receivers that drift; along the track a clock explains a slow drift as well.
+_RARE = -2.0 * math.log(100.0)
 # A current or force that grows comes within so many L/U.
 _COMES = 2.0
 
@@ -66,6 +70,7 @@ class Suspect:
         size: standard deviation of each component of its size; a stuck, lazy or reversed control has size 1.
         unit: of the size.
         share: of its rate at which a lazy control moves; the delay at which what a late reading shows is exact [s].
+        odds: twice the logarithm of how common it is beside the others.
     """
 
     cause: str
@@ -74,6 +79,7 @@ class Suspect:
     size: tuple[float, ...]
     unit: str
     share: float = 1.0
+    odds: float = 0.0
 
     @property
     def fixed(self) -> bool:
@@ -104,7 +110,7 @@ class Evidence:
 def suspects(machine: Machine) -> tuple[Suspect, ...]:
     """The faults that the log of this ship can show."""
     found = [*_of_sensors(machine), *_of_states(machine), *_of_controls(machine)]
-    found.append(Suspect("clock of the log off its pace", PACE, ("t",), (_PACE,), "s/s"))
+    found.append(Suspect("clock of the log off its pace", PACE, ("t",), (_PACE,), "s/s", odds=_RARE))
     return tuple(one for one in found if not one.what[0].startswith(BIAS))
 
 
@@ -113,8 +119,8 @@ def _of_sensors(machine: Machine) -> list[Suspect]:
     U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
     for name, sensor in machine.settings.sensors.items():
         channels, count = sensor.channels, len(sensor.channels)
-        jump = {POSITION: 20.0 * sensor.sd + 0.05 * ship.L_pp, HEADING: math.radians(5.0), TURN: 10.0 * sensor.sd,
-                SPEED: 0.2 * U, VELOCITY: 0.2 * U}[name]  # fmt: skip
+        jump = {POSITION: 20.0 * sensor.sd + 0.05 * ship.L_pp, HEADING: math.radians(5.0),
+                TURN: 10.0 * sensor.sd + 0.05 / T, SPEED: 0.2 * U, VELOCITY: 0.2 * U}[name]  # fmt: skip
         units = {POSITION: "m", HEADING: "rad", TURN: "rad/s", SPEED: "m/s", VELOCITY: "m/s"}[name]
         ramp = {POSITION: 0.1 * U, HEADING: jump / 60.0}.get(name, jump / 120.0)
         found += [
@@ -172,7 +178,7 @@ class Bank:
 
     def __init__(self, machine: Machine, all_of: Sequence[Suspect]) -> None:
         self.machine, self.suspects = machine, tuple(all_of)
-        self._slots = max(2, round(machine.settings.window / machine.settings.spacing))
+        self._slots = min(max(2, round(machine.settings.window / machine.settings.spacing)), _SLOTS)
         self._first = np.cumsum([0, *(len(one.size) for one in self.suspects)]).astype(np.intp)
         self._columns = int(self._first[-1])
         self._place = {name: k for k, name in enumerate(machine.names)}
@@ -195,8 +201,8 @@ class Bank:
         self._lazy = np.zeros((len(self.suspects), slots))
 
     def onset(self, t: float, acting: Array, mean: Array) -> None:
-        """Try this time as an onset from here on, in place of the oldest; `mean` is the estimate at it."""
-        slot = int(np.argmin(np.where(np.isnan(self._onset), -np.inf, self._onset)))
+        """Try this time as an onset from here on; `mean` is the estimate at it."""
+        slot = self._least(t)
         self._onset[slot] = t
         self._away[:, :, slot] = 0.0
         for array in (self._score, self._weight, self._cross):
@@ -209,6 +215,15 @@ class Bank:
                 self._away[self._place[name], first + k, slot] = 1.0
                 if one.how == LEVER:  # what it read until then was taken for the place of midship
                     self._away[[self._place["x"], self._place["y"]], first + k, slot] = -lever(name, mean[2])
+
+    def _least(self, t: float) -> int:
+        """An empty slot, or the oldest beyond the window; else that whose neighbours are nearest for its age."""
+        order = np.argsort(np.where(np.isnan(self._onset), -np.inf, self._onset))
+        known = self._onset[order]
+        if not known[0] > t - self.machine.settings.window + 1e-9 or known.size < 3:
+            return int(order[0])
+        gaps = (known[2:] - known[:-2]) / np.maximum(t - known[1:-1], 1e-9)
+        return int(order[1 + int(np.argmin(gaps))])
 
     def surprised(self, step: Step) -> bool:
         """Whether a channel goes beyond the gate that did not before: a likely onset."""
@@ -343,8 +358,8 @@ class Bank:
             j = int(np.argmax(score))
             number = self._control.get(one.what[0])
             held = math.nan if number is None else float(self._held[number, live[j]])
-            found.append(Evidence(one, float(score[j]), float(self._onset[live[j]]), tuple(size[:, j].tolist()),
-                                  tuple(sigma[:, j].tolist()), held))  # fmt: skip
+            found.append(Evidence(one, one.odds + float(score[j]), float(self._onset[live[j]]),
+                                  tuple(size[:, j].tolist()), tuple(sigma[:, j].tolist()), held))  # fmt: skip
         return sorted(found, key=lambda e: -e.score)
 
 
