@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import gallery
 import pytest
 
@@ -71,6 +73,16 @@ def test_a_slip_that_makes_another_figure_unusual_is_not_named(monkeypatch: pyte
                          (["mends it less", "mends it"], "mends it")):  # fmt: skip
         monkeypatch.setattr(slips, "_tried", lambda *_, tried=tried: ((slip[one], after[one]) for one in tried))
         assert slips._likely(p) == named
+
+
+@pytest.mark.parametrize(("value", "low", "high", "place"), [
+    (0.5, 0.0, 1.0, 0.0), (1.0, 0.5, 1.0, 1.0), (-0.5, 0.0, 1.0, -2.0), (0.1, 0.02, 2.0, -math.log10(2.0)),
+    (0.2, 0.02, 2.0, 0.0), (2.0, 0.02, 2.0, 1.0), (-0.1, 0.02, 2.0, -5.0), (99.0, 0.0, 1.0, 5.0),
+])  # fmt: skip
+def test_places_in_a_range_are_by_the_logarithm_where_it_spans_decades(
+    value: float, low: float, high: float, place: float
+) -> None:
+    assert slips._place(value, low, high) == pytest.approx(place, abs=1e-12)
 
 
 @pytest.mark.slow

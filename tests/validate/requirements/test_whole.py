@@ -11,7 +11,7 @@ from plain_ships import L, plain
 
 from seatrial.core.parameters import update, values
 from seatrial.ships.files import load
-from seatrial.validate.requirements import Finding, body, ranged, whole
+from seatrial.validate.requirements import Finding, body, ranged, slips, whole
 from seatrial.validate.requirements import thresholds as limit
 from seatrial.validate.requirements.probe import Probe
 from seatrial.validate.requirements.thresholds import within
@@ -93,6 +93,8 @@ def test_a_polynomial_of_drift_that_does_not_fall_with_speed_is_doubted_across()
     hull, beta = ship.model.part("hull"), 0.5 * np.pi
     across = float(hull.Y_b) * beta + float(hull.Y_bbb) * beta**3
     assert found.doubt
+    assert "forces kept at low speed" in found.wrong
+    assert slips.named(Probe.of(ship), [found]) == [found], "the file has no slip"
     assert found.value == pytest.approx(across / 0.4**2 / -float(hull.X_0), rel=0.2)
     ahead = replace(ship, validity={**ship.validity, "v_m": (-0.3 * ship.speed, 0.3 * ship.speed)})
     assert all(one.holds for one in whole.findings(Probe.of(ahead))), "its file would not claim it"

@@ -50,9 +50,11 @@ def _under_orders(p: Probe) -> tuple[list[Finding], Plot]:
     fastest, turning = (float(np.where(np.isfinite(x), x, np.inf).max()) for x in (speed / p.U, turn * p.unit_time))
     several = tuple((f"{n:+.2f} n_P, {d * p.limit / _DEGREE:+.0f} deg", run[:, 1], run[:, 0])
                     for (n, d), run in zip(orders[::4], runs[::4], strict=True))  # fmt: skip
-    wrong = "runs away under steady orders"
-    found = [Finding("greatest speed under any steady orders", fastest, "U", limit.FASTEST, wrong),
-             Finding("greatest rate of turn", turning, "U/L", limit.SPINNING, wrong)]  # fmt: skip
+    wrong = "runs away under steady orders: too little {} for its {}"
+    found = [Finding("greatest speed under any steady orders", fastest, "U", limit.FASTEST,
+                     wrong.format("resistance in surge", "thrust")),
+             Finding("greatest rate of turn", turning, "U/L", limit.SPINNING,
+                     wrong.format("damping of yaw", "steering"))]  # fmt: skip
     return found, Plot("Tracks under steady orders", "east [m]", "north [m]", several, equal=True)
 
 

@@ -30,6 +30,7 @@ _RARE, _AS_GOOD = math.log(20.0), math.log(2.0)
 """By so much the log of the probability rises, as of 20 ships one has a slip; within so little another is told."""
 _SIGMAS = {True: limit.USUAL.high, False: 2.5}
 """Standard deviations from the middle of a range to its end: of a number against a regression, of a figure of ships."""
+_DECADE, _FARTHEST = 10.0, 5.0
 
 Places = Mapping[str, float]
 """Figures by name: 0 in the middle of the usual range of ships, -1 and 1 at its ends."""
@@ -79,9 +80,18 @@ def _strain(places: Places) -> float:
 
 
 def _places(p: Probe) -> Places:
-    figures = {what: (value - known.usual.low) / (known.usual.high - known.usual.low) * 2.0 - 1.0
-               for what, value, _, known, _ in whole.named(p) if math.isfinite(value)}  # fmt: skip
+    """Of figures under way: drag across at rest lies where no law was made for, and by orders of magnitude."""
+    figures = {what: _place(value, known.usual.low, known.usual.high)
+               for what, value, _, known, _ in whole.named(p)
+               if known is not limit.SIDEWAYS and math.isfinite(value)}  # fmt: skip
     return figures | {one.path: one.off(one.own) / limit.USUAL.high for one in typical.compared(p)}
+
+
+def _place(value: float, low: float, high: float) -> float:
+    """-1 at the low end and 1 at the high one; of ranges over decades by the logarithm, at most `_FARTHEST`."""
+    if low > 0.0 and high > _DECADE * low:
+        value, low, high = math.log(max(value, 1e-300)), math.log(low), math.log(high)
+    return min(max((value - low) / (high - low) * 2.0 - 1.0, -_FARTHEST), _FARTHEST)
 
 
 def _tried(p: Probe, own: Places, odd: list[str]) -> Iterator[tuple[_Slip, Places]]:

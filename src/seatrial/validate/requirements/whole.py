@@ -204,7 +204,7 @@ def _shared(ship: Whole) -> Iterator[Named]:
                 aside / along,
                 "-",
                 limit.SIDEWAYS,
-                "sway and surge damping look exchanged, or one is wrong",
+                "drag across is that of no hull: damping of sway and surge (Y_v, X_u), or forces kept at low speed",
             )
 
 
