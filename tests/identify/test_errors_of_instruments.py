@@ -292,6 +292,8 @@ def test_controls_of_one_kind_have_an_error_together() -> None:
         np.testing.assert_allclose(known[name].acts(series, 0.5), each, err_msg=name)
         assert known[name].of_reading == known[f"{name}_1"].of_reading
     assert not {"scale.n", "scale.n_bow_1", "offset.n_P", "port.n_P"} & set(known)
+    assert [known[name].words for name in ("offset.delta", "offset.delta_1", "scale.n_bow")] == [
+        "an offset of each delta", "an offset of delta_1", "a scale error of n_bow"]
     single: Any = SimpleNamespace(controls=("n_P", "delta"), feels_wind=False)
     names = [one.name for one in suspects(single, [])]
     assert len(names) == len(set(names))

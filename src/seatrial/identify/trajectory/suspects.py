@@ -276,14 +276,15 @@ def _together(controls: Sequence[str]) -> list[tuple[str, list[int]]]:
 
 def _of_control(name: str, at: Sequence[int], angle: bool) -> Iterator[Suspect]:
     """Errors of the reading of a control, or of all of one kind alike."""
+    told = name if len(at) == 1 else f"each {name}"
     if angle:
-        yield Suspect(f"offset.{name}", f"an offset of {name}", "deg", _DEG,
+        yield Suspect(f"offset.{name}", f"an offset of {told}", "deg", _DEG,
                       acts=_column(at, lambda v, _: -np.ones_like(v)))  # fmt: skip
-        yield Suspect(f"port.{name}", f"a scale error of {name} to port", "%", 0.01,
+        yield Suspect(f"port.{name}", f"a scale error of {told} to port", "%", 0.01,
                       acts=_column(at, lambda v, _: -np.minimum(v, 0.0)), of_reading=True)  # fmt: skip
-    yield Suspect(f"scale.{name}", f"a scale error of {name}", "%", 0.01, acts=_column(at, lambda v, _: -v),
+    yield Suspect(f"scale.{name}", f"a scale error of {told}", "%", 0.01, acts=_column(at, lambda v, _: -v),
                   of_reading=True)  # fmt: skip
-    yield Suspect(f"delay.{name}", f"a delay of {name}", "s", 1.0, step=1e-3, acts=_column(at, _slope))
+    yield Suspect(f"delay.{name}", f"a delay of {told}", "s", 1.0, step=1e-3, acts=_column(at, _slope))
 
 
 def recorded(common: Sequence[Suspect], states: Array, dt: float) -> Array:
