@@ -37,6 +37,19 @@ def train() -> list[Trial]:
 
 
 @pytest.mark.slow
+def test_a_slow_receiver_that_never_speaks_on_an_even_row_is_judged_by_the_rows_that_it_has():
+    """Speeds on the second of every two rows only, five rows a step of thinning apart: no strided row is complete."""
+    def slow(seed: int) -> Trial:
+        whole = wandering(seed)
+        silent = np.arange(len(whole)) % 2 == 0
+        return whole.having(u=np.where(silent, np.nan, whole["u"]))
+
+    own = Reference.of([slow(seed) for seed in range(4)]).own
+    assert len(own) == 4
+    assert max(own.values()) < 0.1  # one in a hundred is usual
+
+
+@pytest.mark.slow
 def test_more_of_the_same_is_inside(train):
     reference = Reference.of(train)
     shares = [coverage(reference, wandering(seed)).share for seed in range(20, 25)]

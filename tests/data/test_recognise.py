@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import DataError
-from seatrial.data.formats import formats
+from seatrial.data.formats import formats, recordings
 from seatrial.data.guess import guess
 from seatrial.data.importing import import_log
 from seatrial.data.recognise import recognise
@@ -16,6 +16,7 @@ from seatrial.testing.logs import log_examples
 from seatrial.workflow import RequestError
 from seatrial.workflow.data import importing
 
+SPOKEN = "$HEHDT,34.8,T*10\r\n$GPGGA,080100.00,6228.1999,N,00609.0002,E,2,09,1.0,4.0,M,45.0,M,,*60\r\n" * 3
 BY_CONTENT = ("n2k", "moos", "signalk", "gpx", "dataflash")
 TABLE = "Time,HDG,RUD\n0.0,10.0,1.0\n1.0,11.0,1.0\n2.0,12.0,1.0\n"
 NAMED = {
@@ -113,3 +114,15 @@ def test_sentences_are_told_by_their_form(line: str, name: str, tmp_path: Path) 
     file = tmp_path / name
     file.write_text(f"{line}\r\n" * 5, encoding="utf-8")
     assert importing(str(file), None, tmp_path)[0] == "nmea"
+
+
+def test_sentences_in_a_folder_are_logs_whatever_their_files_are_called(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text(SPOKEN)
+    (tmp_path / "b.log").write_text(SPOKEN)
+    (tmp_path / "notes.txt").write_text("Calm, and a slight swell.\nTwo circles, one zigzag.\n")
+    (tmp_path / "c.raw").write_text("(0.000) can0 09F8017F#50C3A2D2B8A9A900\n" * 9)
+    assert [path.name for path in recordings("nmea", tmp_path)] == ["a.txt", "b.log"]
+    (tmp_path / "a.nmea").write_text(SPOKEN)  # whoever names some of them so means these
+    assert [path.name for path in recordings("nmea", tmp_path)] == ["a.nmea"]
+    with pytest.raises(DataError, match="no file"):
+        recordings("signalk", tmp_path)

@@ -196,8 +196,10 @@ def columns(trial: Trial, channels: Sequence[str]) -> Array:
 
 
 def _thin(trial: Trial, table: Array) -> Array:
-    some = table[:: max(round(_STEP / trial.dt), 1) if len(trial) > 1 else 1]
-    return some[np.isfinite(some).all(axis=1)]
+    """The first complete row of each step: a slow receiver may have none on the rows of an even stride."""
+    good = np.flatnonzero(np.isfinite(table).all(axis=1))
+    stride = max(round(_STEP / trial.dt), 1) if len(trial) > 1 else 1
+    return table[good[np.unique(good // stride, return_index=True)[1]]]
 
 
 def _groups(names: Sequence[str], thin: Sequence[Array]) -> list[tuple[str, Array]]:

@@ -99,6 +99,18 @@ _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
 )  # fmt: skip
 
 
+_SENTENCE = re.compile(rb"[$!][A-Z0-9]{4,15},")
+"""The address that a sentence of NMEA 0183 begins with, behind a stamp or not."""
+
+
+def sentences(path: Path) -> bool:
+    """Whether most of the first lines are sentences of NMEA 0183."""
+    with path.open("rb") as file:
+        lines = [line for line in file.read(4000).splitlines()[:-1] if line.strip()]
+    marked = sum(_SENTENCE.search(line[:80]) is not None for line in lines)
+    return len(lines) > 1 and marked > 0.5 * len(lines)
+
+
 def recognise(path: Path) -> Known | None:
     """What a file is; None for a table, a trial file, or one that nothing tells."""
     try:

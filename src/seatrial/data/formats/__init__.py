@@ -27,7 +27,7 @@ from typing import Any
 
 from ...core.parameters import unknown
 from .. import DataError, Trial
-from ..recognise import recognise
+from ..recognise import recognise, sentences
 from ..table import existing
 
 __all__ = ["Format", "Reader", "formats", "known_by_suffix", "logs", "reader", "recordings"]
@@ -138,6 +138,12 @@ def recordings(format: str, src: str | Path, mapping: str | Path | None = None) 
     return _found(*_mapped(format, mapping), existing(src))
 
 
+def _is(path: Path, format: str) -> bool:
+    """Whether a file is of a format by what is in it, whatever its name."""
+    known = recognise(path)
+    return known.format == format if known is not None else format == "nmea" and sentences(path)
+
+
 def _found(chosen: Format, checked: Any, here: Path) -> list[Path]:
     if chosen.recordings is not None and (checked is not None or not chosen.needs_mapping):
         return chosen.recordings(here, checked)
@@ -147,7 +153,7 @@ def _found(chosen: Format, checked: Any, here: Path) -> list[Path]:
         return [here]
     files = [f for f in here.rglob("*") if f.is_file()] if here.is_dir() else []
     found = sorted({f.parent for f in files if f.name in marks} | {f for f in files if f.suffix.lower() in suffixes})
-    if found:
+    if found or (found := [] if marks else sorted(path for path in files if _is(path, format))):
         return found
     if marks:
         raise DataError(f"{here}: no recording of format {format}; give its folder, the one with {marks[0]} in it")

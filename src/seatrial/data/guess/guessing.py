@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from .. import Array, DataError
 from ..importing import recognised
 from ..mapping.schema import Long
 from ..mapping.tables import NUMBERED
-from ..recognise import recognise
+from ..recognise import recognise, sentences
 from ..table import existing
 from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
 from .cells import Column
@@ -100,8 +99,6 @@ def guess(src: str | Path) -> Guess:
     )
 
 
-_SENTENCE = re.compile(rb"[$!][A-Z0-9]{4,15},")
-"""The address that a sentence of NMEA 0183 begins with, behind a stamp or not."""
 _SOURCES = ("position", "ground", "log", "apparent", "heading")
 _ROBOTS = ("mcap", "rosbag2", "rosbag1", "ulog", "tlog")
 
@@ -472,7 +469,7 @@ def reader_of(src: Path) -> Reader | None:
     if known is not None and here.is_file():
         raise DataError(f"{here}: {known.told(here)}")
     for path in files:
-        if _sentences(path):
+        if sentences(path):
             return _said("nmea", here, "NMEA 0183 sentences", False)
     for path in files:
         try:
@@ -486,11 +483,3 @@ def reader_of(src: Path) -> Reader | None:
 
 def _said(format: str, src: Path, what: str, tabular: bool) -> Reader:
     return Reader(format, f"{what}: seatrial import {format} {src} -o DIR reads them without a mapping", tabular)
-
-
-def _sentences(path: Path) -> bool:
-    """Whether most of the first lines are sentences of NMEA 0183."""
-    with path.open("rb") as file:
-        lines = [line for line in file.read(4000).splitlines()[:-1] if line.strip()]
-    marked = sum(_SENTENCE.search(line[:80]) is not None for line in lines)
-    return len(lines) > 1 and marked > 0.5 * len(lines)
