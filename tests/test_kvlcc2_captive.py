@@ -141,6 +141,20 @@ def test_tuned_from_there_unseen_zigzags_are_predicted_with_half_the_error(name:
     assert np.sqrt(np.mean(np.square(moved))) < 1.6
 
 
+def test_tests_add_to_what_a_study_of_zigzags_begins_with() -> None:
+    """The prior with captive tests is that without, and information on top, of nothing but what the tests determine."""
+    alone, both = (read_study(STUDIES / f"kvlcc2_{name}.toml").problem for name in ("zigzags", "joint"))
+    assert [trial.name for trial in alone.trials] == [trial.name for trial in both.trials]
+    assert set(both.vector.paths) - set(alone.vector.paths) == {"propeller.C_1"}
+    at = [both.vector.paths.index(path) for path in alone.vector.paths]
+    size = np.sqrt(np.diag(both.vector.precision))[at]
+    more = (both.vector.precision[np.ix_(at, at)] - alone.vector.precision) / np.outer(size, size)
+    assert np.linalg.eigvalsh(more)[0] > -1e-9
+    told = {path for path, row in zip(alone.vector.paths, more, strict=True) if np.abs(row).max() > 1e-9}
+    assert {"hull.Y_v", "hull.Y_vvv", "rudder.gamma_Rn", "propeller.t_P", "rudder.delta_0"} <= told
+    assert not told & {"hull.N_r", "hull.Y_r", "hull.X_rr", "hull.N_vrr", "rudder.l_R"}  # no run has yaw
+
+
 @pytest.mark.long
 def test_the_page_of_the_story(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "argv", ["kvlcc2_captive.py", "-o", str(tmp_path)])
