@@ -336,7 +336,7 @@ WEATHER: list[Case] = [
     ("wind: difference of the sides", lambda x: blown(even=x / (2.0 - x), lever=0.0), (0.09,), (0.13,)),
     ("wind: change over", lambda x: blown(bump=math.cos(math.radians(5.0)) / (1.0 - x) - 1.0, lever=0.0),
      (0.22,), (0.3,)),
-    ("wind: greatest lever", lambda x: blown(lever=x / math.cos(math.radians(30.0))), (0.006, 0.36), (0.004, 0.45)),
+    ("wind: greatest lever", lambda x: blown(lever=x / math.cos(math.radians(30.0))), (0.006, 0.47), (0.004, 0.58)),
     ("wind: travel", lambda x: blown(lever=x / math.sqrt(2.0)), (0.01, 0.2), (-0.01,)),
     ("wind: head wind over tail", apparent, (1.7,), (1.4,)),
     ("wind: surge to leeward under way", lambda x: weather._under_way(plain(

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from seatrial.core.parameters import update
+from seatrial.forces.wind import Fujiwara, fujiwara1998
 from seatrial.ships.files import load
 from seatrial.validate.requirements import Finding, control, propulsion, typical, weather
 from seatrial.validate.requirements.probe import Probe
@@ -32,6 +33,25 @@ def test_wind_over_pressure_and_area_is_blendermanns_coefficient() -> None:
     knots = known(wind__C_Dt=0.70 / 0.5144**2)
     told = by_name(weather._sized(knots, "wind", weather._forces(knots, "wind", 1.0)))
     assert not told["wind: force across over pressure and area"].holds
+
+
+@pytest.mark.slow
+def test_the_lever_of_the_wind_holds_by_either_formula_and_fails_off_the_hull() -> None:
+    """KVLCC2's rectangles by Fujiwara et al. (1998): at 90 degrees (N_1 - N_3)/(Y_1 - Y_3 + Y_5)."""
+    shape = {"A_T": 1540.0, "A_L": 3330.0, "A_OD": 384.0, "C": -15.0, "C_BR": -130.0, "H_BR": 33.2, "H_C": 6.5}
+    a = fujiwara1998(**shape, B=58.0, L=320.0)
+    other = Fujiwara(rho_air=1.225, A_T=1540.0, A_L=3330.0, L_wind=320.0, **a)
+    ship = load("kvlcc2")
+    p = Probe.of(replace(ship, model=replace(ship.model, wind=other)))
+    force = weather._forces(p, "wind", 1.0)
+    found = by_name(weather._sized(p, "wind", force)) | by_name(weather._turned(force))
+    by_hand = (a["N_1"] - a["N_3"]) / (a["Y_1"] - a["Y_3"] + a["Y_5"])
+    assert found["wind: lever of a beam wind"].value == pytest.approx(by_hand, rel=1e-6)
+    assert found["wind: lever of a beam wind"].holds
+    assert found["wind: greatest lever of the side force"].holds
+    off = known(wind__s_L=-150.0)
+    (told,) = (one for one in weather._sized(off, "wind", weather._forces(off, "wind", 1.0)) if "lever" in one.what)
+    assert (told.holds, told.doubt) == (False, False)
 
 
 def test_waves_over_what_a_wall_reflects_are_the_cubic_at_half_a_length() -> None:

@@ -219,7 +219,9 @@ WIND_ALONG = within(0.25, 1.3, 0.1, 2.0, "head force over q A_T: 0.45 to 1.0 (Bl
 AREA_ACROSS = within(0.018, 0.16, 0.008, 0.2, "lateral area over L^2: 0.03 of loaded tankers to 0.13 of car carriers")
 AREA_ALONG = within(0.12, 0.7, 0.05, 1.0, "frontal over lateral area: 0.15 to 0.5")
 AREA_HEAD = within(0.2, 2.2, 0.1, 4.0, "frontal area over B^2: 0.4 to 1.5")
-PRESSURE_PLACE = within(-0.16, 0.16, -0.25, 0.25, "a house of two fifths of the lateral area, 0.4 L from midship")
+PRESSURE_PLACE = within(
+    -0.22, 0.22, -0.3, 0.3, "of one loaded tanker 0.05 L by Blendermann (1994), 0.21 L by Fujiwara et al. (1998)"
+)
 WAVE_DRIFT = within(0.2, 1.6, 0.02, 3.0, "beam drift over rho g L H_S^2/16, what a wall reflects, in short waves")
 LEEWARD = least(0.05, "wind pushes to leeward from every direction")
 LEEWARD_SURGE = least(0.0, "head wind slows a ship at any speed, tail wind does not")
@@ -228,7 +230,7 @@ APPARENT = least(1.5, "the apparent wind of three times the speed is 4 U from ah
 WIND_SQUARE = Bound(3.6, 4.4, "force goes with the square of wind speed: four times at twice")
 LEEWAY = Bound(0.002, 0.3, "adrift in a beam wind, a ship makes 1 to 10 % of the wind speed")
 HEAD_WIND = least(0.02, "head and tail wind act along the ship: at least a fiftieth of the beam force")
-WIND_LEVER = Bound(0.005, 0.4, "the centre of wind pressure lies off midship, within the hull")
+WIND_LEVER = Bound(0.005, 0.52, "the centre of wind pressure lies off midship, within the length over all")
 LEVER_TRAVELS = least(0.0, "the centre of pressure moves aft as the wind does")
 WIND_MIRROR = most(0.1, "wind from port is the mirror image of wind from starboard")
 WIND_JUMP = most(0.25, "force changes smoothly with the angle: over 5 deg by less than a quarter of its greatest")
