@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import json
 import re
 import shutil
 import subprocess
@@ -118,6 +119,35 @@ def test_dead_links_and_requests_to_elsewhere_are_found(tmp_path: Path) -> None:
         "a.html: asks https://elsewhere.example/x.js", "a.html: b.html#there: no such place on the page",
         "a.html: c.html: no such file",
     ]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "commands", "held"), [
+    ("kvlcc2_l7", ["turning --rudder 35", "zigzag --rudder 10 --heading 10"],
+     "advance, turning rudder 35, side starboard"),
+    ("otter", ["turning --steer 50", "zigzag --heading 10 --steer 30"], "final speed, acceleration rps 16.54"),
+    ("mariner_nomoto", ["turning --rudder 35", "zigzag --rudder 10 --heading 10"], ""),
+])  # fmt: skip
+def test_the_page_of_a_ship_has_the_commands_of_its_figures_and_what_they_are_held_against(
+    tmp_path: Path, name: str, commands: list[str], held: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Run as printed, the command gives the advance of the page; each published figure stands beside the model's."""
+    from seatrial.cli.app import main
+
+    ships, generate = (importlib.import_module(one) for one in ("ships", "generate"))
+    page = ships.page(name, ships._runs(name), tmp_path)
+    found = re.findall(rf"`(seatrial simulate {name} [^`]+)`", page)
+    assert found == [f"seatrial simulate {name} {one}" for one in commands]
+    assert generate._command(page) == f"`{found[0]}`"
+    assert main([*found[0].split()[1:], "--json"]) == 0
+    advance = json.loads(capsys.readouterr().out)["indices"]["advance"]["value"]
+    assert f"| advance | {advance:.4g} | m |" in page
+    assert ("unverified" in page) == (not held)
+    row = r"^\| (.*) \| (?:code|trial|model test) \| ([\d.]+) \S+ \| ([\d.]+) \S+ \| ([\d.]+) % \|$"
+    rows = re.findall(row, page, re.MULTILINE)
+    assert any(one[0] == held for one in rows) == bool(held)
+    for what, said, ours, within in rows:
+        assert float(ours) == pytest.approx(float(said), rel=1.01 * float(within) / 100.0), what
 
 
 def test_tools_of_the_site_shadow_no_module() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 import shutil
 from collections.abc import Sequence
@@ -47,13 +48,21 @@ def _index(folder: Path, title: str, about: str, names: Sequence[str]) -> None:
 
 
 def _gallery(out: Path, folder: Path, names: Sequence[str]) -> None:
-    """One picture of each ship that turns, each a link to its page."""
+    """One picture of each ship that turns, with the command of its figures, each a link to its page."""
     cards = "".join(
-        f":::{{grid-item-card}} {name}\n:link: ships/{name}\n:link-type: doc\n:img-top: ships/{name}-turning.svg\n:::\n"
+        f":::{{grid-item-card}} {name}\n:link: ships/{name}\n:link-type: doc\n:img-top: ships/{name}-turning.svg\n"
+        f"{_command((folder / f'{name}.md').read_text(encoding='utf-8'))}\n:::\n"
         for name in names if (folder / f"{name}-turning.svg").exists()
     )  # fmt: skip
-    text = f"# Gallery\n\nTurning circles of the library.\n\n::::{{grid}} 1 2 3 3\n\n{cards}\n::::\n"
+    text = ("# Gallery\n\nFor whoever looks for a ship: turning circles of the library, each with its command.\n\n"
+            f"::::{{grid}} 1 2 3 3\n\n{cards}\n::::\n")  # fmt: skip
     (out / "gallery.md").write_text(text, encoding="utf-8")
+
+
+def _command(page: str) -> str:
+    """The first command of a page, as code."""
+    found = re.search(r"`seatrial simulate [^`]+`", page)
+    return found[0] if found else ""
 
 
 def _of_the_code(app: Any, name: str, source: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""A page for each ship of the library: particulars, sources, cautions, validity, its turning circle and its zigzag."""
+"""A page for each ship of the library: its manoeuvres, what it is held against, particulars, validity, sources."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import seatrial as st
 from equations import literal
+from seatrial.workflow.contributing.published import Reproduced, published, reproduce, shown, standing
 
 _KEPT = 400
 _PARTICULARS = ("L_pp", "B", "d", "C_b", "m", "rho", "x_G")
@@ -74,7 +75,7 @@ def page(name: str, ran: tuple[st.Ship, Mapping[str, Any]], out: Path) -> str:
              f"speed {ship.speed:.4g} m/s. `seatrial show {name} --sources` lists every number.\n"]  # fmt: skip
     cautions = "".join(f"- {literal(one)}\n" for one in _texts(ship.notes.get("cautions", ())))
     parts += [f"\n:::{{admonition}} Cautions\n:class: caution\n{cautions}:::\n"] if cautions else []
-    parts += [*_pictures(name, ship, runs, out), *_particulars(ship), *_validity(ship), *_sources(ship)]
+    parts += [*_pictures(name, ship, runs, out), *_held(ship), *_particulars(ship), *_validity(ship), *_sources(ship)]
     return "".join(parts)
 
 
@@ -102,8 +103,37 @@ def _shown(name: str, kind: str, about: str, runs: Mapping[str, Any], out: Path)
     rows = "".join(f"| {row[0]} | {row[1]} | {row[2]} |\n" for row in _indices(first))
     settings = ", ".join(f"{key} {_given(value)}" for key, value in first.settings.items()
                          if key in _SETTINGS and value is not None)
+    command = f"`{_command(name, kind, first.settings)}`"
     return (f"\n```{{image}} {name}-{kind}.svg\n:alt: {about} of {name}\n```\n\n{about}; {literal(settings)}. "
-            f"Data: {', '.join(links)}.\n\n| index | value | unit |\n|---|---|---|\n{rows}")  # fmt: skip
+            f"{command}. Data: {', '.join(links)}.\n\n| index | value | unit |\n|---|---|---|\n{rows}")  # fmt: skip
+
+
+def _command(name: str, kind: str, settings: Mapping[str, Any]) -> str:
+    """What prints these figures."""
+    given = "".join(f" --{key} {settings[key]:g}" for key in ("rudder", "heading", "steer")
+                    if isinstance(settings.get(key), int | float))  # fmt: skip
+    return f"seatrial simulate {name} {kind}{given}"
+
+
+def _held(ship: st.Ship) -> Iterator[str]:
+    """Figures that sources give beside those of the model, or why there are none."""
+    found = standing(ship)
+    yield f"\n## Held against\n\n{found.told}: {literal(found.why)}.\n"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        rows = [_beside(one) for one in reproduce(ship, published(ship))]
+    if rows:
+        yield ("\n| figure | by | published | model | within |\n|---|---|---|---|---|\n" + "".join(rows)
+               + f"\n`seatrial ships --check` of the file of {ship.name} runs them again.\n")  # fmt: skip
+
+
+def _beside(one: Reproduced) -> str:
+    said = one.published
+    given = ", ".join(f"{key} {_given(value)}" for key, value in said.settings.items())
+    run = f"{said.manoeuvre} {given}".strip()
+    value = shown(said, one.value) if math.isfinite(one.value) else literal(one.reason)
+    return (f"| {said.index.replace('_', ' ')}, {literal(run)} | {said.by} | {shown(said, said.value)} | {value} | "
+            f"{100.0 * said.within:.2g} % |\n")  # fmt: skip
 
 
 def _given(value: Any) -> str:
