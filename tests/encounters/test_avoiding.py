@@ -187,7 +187,7 @@ def test_a_ship_that_comes_up_from_astern_and_does_not_keep_clear_is_avoided() -
 def test_of_courses_that_all_meet_somebody_the_one_with_more_room_is_cheaper() -> None:
     hit, near = seen(9000.0, 0.0, -5.0, 0.0), seen(300.0, 80.0, -5.0, 0.0)
     assert hit.barred(0.0) > near.barred(0.0) > 0.0  # after 30 s and not 900 s, but 80 m off
-    assert seen(3000.0, 0.0, -5.0, 0.0).barred(0.0) > hit.barred(0.0)  # of two alike the sooner
+    assert seen(3000.0, 0.0, -5.0, 0.0).barred(0.0) > hit.barred(0.0) + 10.0  # of two alike the sooner
 
 
 def test_who_overtakes_does_not_cut_in_before_the_other_ship() -> None:

@@ -71,8 +71,8 @@ def case(
     """Judge an autonomy stack in many encounters: a safety case."""
     from ..core.executors import processors
     from ..workflow.request import Stopped
+    from ..workflow.safety.argued import verified
     from ..workflow.safety.case import case as run
-    from ..workflow.safety.case import verified
 
     if verify:
         end(verified(file), json)

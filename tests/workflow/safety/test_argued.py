@@ -18,7 +18,7 @@ from seatrial.report.page import write
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
-from seatrial.workflow.safety.case import verified
+from seatrial.workflow.safety.argued import verified
 from seatrial.workflow.safety.claimed import PART, Case, CaseFile, Part
 
 

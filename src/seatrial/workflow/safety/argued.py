@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from ...campaign.analysis.proportion import Proportion
-from ...core.records import plain
+from ...core.records import from_json, json_of, plain
 from ...core.version import __version__
 from ...encounters import Tracks
 from ...encounters.meeting import Meeting
@@ -22,9 +24,11 @@ from ...report.judging.space import Space, drawn, space
 from ...report.page import Page, Section
 from ...ships import Ship
 from ...validate.requirements import Table
+from .. import Outcome, RequestError
 from ..contributing.published import standing
-from .claimed import CONTACT, MUTE, SCHEMA, Case
+from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Part, part_at, rare_at
 from .outside import Program
+from .rare import Rarely, told
 
 _PICTURES, _KINDS = 4, 12
 Again = Callable[[Sequence[int]], Iterator[tuple[int, Tracks, tuple[Judged, ...], tuple[int, ...]]]]
@@ -57,8 +61,9 @@ def results(found: Case) -> Body:
         low, high = one.interval
         name = rule if rule in (CONTACT, MUTE) else f"Rule {rule}"
         rows.append((name, str(one.runs), str(one.hits), _percent(one.value), _percent(low), _percent(high)))
-    body = table(("", "runs", "broken", "share", "from", "to (95 %)"), rows)
-    return body + bullets(_split(found))
+    body = table(("", "runs", "broken", "share", "from", "to (95 %)"), rows) + bullets(_split(found))
+    asked = found.file.rare
+    return body + told(found.rarely, asked) if found.rarely and asked else body
 
 
 def _split(found: Case) -> list[str]:
@@ -88,6 +93,7 @@ def document(found: Case) -> dict[str, object]:
         "seed": found.file.seed, "runs": len(found.broken), "failed": sum(one is None for one in found.broken),
         "rules": {rule: {"applied": one.runs, "broken": one.hits, "share": one.value if one.runs else None,
                          "low": one.interval[0], "high": one.interval[1]} for rule, one in rules.items()},
+        "rare": found.rarely and dataclasses.asdict(found.rarely),
         "broken_runs": [k for k, one in enumerate(found.broken) if one],
     }  # fmt: skip
 
@@ -216,3 +222,30 @@ def _failures(found: Case, again: Again) -> Body:
         rules = ", ".join(found.broken[run] or ())
         body += lead(f"Run {run}: {rules}") + shown(tracks, judged, Limits(), where)
     return body
+
+
+def verified(out: Path) -> Outcome[Case]:
+    """Whether the numbers of a case are those of its parts, and these are as they were when it was signed.
+
+    Raises:
+        RequestError: what has changed, or is not there.
+    """
+    path = out / "case.json"
+    said = json_of(path, SCHEMA)
+    parts = tuple(from_json(Part, json_of(one, PART), one) for one in sorted(out.glob("part-*.json")))
+    inputs, results = said.get("digest"), said.get("results")
+    for part in parts:
+        if part.case != inputs:
+            raise RequestError(f"{part_at(out, part.first)}: is of case {part.case}, the numbers are of {inputs}")
+    file = from_json(CaseFile, cast("dict[str, object]", said.get("case")), path)
+    rare = rare_at(out)
+    levels = from_json(Rarely, json_of(rare, RARE), rare) if file.rare is not None else None
+    found = Case(file, str(inputs), parts, str(said.get("posterior") or ""), levels)
+    if found.sealed != results:
+        raise RequestError(f"{out}: parts have changed since: their digest is {found.sealed}, signed was {results}")
+    own = json.loads(json.dumps(document(found)))
+    for key, value in own.items():
+        if key != "schema" and said.get(key) != value:
+            raise RequestError(f"{path}: {key} is not what the parts say; run the case again")
+    return Outcome(found, fields(own, lead(f"{out}: as signed; inputs {inputs}, results {results}, "
+                                           f"{len(found.broken)} runs in {len(parts)} parts")))  # fmt: skip

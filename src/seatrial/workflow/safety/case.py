@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
-import json
 import math
 import shlex
 from collections.abc import Iterator, Sequence
@@ -37,7 +36,7 @@ from ...encounters.rules import Judged, judge
 from ...encounters.rules import Limits as Rules
 from ...encounters.sailing import Command, Sailed, Sea, sail
 from ...encounters.sensing import looking
-from ...encounters.space import WEATHER, Space, around
+from ...encounters.space import PER_SHIP, WEATHER, Space, around, meeting
 from ...environment import Environment
 from ...identify import StudyError
 from ...realtime.links.wiring import Wiring
@@ -51,8 +50,9 @@ from .. import SILENT, Outcome, RequestError, Sink
 from ..judging import requirements
 from ..request import ship_of
 from . import argued
-from .claimed import CONTACT, MUTE, PART, SCHEMA, Case, CaseFile, Failed, Part
+from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Failed, Part, part_at, rare_at
 from .outside import Program, Ran, ran
+from .rare import SHIPS, Rarely, margins, ordered, rarely
 
 _TOGETHER = 1000
 """Runs of a part."""
@@ -75,6 +75,8 @@ def case(
     """
     file = read_record(path, CaseFile, SCHEMA)
     setup, mine = Setup.of(file, path.parent), Shard() if shard is None else Shard.read(shard)
+    if file.rare is not None and not (setup.called and setup.space.free):
+        raise RequestError("rare: nothing varies in these encounters; every run is the same")
     firsts = range(0, setup.runs, setup.together)
     out.mkdir(parents=True, exist_ok=True)
     with held_alone(out / ".shards" / f"{mine.index + 1}-of-{mine.count}"):
@@ -82,12 +84,13 @@ def case(
         own = mine.of(list(range(len(firsts))))
         todo = [firsts[k] for k in own if firsts[k] not in known]
         for part in _computed(path, setup, todo, workers, dask, sink):
-            write_whole(_place(out, part.first), to_json(part, PART))
+            write_whole(part_at(out, part.first), to_json(part, PART))
             known[part.first] = part
             sink.note(f"runs {part.first + 1} to {part.first + len(part.broken)} of {setup.runs}")
         known |= {first: part for first in firsts if first not in known and (part := _read(out, first, setup.digest))}
     parts = tuple(known[first] for first in firsts if first in known)
-    found = Case(file, setup.digest, parts, setup.posterior.digest if setup.posterior else "")
+    found = Case(file, setup.digest, parts, setup.posterior.digest if setup.posterior else "",
+                 _rarely(setup, out) if len(parts) == len(firsts) else None)  # fmt: skip
     if len(parts) < len(firsts):
         said = f"{len(parts)} of {len(firsts)} parts are there; the page is written by the shard that ends last"
         document = {"schema": SCHEMA, "digest": setup.digest, "parts": len(parts), "of": len(firsts)}
@@ -108,29 +111,34 @@ def _required(ship: Ship) -> Table | None:
         return None
 
 
-def verified(out: Path) -> Outcome[Case]:
-    """Whether the numbers of a case are those of its parts, and these are as they were when it was signed.
+def _rarely(setup: Setup, out: Path) -> Rarely | None:
+    """A breach by levels, kept in the folder; None where the case asks for none.
 
     Raises:
-        RequestError: what has changed, or is not there.
+        RequestError: the folder has that of another case, or what levels do not take.
     """
-    path = out / "case.json"
-    said = json_of(path, SCHEMA)
-    parts = tuple(from_json(Part, json_of(one, PART), one) for one in sorted(out.glob("part-*.json")))
-    inputs, results = said.get("digest"), said.get("results")
-    for part in parts:
-        if part.case != inputs:
-            raise RequestError(f"{_place(out, part.first)}: is of case {part.case}, the numbers are of {inputs}")
-    file = from_json(CaseFile, cast("dict[str, object]", said.get("case")), path)
-    found = Case(file, str(inputs), parts, str(said.get("posterior") or ""))
-    if found.sealed != results:
-        raise RequestError(f"{out}: parts have changed since: their digest is {found.sealed}, signed was {results}")
-    own = json.loads(json.dumps(argued.document(found)))
-    for key, value in own.items():
-        if key != "schema" and said.get(key) != value:
-            raise RequestError(f"{path}: {key} is not what the parts say; run the case again")
-    return Outcome(found, fields(own, lead(f"{out}: as signed; inputs {inputs}, results {results}, "
-                                           f"{len(found.broken)} runs in {len(parts)} parts")))  # fmt: skip
+    asked, place = setup.file.rare, rare_at(out)
+    if asked is None:
+        return None
+    if place.is_file():
+        known = from_json(Rarely, json_of(place, RARE), place)
+        if known.case != setup.digest:
+            raise RequestError(f"{place}: is of another case; choose another folder, or remove it")
+        return known
+    space, held = setup.space, setup.posterior
+    ships = ordered(held.draws(SHIPS, setup.file.seed)) if held else np.zeros((SHIPS, 0))
+
+    def margin(cube: Array, ship: Array | None) -> Array:
+        chosen = None if ship is None else ships[(ship * SHIPS).astype(np.intp)]
+        draws = None if chosen is None or held is None else dict(zip(held.names, chosen.T, strict=True))
+        sailed, found = setup.at(space, space.at(cube), draws), np.full(len(cube), np.nan)
+        if len(sailed.runs):
+            found[sailed.runs] = margins(judge(sailed.tracks, setup.rules, own=True), asked.breach)
+        return found
+
+    found = rarely(margin, asked, len(space.free), case=setup.digest, seed=setup.file.seed, posterior=bool(held))
+    write_whole(place, to_json(found, RARE))
+    return found
 
 
 def _computed(
@@ -208,6 +216,13 @@ class Setup:
         sea = Sea(said.duration or LONG * latest, 10.0, said.length, self.rules, self._around(first, count))
         return sail(self.ship, self._some(rows), sea, self._seeing(first), self.file.traffic, self.file.seed + first,
                     self._draws(rows, plain), np.array([_conducts(self.file)]) if said.ships else None)  # fmt: skip
+
+    def at(self, space: Space, points: Array, draws: dict[str, Array] | None = None) -> Sailed:
+        """Runs of points of a space, on ships that are drawn, or as fitted."""
+        there = points[:, : len(PER_SHIP) * len(space.roles)].reshape(len(points), -1, len(PER_SHIP))
+        sea = Sea(LONG * space.ranges.T[1], 10.0, self.file.encounters.length, self.rules, around(points))
+        return sail(self.ship, meeting(points, space.U), sea, self.called, self.file.traffic, self.file.seed, draws,
+                    np.nan_to_num(there[:, :, 3]).astype(np.intp))  # fmt: skip
 
     @property
     def called(self) -> str | Command:
@@ -374,17 +389,13 @@ def _posterior(path: Path) -> Posterior | None:
         return None
 
 
-def _place(out: Path, first: int) -> Path:
-    return out / f"part-{first:07d}.json"
-
-
 def _read(out: Path, first: int, mark: str) -> Part | None:
     """Runs that the folder has.
 
     Raises:
         RequestError: they are of another case.
     """
-    path = _place(out, first)
+    path = part_at(out, first)
     if not path.is_file():
         return None
     known = from_json(Part, json_of(path, PART), path)

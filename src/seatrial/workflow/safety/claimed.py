@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Annotated, Literal
 
 from ...campaign.analysis.proportion import Proportion
 from ...core.records import Limits, NotNegative, Positive, digest
 from ...encounters.sensing import Sensing
 from .outside import Program
+from .rare import Rarely, Seldom
 
-SCHEMA, PART = "seatrial-case/1", "seatrial-case-part/1"
+SCHEMA, PART, RARE = "seatrial-case/1", "seatrial-case-part/1", "seatrial-case-rare/1"
 CONTACT, MUTE = "contact", "silent"
 """What a run can fail by beside the rules: hulls that touched, a stack that answered no more."""
 RoleName = Literal["head-on", "give-way", "stand-on", "overtaking", "overtaken"]
@@ -67,8 +69,8 @@ class CaseFile:
     """A case as its file has it.
 
     `stack` and `traffic` are conducts, a stack also FILE.py:NAME of one's own, or a program on a wire.  It sees all
-    ships as they are without `sensors`.  `as_fitted` draws no ship from the posterior, and `found` is of a failure that
-    was kept.
+    ships as they are without `sensors`.  `rare` asks for a breach by levels; `as_fitted` draws no ship from the
+    posterior, and `found` is of a failure that was kept.
     """
 
     claim: str
@@ -79,6 +81,7 @@ class CaseFile:
     encounters: Encountered = field(default_factory=Encountered)
     weather: Around = field(default_factory=Around)
     sensors: Sensing | None = None
+    rare: Seldom | None = None
     as_fitted: bool = False
     found: Failed | None = None
 
@@ -116,12 +119,14 @@ class Case:
         digest: of all that decides the runs.
         parts: of its runs, in order.
         posterior: digest of the fit from which ships were drawn; empty without one.
+        rarely: the breach that was sought by levels; None where none was.
     """
 
     file: CaseFile
     digest: str
     parts: tuple[Part, ...]
     posterior: str
+    rarely: Rarely | None = None
 
     @property
     def broken(self) -> list[tuple[str, ...] | None]:
@@ -130,8 +135,8 @@ class Case:
 
     @property
     def sealed(self) -> str:
-        """Digest of all parts: of every run, what applied and what was broken."""
-        return digest([asdict(part) for part in self.parts])
+        """Digest of all parts: of every run, what applied and what was broken; and of a breach by levels."""
+        return digest([asdict(part) for part in (*self.parts, *([self.rarely] if self.rarely else []))])
 
     def share(self, rule: str) -> Proportion:
         """Of the runs to which a rule applied (contact, silence: all), those that broke it."""
@@ -139,3 +144,13 @@ class Case:
                 for one, judged in zip(part.broken, part.judged, strict=True) if one is not None]  # fmt: skip
         mine = [one for one, judged in rows if rule in (CONTACT, MUTE) or rule in judged]
         return Proportion(sum(rule in one for one in mine), len(mine))
+
+
+def part_at(out: Path, first: int) -> Path:
+    """File of the runs from one on, in the folder of a case."""
+    return out / f"part-{first:07d}.json"
+
+
+def rare_at(out: Path) -> Path:
+    """File of what was found by levels."""
+    return out / "rare.json"

@@ -19,8 +19,8 @@ from ...core.files import write_whole
 from ...core.records import plain, read_record
 from ...data import Array
 from ...encounters.rules import Judged, judge
-from ...encounters.sailing import Sailed, Sea, sail
-from ...encounters.space import PER_SHIP, WEATHER, Space, around, meeting
+from ...encounters.sailing import Sailed
+from ...encounters.space import PER_SHIP, WEATHER, Space, meeting
 from ...realtime.range.encounter import LONG
 from ...report.blocks import fields, lead, table
 from .. import SILENT, Outcome, RequestError, Sink
@@ -186,11 +186,7 @@ class Sailor:
 
     def sailed(self, points: Array) -> Sailed:
         """Runs of points."""
-        setup, met = self.setup, meeting(points, self.space.U)
-        there = points[:, : len(PER_SHIP) * len(self.space.roles)].reshape(len(points), -1, len(PER_SHIP))
-        sea = Sea(self.duration, 10.0, setup.file.encounters.length, setup.rules, around(points))
-        return sail(setup.ship, met, sea, setup.called, setup.file.traffic, setup.file.seed,
-                    chosen=np.nan_to_num(there[:, :, 3]).astype(np.intp))  # fmt: skip
+        return self.setup.at(self.space, points)
 
     def __call__(self, points: Array) -> tuple[Array, list[tuple[str, ...]]]:
         """See `Severity`; a run whose model fails is far from a failure of the stack."""
