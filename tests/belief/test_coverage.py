@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.belief.coverage import WIND, Reference, apart, columns, coverage, usual
+from seatrial.belief.coverage import WIND, Reference, apart, columns, coverage, remembered, told, usual
 from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
@@ -112,6 +112,49 @@ def test_wind_is_what_the_ship_meets(train):
     assert usual(train) == ("u", "v_m", "r", "n_P", "delta", *WIND)
     bare = Trial("b", trial.t, {n: trial[n] for n in ("u", "v_m", "r")})
     assert usual([*train, bare]) == ("u", "v_m", "r")
+
+
+def turning(name: str, seed: int, sign: np.ndarray) -> Trial:
+    """600 s at .04 rad/s to the side that `sign` has at each second, with the rudder that goes with it."""
+    rng, t = np.random.default_rng(seed), np.arange(600.0)
+    u, r, delta = 0.3 + 0.01 * rng.normal(size=600), 0.04 * sign + 0.002 * rng.normal(size=600), 0.3 * sign
+    return Trial(name, t, {"u": u, "r": r, "delta": delta, "n_P": np.full(600, 10.0) + rng.normal(size=600)})
+
+
+def test_a_steady_turn_is_new_to_zigzags_that_have_each_of_its_states():
+    """The past is the time in which .04 rad/s turn by 4 rad, some 90 s; zigzags hold a side for 10 to 20 s."""
+    t = np.arange(600.0)
+    zigzags = [turning(f"z{k}", k, np.where((t + 3 * k) % (20 + 4 * k) < 10 + 2 * k, 1.0, -1.0)) for k in range(6)]
+    turn = turning("turn", 9, np.ones(600))
+    states = coverage(Reference.of(zigzags, usual(zigzags)), turn)
+    assert states.verdict == "inside"
+    with_past = coverage(Reference.of(zigzags), turn)
+    assert with_past.verdict == "leaves"
+    assert {name.partition(" over ")[0] for name in with_past.channels} <= {"r", "delta"}
+    assert all(" over " in name for name in with_past.channels)
+    assert coverage(Reference.of([*zigzags, turning("other", 8, np.ones(600))]), turn).verdict == "inside"
+
+
+def test_a_mean_over_the_past_forgets_exponentially_and_passes_gaps():
+    t = np.arange(0.0, 100.0, 0.5)
+    step = np.where(t >= 20.0, 1.0, 0.0)
+    trial = Trial("step", t, {"r": step})
+    found = columns(trial, ("r over 10 s",))[:, 0]
+    assert found[t < 20.0] == pytest.approx(0.0, abs=1e-15)
+    assert found[t >= 20.0] == pytest.approx(1.0 - np.exp(-(t[t >= 20.0] - 19.5) / 10.0))
+    late = np.where(t < 5.0, np.nan, 2.0)
+    late[50:60] = np.nan
+    assert columns(trial.having(r=late), ("r over 10 s",))[:, 0] == pytest.approx(2.0 - 2.0 * np.exp(-(t + 0.5) / 10.0))
+
+
+def test_the_past_is_as_long_as_the_ship_is_slow_to_turn():
+    names = ("u", "r", "delta")
+    fast, slow = (turning("a", 1, np.full(600, size)) for size in (2.0, 1.0))
+    spans = [float(remembered([one], names)[3].removeprefix("r over ").removesuffix(" s")) for one in (fast, slow)]
+    assert spans == pytest.approx([4.0 / 0.084, 4.0 / 0.044], rel=0.05)  # two deviations beyond the mean, nearly
+    assert remembered([slow], ("u", "delta")) == ("u", "delta")
+    assert told(("u", "r over 9 s"), slow)
+    assert not told(("u", "v_m", "r over 9 s"), slow)
 
 
 def test_gaps_are_left_out(train):

@@ -4,10 +4,14 @@ States, controls and apparent wind are points in a space scaled by the training 
 deviations.  A sample is novel where its k nearest neighbours in training are farther away than they are
 for all but one in a hundred of the training samples, each of those judged by the other files only
 (a file always covers itself).  So a hundredth of novel samples is what unseen data of the same kind show.
+
+Each state of a steady turn occurs in zigzags and random manoeuvres too, for seconds.  What a force that is a little
+wrong does to a track grows with the time for which it acts alike, so means over the recent past are channels as well.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,6 +32,10 @@ WIND = ("wind ahead", "wind aside")
 """Components of the apparent wind that the ship meets, from ahead and from starboard [m/s]."""
 
 _MOTION, _STEERING = ("u", "v_m", "r"), ("n_P", "delta")
+# Between the name of a channel and the seconds of its mean over the past: "r over 66 s".
+_OVER = " over "
+# The past is the time in which a ship at the rate of turn that one sample in a hundred exceeds turns so far [rad].
+_TURNED, _QUICK = 4.0, 0.99
 _NEIGHBOURS, _QUANTILE = 5, 0.99
 # Neighbouring samples of a log are the same sample again; one a second is enough.
 _STEP = 1.0
@@ -42,7 +50,8 @@ class Reference:
 
     Attributes:
         channels: what spans the space; see `columns`.
-        scale: standard deviation of each channel over the training set, SI units, shape (channels,).
+        scale: standard deviation of each channel over the training set, of a mean over the past the geometric mean of
+            its own and that of what it is a mean of, SI units, shape (channels,).
         points: training samples over their scale, one a second, shape (points, channels).
         limit: distance to the neighbours that one training sample in a hundred exceeds, unit of the scaled space.
         low, high: range of each channel over every training sample, SI units, shape (channels,).
@@ -70,14 +79,14 @@ class Reference:
 
         Args:
             trials: the training set; with fewer than three files, each is judged in five stretches.
-            channels: None takes u, v_m, r, propeller, rudder and wind, as far as every trial has them.
+            channels: None takes u, v_m, r, propeller, rudder, wind and the past, as far as every trial has them.
 
         Raises:
             DataError: no trial, a channel that is missing or never changes, or too few complete samples.
         """
         if not trials:
             raise DataError("coverage: no training trial to compare with")
-        names = tuple(usual(trials) if channels is None else channels)
+        names = tuple(remembered(trials, usual(trials)) if channels is None else channels)
         if not names:
             raise DataError("coverage: no channel that all trials share; u, v_m, r, n_P, delta and wind are looked for")
         every = [columns(trial, names) for trial in trials]
@@ -85,6 +94,10 @@ class Reference:
         if len(whole) < 2 * _NEIGHBOURS:
             raise DataError(f"coverage: {len(whole)} complete training samples of {', '.join(names)}; more are needed")
         scale = whole.std(axis=0)
+        # Few pasts are independent: over their own deviation alone the next one would be novel by chance.
+        for k, (channel, over, _) in enumerate(name.partition(_OVER) for name in names):
+            if over and channel in names:
+                scale[k] = math.sqrt(scale[k] * scale[names.index(channel)])
         # a control that never moved: any movement is then new, on the scale of its own size
         scale = np.where(scale > 0, scale, np.maximum(np.abs(whole[0]), 1e-6))
         thin = [_thin(trial, table) / scale for trial, table in zip(trials, every, strict=True)]
@@ -127,12 +140,16 @@ class Coverage:
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The channels that make the trial novel, the worst first; none where it is inside."""
+        """The channels that make the trial novel, the worst first; none where it is inside.
+
+        The past of a channel is not named beside the channel itself.
+        """
         if self.verdict == "inside":
             return ()
         blamed = [n for n in self.telling if self.telling[n] > _TELLING or self.outside[n] > _OUTSIDE]
+        own = [n for n in blamed if _OVER not in n or n.partition(_OVER)[0] not in blamed]
         worst = max(self.telling, key=lambda n: self.telling[n])
-        return tuple(sorted(blamed or [worst], key=lambda n: -self.telling[n]))
+        return tuple(sorted(own or [worst], key=lambda n: -self.telling[n]))
 
     def __str__(self) -> str:
         where = f", in {', '.join(self.channels)}" if self.channels else ""
@@ -177,8 +194,24 @@ def usual(trials: Iterable[Trial]) -> tuple[str, ...]:
     return (*found, *(WIND if windy else ()))
 
 
+def remembered(trials: Iterable[Trial], names: Sequence[str]) -> tuple[str, ...]:
+    """The channels, and the means over the past of rate of turn, propeller and rudder, as far as these are of them."""
+    pools = [np.abs(trial["r"]) for trial in trials if "r" in trial] if "r" in names else []
+    rates = np.concatenate([pool[np.isfinite(pool)] for pool in pools]) if pools else np.zeros(0)
+    quick = float(np.quantile(rates, _QUICK)) if rates.size else 0.0
+    past = [n for n in ("r", *_STEERING) if n in names] if quick > 0.0 else []
+    return (*names, *(f"{name}{_OVER}{_TURNED / quick:.3g} s" for name in past))
+
+
+def told(names: Iterable[str], trial: Trial) -> bool:
+    """Whether a trial has what these channels are made of."""
+    return {name.partition(_OVER)[0] for name in names} <= set(usual([trial]))
+
+
 def columns(trial: Trial, channels: Sequence[str]) -> Array:
     """Channels side by side, shape (samples, channels); an order stands in for a control that was not logged.
+
+    A mean over the past is exponential and begins at none, so that little past says little.
 
     The apparent wind is made of the true wind and the ship's own velocity, so that a prediction has one too.
 
@@ -190,9 +223,23 @@ def columns(trial: Trial, channels: Sequence[str]) -> Array:
         bearing = trial["gamma_T"] - trial["psi"]
         apparent = trial["U_T"] * np.cos(bearing) + trial["u"], trial["U_T"] * np.sin(bearing) + trial["v_m"]
         wind = dict(zip(WIND, apparent, strict=True))
-    found = [wind[n] if n in wind else trial[n if n in trial or f"{n}_cmd" not in trial else f"{n}_cmd"]
-             for n in channels]  # fmt: skip
+    found: list[Array] = []
+    for name, over, span in (channel.partition(_OVER) for channel in channels):
+        logged = name if name in trial or f"{name}_cmd" not in trial else f"{name}_cmd"
+        own = wind[name] if name in wind else trial[logged]
+        found.append(_recent(own, trial.dt, float(span.removesuffix(" s"))) if over and len(trial) > 1 else own)
     return np.column_stack(found)
+
+
+def _recent(x: Array, dt: float, span: float) -> Array:
+    """Exponential mean of the readings so far, gaps bridged by straight lines; NaN without any."""
+    from scipy.signal import lfilter
+
+    known, kept = np.flatnonzero(np.isfinite(x)), math.exp(-dt / span)
+    if not known.size:
+        return x
+    bridged = np.interp(np.arange(x.size), known, x[known])
+    return np.asarray(lfilter([1.0 - kept], [1.0, -kept], bridged), dtype=np.float64)
 
 
 def _thin(trial: Trial, table: Array) -> Array:

@@ -29,7 +29,7 @@ from ..ships import Ship, ShipError
 from ..simulate.approach import substeps
 from ..simulate.lanes import Kernel, Lanes, run
 from ..simulate.loop import open_loop, open_loop_parameters
-from .coverage import VERDICTS, Coverage, Reference, coverage, usual
+from .coverage import VERDICTS, Coverage, Reference, coverage, remembered, told, usual
 from .freer import UNITS, freer, with_units
 from .posterior import Posterior
 
@@ -149,7 +149,7 @@ def members(
     wide = fit.ship if units is None else with_units(fit.ship, UNITS, units)[0]
     drawn = Posterior(wide, free, middle, covariance).draws(count, seed)
     channels = usual(problem.trials)
-    reference = Reference.of(problem.trials, channels) if channels else None
+    reference = Reference.of(problem.trials, remembered(problem.trials, channels)) if channels else None
     paths = tuple(f.path for f in free)
     bare = Members(paths, middle, drawn, units, dict(sigma), restart, {}, reference)
     level = [standardised for _, standardised in _drifts(bare, fit.ship, problem.trials)]
@@ -165,7 +165,7 @@ def spreads(found: Members, ship: Ship, trials: Sequence[Trial]) -> list[Spread]
     out: list[Spread] = []
     known = found.reference
     for trial, (deviation, level) in zip(trials, _drifts(found, ship, trials), strict=True):
-        covered = coverage(known, trial) if known and set(known.channels) <= set(usual([trial])) else None
+        covered = coverage(known, trial) if known and told(known.channels, trial) else None
         out.append(Spread(trial.name, deviation, level, level / max(found.usual, 1e-300), covered))
     return out
 

@@ -121,12 +121,12 @@ def _compared(
     train: Sequence[Trial], trials: Sequence[Trial], out: Path | None, sink: Sink
 ) -> tuple[tuple[Finding, ...], list[Coverage]]:
     """Recordings that both share, and how the training set covers each trial; the page where one is asked for."""
-    from ..belief.coverage import Reference, coverage, usual
+    from ..belief.coverage import Reference, coverage, remembered, usual
     from ..data.prepare import drop_trailing_gaps
 
     overlaps = check_set(train, trials)
     whole, ours = ([drop_trailing_gaps(t) for t in some] for some in (train, trials))
-    reference = Reference.of(whole, usual([*whole, *ours]))
+    reference = Reference.of(whole, remembered(whole, usual([*whole, *ours])))
     covered = [coverage(reference, trial) for trial in ours]
     if out is not None:
         from ..report.judging.coverage import page

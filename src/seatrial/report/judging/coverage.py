@@ -63,7 +63,8 @@ def histogram(name: str, train: Array, trial: Array) -> str:
         name: of the channel.
         train, trial: its samples in SI units; NaN is left out.
     """
-    factor = _DEGREES if name in ("r", "delta", "psi") else 1.0
+    own, over, past = name.partition(" over ")
+    factor = _DEGREES if own in ("r", "delta", "psi") else 1.0
     pools = [factor * values[np.isfinite(values)] for values in (train, trial)]
     both = np.concatenate(pools)
     low, high = (float(both.min()), float(both.max())) if both.size else (0.0, 1.0)
@@ -75,7 +76,7 @@ def histogram(name: str, train: Array, trial: Array) -> str:
         colour, dashes = styles[label]
         ax.stairs(share, edges, fill=label == "training", color=colour, alpha=0.45 if label == "training" else 1.0,
                   ls="-" if label == "training" else dashes, lw=1.4, label=label)  # fmt: skip
-    ax.set(xlabel=_LABELS.get(name, text(name)), ylabel="samples [%]")
+    ax.set(xlabel=f"{_LABELS.get(own, text(own))}{over and ', mean over '}{past}", ylabel="samples [%]")
     ax.legend(frameon=False)
     return figures.svg(drawn, f"histogram {name}")
 
