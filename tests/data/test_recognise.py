@@ -28,6 +28,7 @@ NAMED = {
     b"\x0a\x0d\x0d\x0a": "pcapng", b"TDSm": "TDMS",
     b"!Boat,Utc,BSP\n!boat,0,1\n0,46352.5,1,6.2\n": "Expedition",
     b"2026-05-01 09:00:00.00: ATT {Yaw : 40.00}\n" * 4: "mavlogdump", b'"TOA5","a","b"\n': "Campbell",
+    b'{"class":"VERSION","release":"3.25"}\n' + b'{"class":"TPV","device":"/dev/ttyUSB0","mode":3}\n' * 4: "gpsd",
 }  # fmt: skip
 
 

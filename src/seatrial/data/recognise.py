@@ -85,6 +85,8 @@ _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
     (re.compile(r"%%%%|%% LOG|[\d.]+\s+[A-Z][A-Z0-9_]+\s+[A-Za-z]\w+\s"), Known("a log of MOOS", "moos")),
     (re.compile(r'\{.*"updates"'), Known("a log of Signal K", "signalk")),
     (re.compile(r'\{.*"pgn":\s*\d{5,6},.*"fields":'), Known("a log of NMEA 2000 as JSON", "n2k")),
+    (re.compile(r'\{"class":"(TPV|SKY|GST|ATT|VERSION|DEVICES?|WATCH|AIS)"'),
+     Known("a log of gpsd as JSON", way="gpspipe -r writes the sentences of its receivers, and those are read")),
     (re.compile(r"FMT, \d+, \d+, |[A-Z][A-Z0-9]{2,3}, \d{4,}, "), Known("a text log of ArduPilot", "dataflash")),
     (re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+: [A-Z0-9]+ \{"),
      Known("a print of mavlogdump", way=_FLASH)),

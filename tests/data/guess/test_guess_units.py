@@ -191,3 +191,23 @@ def test_words_of_units() -> None:
         "mil", "gon", "yd", "ft/s", "%", "cdeg",
     ]  # fmt: skip
     assert [unit_in_name(one) for one in ("SecOfDay", "second of day", "time day")] == ["", "", "d"]
+
+
+@pytest.mark.parametrize(("head", "asked"), [("Rudder [%]", True), ("Rudder", False)])
+def test_a_rudder_in_percent_is_no_angle(head: str, asked: bool, tmp_path: Path) -> None:
+    """Percent of 25 deg: with the unit it is asked for, without one the size is a doubt."""
+    share = cells(100.0 * DEGREES(TRUE["delta"]) / 25.0)
+    path = table(tmp_path / "a.csv", without("Rudder [deg]", **{head: share}))
+    found = tried(guess(path), path)
+    assert ("channels.delta.unit" in found.asks) == asked
+    assert any("is no unit of an angle" in one or "a share of hard over, in percent" in one for one in found.doubts)
+
+
+def test_a_clock_of_twelve_hours_is_not_sorted(tmp_path: Path) -> None:
+    begin = datetime.fromisoformat("2026-05-14T12:58:20")
+    rows = {"Time": [(begin + timedelta(seconds=t)).strftime("%I:%M:%S.%f") for t in TRUE.t], **without("Time [s]")}
+    path = table(tmp_path / "a.csv", rows)
+    found = tried(guess(path), path)
+    assert "sort = true }" not in found.text
+    assert any("goes back by 12 hours" in one for one in found.doubts)
+    assert any("the import refuses it" in one for one in found.doubts)

@@ -85,7 +85,8 @@ def test_two_receivers_of_one_name_are_two_sources(tmp_path: Path, lost: tuple[i
     trial = read(tmp_path / "two")
     true(trial)
     assert "2/GPGGA left aside, 22 m away" in trial.meta["sources"]["position"]
-    assert any("speak as GPGGA, in turns and 21.9 m apart" in step for step in trial.meta["processing"])
+    (said,) = (step for step in trial.meta["processing"] if "speak as GPGGA" in step)
+    assert float(said.partition("turns and ")[2].partition(" m")[0]) == pytest.approx(22.0, abs=0.5)
 
 
 def test_a_clock_that_repeats_old_fixes_is_not_that_of_the_log(tmp_path: Path) -> None:
@@ -179,6 +180,51 @@ def test_a_yaw_that_is_as_quick_as_its_readings_is_one() -> None:
     told = {"a": _series(t, psi=rng.normal(0.0, math.radians(2.0), 300)), "b": _series(t, latitude=59.0 + 1e-6 * t),
             "c": _series(t[:12], psi=np.where(t[:12] % 2, 0.1, 0.0))}  # fmt: skip
     assert apart(told) == (told, [])
+
+
+@pytest.mark.parametrize("rates", [(0.5, 1.0), (0.2, 1.0), (1.0, 1.0)])
+@pytest.mark.parametrize("seed", range(3))
+def test_two_gyros_of_any_rates_in_any_order_are_told(tmp_path: Path, rates: tuple[float, float], seed: int) -> None:
+    """Each writes when it happens to, within its interval: sometimes one of them twice before the other."""
+    rng = np.random.default_rng(seed)
+    said = [(t, rmc(t)) for t in LONG]
+    for rate, off in zip(rates, (0.0, 2.0), strict=True):
+        said += [(t + rng.uniform(0.05, 0.9) * rate, hdt(t, off=off)) for t in np.arange(0.0, 119.0, rate).tolist()]
+    (tmp_path / "mixed").write_text("\n".join(line for _, line in sorted(said)))
+    told = [step for step in read(tmp_path / "mixed").meta["processing"] if "two instruments speak as HEHDT" in step]
+    assert len(told) == 1
+    assert float(told[0].partition("turns and ")[2].partition(" deg")[0]) == pytest.approx(2.0, abs=0.5)
+
+
+def test_of_two_sources_of_one_rank_the_finer_is_taken(tmp_path: Path) -> None:
+    """Whole degrees by the repeater, tenths by the gyro, as often."""
+    whole = lambda t: signed(f"HEHDT,{round(course(t)) % 360},T")  # noqa: E731
+    fine = lambda t: signed(f"HETHS,{course(t):.1f},A")  # noqa: E731
+    assert log(tmp_path, (rmc, whole, fine), LONG).meta["sources"]["heading"].startswith("HETHS")
+
+
+def test_shafts_that_two_talkers_tell_otherwise_are_compared(tmp_path: Path) -> None:
+    turns = [lambda t, a=a: signed(f"{a[0]}RPM,S,1,{a[1] + 0.01 * t:.2f},,A") for a in (("II", 120.0), ("ER", 135.0))]
+    said = log(tmp_path, (rmc, hdt, *turns), SECONDS).meta["sources"]
+    assert any("differs by -15 rpm" in one or "differs by +15 rpm" in one for one in said.values())
+
+
+def test_a_fix_at_nought_before_the_first_is_none(tmp_path: Path) -> None:
+    none = lambda t: signed(f"GPGGA,{clock(t)},0000.00000,N,00000.00000,E,1,00,99.9,0.0,M,0.0,M,,")  # noqa: E731
+    trial = log(tmp_path, (lambda t: none(t) if t < 20 else gga(t), hdt), SECONDS)
+    assert np.isnan(trial["x"][:20]).all()
+    assert np.isfinite(trial["x"][20:]).all()
+    assert np.ptp(trial["x"][20:]) < 1000.0
+    assert any("20 fixes at 0 N, 0 E are none" in step for step in trial.meta["processing"])
+
+
+def test_the_rate_by_headings_is_there_where_they_are_fewer_than_the_rows(tmp_path: Path) -> None:
+    lines = [line for k in range(300) for line in (rmc(0.2 * k), *([hdt(0.2 * k)] if k % 5 == 0 else []))]
+    (tmp_path / "few").write_text("\n".join(lines))
+    trial = read(tmp_path / "few")
+    assert len(trial) == 300
+    assert np.isfinite(trial["r"]).sum() == np.isfinite(trial["psi"]).sum() >= 60
+    assert np.rad2deg(trial["r"][np.isfinite(trial["r"])]) == pytest.approx(0.5, abs=0.01)
 
 
 def test_the_circle_is_one() -> None:

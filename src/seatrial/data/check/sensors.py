@@ -10,8 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Array, Trial
+from .. import Array, Trial, unwrapped
 from ..prepare import BREAK, Remedy, Step, complete
+from ..turns import DIFFER, turns
 
 MEASURED = ("x", "y", "psi", "u", "v_m", "r", "U_A", "gamma_A", "U_T", "gamma_T", "phi", "p")
 """Channels that an instrument measures."""
@@ -79,6 +80,26 @@ def sensor_faults(trial: Trial) -> Iterator[Fault]:
     yield from _time_faults(trial)
     yield from _angle_faults(trial)
     yield from _step_faults(trial)
+    yield from _turn_faults(trial)
+
+
+def _turn_faults(trial: Trial) -> Iterator[Fault]:
+    """Two instruments in one channel, by turns."""
+    for name in DIFFER:
+        beside = ("x", "y") if name == "x" else (name,)
+        if not all(one in trial for one in beside):
+            continue
+        good = np.isfinite(sum(trial[one] for one in beside))
+        values = unwrapped(trial[name])[good] if name == "psi" else trial[name][good]
+        found = turns(name, values, trial["y"][good] if name == "x" else None)
+        if found is None:
+            continue
+        size = f"{found[1]:.3g} m" if name == "x" else f"{math.degrees(found[1]):.3g} deg"
+        yield Fault(
+            "warning", ", ".join(beside), "two instruments take turns",
+            f"{size} apart, {int(np.sum(found[0]))} of {len(values)} readings are of the second",
+            "import each from a column or a source of its own, or leave one out", "quality", "turns",
+        )  # fmt: skip
 
 
 def _time_faults(trial: Trial) -> Iterator[Fault]:

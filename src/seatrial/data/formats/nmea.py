@@ -197,7 +197,10 @@ def _rate(t: Array, psi: Array, steps: list[str]) -> Array:
     if np.isfinite(psi).sum() < 2:
         return np.full(len(t), math.nan)
     steps.append("no ROT: r by central differences of psi")
-    return np.gradient(psi, t)
+    known = np.isfinite(psi)
+    r = np.full(len(t), math.nan)
+    r[known] = np.gradient(psi[known], t[known])
+    return r
 
 
 def _positions(
@@ -206,6 +209,10 @@ def _positions(
     if "latitude" not in raw or "longitude" not in raw:
         return aboard.datum
     latitude, longitude = raw["latitude"], raw["longitude"]
+    none = (latitude == 0.0) & (longitude == 0.0)
+    if none.any() and not none[np.isfinite(latitude)].all():
+        steps.append(f"{int(none.sum())} fixes at 0 N, 0 E are none: a receiver writes them before its first")
+        latitude, longitude = (np.where(none, math.nan, one) for one in (latitude, longitude))
     good = np.flatnonzero(np.isfinite(latitude + longitude))
     if not good.size:
         return aboard.datum

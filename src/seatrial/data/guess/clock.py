@@ -72,8 +72,17 @@ def coarse(t: Array) -> bool:
 
 def an_hour_back(t: Array) -> bool:
     """Whether times go back once, by an hour less a step or so."""
+    return _back_by(t, 3600.0)
+
+
+def half_a_day_back(t: Array) -> bool:
+    """Whether times go back once, by 12 hours less a step or so."""
+    return _back_by(t, 0.5 * _DAY)
+
+
+def _back_by(t: Array, size: float) -> bool:
     steps = np.diff(t[np.isfinite(t)])
-    return bool(abs(float(np.min(steps)) + 3600.0) < max(_SLOW, 3.0 * float(np.median(np.abs(steps)))))
+    return bool(abs(float(np.min(steps)) + size) < max(_SLOW, 3.0 * float(np.median(np.abs(steps)))))
 
 
 def _ranked(

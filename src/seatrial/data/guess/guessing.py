@@ -16,7 +16,7 @@ from ..recognise import recognise, sentences
 from ..table import existing
 from .answers import ASK, DOUBT, Answer, Entry, listed, quoted, text_of
 from .cells import Column
-from .clock import an_hour_back, coarse
+from .clock import an_hour_back, coarse, half_a_day_back
 from .entries import (
     Known,
     control_entries,
@@ -365,7 +365,10 @@ def _time_entry(log: Log, verdict: Verdict) -> Entry:
     if rest:
         answer = replace(answer, evidence=f"{answer.evidence}; not {', '.join(one.said for one in rest)}")
     back = int((np.diff(log.t) < 0).sum())
-    if back == 1 and "zone" in keys and an_hour_back(log.t):
+    if back == 1 and half_a_day_back(log.t):
+        doubt = "it goes back by 12 hours, as a clock without AM and PM: add 12 hours from there on, or cut the log"
+        answer = replace(answer, doubts=(*answer.doubts, doubt))
+    elif back == 1 and "zone" in keys and an_hour_back(log.t):
         doubt = ('it goes back by an hour, as at the end of summer time: write the zone, such as "Europe/Oslo"; of a '
                  'log that was joined in disorder zone = "unknown" and sort = true')  # fmt: skip
         keys["zone"], answer = quoted(ASK), replace(answer, doubts=(*answer.doubts, doubt))

@@ -25,6 +25,9 @@ _TURNED = 0.5
 _WELL_OVER, _FAR = 0.12, 1.0
 """Rudder beyond the loop of a ship that is unstable on course [rad], and how far it turns by it [rad]."""
 
+_HARD_OVER = math.radians(46.0)
+"""Rudder angle that few rudders reach, of those with a flap [rad]."""
+
 _PITCH = 0.025
 """Advance of a ship in one turn of its propeller, in lengths; 0.008 to 0.08 of ships and models."""
 
@@ -150,7 +153,14 @@ def _held(t: Array, r: Array, delta: Array, unit: str) -> float:
 
 def _unit(signal: Signal, largest: float, logged: set[str]) -> tuple[str, str, list[str]]:
     """Unit of a rudder's angle, why, and doubts."""
+    if signal.column.unit and not signal.unit:
+        doubt = (f"the {signal.column.where} says {signal.column.unit}, which is no unit of an angle: write one, and "
+                 "scale = the angle of 1 in it")  # fmt: skip
+        return ASK, f"values up to {largest:.3g}", [doubt]
     unit, told = _angle(signal, largest, logged)
+    if not signal.unit and unit in KNOWN and largest * KNOWN[unit][1] > _HARD_OVER:
+        doubt = f"values up to {largest:.3g} {unit} are more than rudders take; is it a share of hard over, in percent?"
+        return unit, told, [doubt]
     if unit == ASK and 0.15 < largest < 0.8 and not logged:
         return "rad", told, [f"values up to {largest:.3g} are taken as radians; write deg if they are degrees"]
     if unit == ASK:

@@ -36,7 +36,10 @@ _HALF = 0.5
 _SILENT = 5.0
 """Median intervals without a reading after which a source has fallen silent."""
 
-_AGREES = MappingProxyType({"deg": 0.05, "m/s": 0.01})
+_COARSE = 1.8
+"""A source with so many times fewer different values than another one of its rank is the coarser."""
+
+_AGREES = MappingProxyType({"deg": 0.05, "m/s": 0.01, "rpm": 0.5})
 """Sources that differ by less agree: the last digit of most sentences."""
 
 Series = tuple[Array, Array]
@@ -139,7 +142,9 @@ def _leading(
         place = next((one.source[:-3] for one in before if one.group == "position"), None)
         often = max(size[source] for source in enough)
         enough = [s for s in enough if s[:-3] == place] or [s for s in enough if size[s] >= 0.7 * often]
-    return min(enough, key=lambda source: (rank(group, source), -size[source], source))
+    fine = {source: len(np.unique(np.round(next(iter(having[source].values()))[1], 9))) for source in enough}
+    coarse = {source: _COARSE * fine[source] < max(fine.values()) for source in enough}
+    return min(enough, key=lambda source: (rank(group, source), coarse[source], -size[source], source))
 
 
 def _beside(kept: Mapping[str, Series], other: Mapping[str, Series], same: bool) -> tuple[dict[str, Series], str]:
@@ -157,7 +162,7 @@ def _beside(kept: Mapping[str, Series], other: Mapping[str, Series], same: bool)
         if len(t) < 2 or not len(times):
             continue
         apart, offset = _apart(name, t, values, times, more)
-        if name in ("psi", "u_log_water", "U_G", "delta") and apart:
+        if (name in ("psi", "u_log_water", "U_G", "delta") or name.startswith("rpm_")) and apart:
             said = f"left aside, {apart}"
         steps = np.diff(t)
         reach = _SILENT * float(np.median(steps))
@@ -185,7 +190,8 @@ def _apart(name: str, t: Array, values: Array, times: Array, more: Array) -> tup
     if name in CIRCLES:
         off = np.mod(off + math.pi, 2.0 * math.pi) - math.pi
     middle = 0.0 if name in ("latitude", "longitude") else float(np.median(off))
-    unit, factor = ("deg", math.degrees(1.0)) if name in CIRCLES or name == "delta" else ("m/s", 1.0)
+    unit, factor = ("deg", math.degrees(1.0)) if name in CIRCLES or name == "delta" else (
+        ("rpm", 1.0) if name.startswith("rpm_") else ("m/s", 1.0))  # fmt: skip
     if abs(factor * middle) < (_AGREES[unit]):
         return "agrees", middle
     return f"differs by {factor * middle:+.2g} {unit} in the median", middle
