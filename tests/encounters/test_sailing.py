@@ -161,6 +161,8 @@ def test_runs_of_a_batch_are_as_if_each_were_alone() -> None:
 
     whole = sailed(slice(None))
     assert np.ptp(whole[2, :, 0]) > math.radians(30.0)  # somebody turns
+    for k, begun in enumerate((met.x, met.y, met.psi)):
+        assert (whole[k, :, 1:, 0] == begun).all()
     for run in (0, 15, 16, 18):
         assert (sailed(slice(run, run + 1))[:, 0] == whole[:, run]).all()
 

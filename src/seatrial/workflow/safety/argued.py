@@ -17,6 +17,7 @@ from ...core.version import __version__
 from ...encounters import Tracks
 from ...encounters.meeting import Meeting
 from ...encounters.rules import Judged, Limits
+from ...models import unit
 from ...report.blocks import Body, bullets, fields, lead, number, soft, table
 from ...report.judging.encounter import shown
 from ...report.judging.requirements import numbers, verdict
@@ -142,13 +143,24 @@ def _ship(ship: Ship, found: Case, table_: Table | None) -> Body:
     said = [f"drawn anew for each run from the posterior of its fit, {found.posterior}: what that adds is told above"
             if found.posterior else "taken as known exactly: nothing here says what the error of its model adds",
             f"its file is {known.told} ({known.why})",
-            "runs whose model leaves its range of validity are no evidence and counted apart"]  # fmt: skip
+            _valid(ship, found),
+            "runs whose model leaves what is watched are no evidence and counted apart"]  # fmt: skip
     if table_ is None:
         return bullets(said) + soft("Not judged by the requirements of collision avoidance.")
     rows = [(item.number, item.text, one.verdict) for item, one in table_.rows]
     judged = table(("item", "what Sawada et al. 2024, section 6.2, ask of a model for collision avoidance", ""), rows,
                    words=(1, 2))  # fmt: skip
     return bullets(said) + fields({"requirements": numbers(table_)}, lead(verdict(table_)) + judged)
+
+
+def _valid(ship: Ship, found: Case) -> str:
+    """The range in which the model holds by its file, and what of it is watched in each run."""
+    ends = ", ".join(f"{name} {low:g} to {high:g} {unit(name)}" for name, (low, high) in ship.validity.items())
+    if not ends:
+        return "its file states no range of validity: nothing is watched but that the model does not blow up"
+    wire = isinstance(found.file.stack, Program)
+    watched = "of the motion all is watched" if wire else "of the motion all but u and v_m is watched"
+    return f"it is valid for {ends}; {watched} in each run"
 
 
 def _failed(found: Case) -> Body:
