@@ -182,6 +182,8 @@ for path in sorted((home / "asked")""",
     assert row.train == ("b", "a")
     assert (truth.count, half.count, half.failed) == (4, 4, 2)
     assert truth.ahead[1].position < 0.02  # of a turn and a zigzag; another order would mix them
+    # so are the answers about training trials, from which its bands are: narrow only where each meets its question
+    assert truth.ahead[1].width[0] < 0.1
 
 
 @pytest.mark.slow
