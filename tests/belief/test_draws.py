@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import truncnorm
 
+from seatrial.belief.parts import widened
 from seatrial.belief.posterior import Posterior
 from seatrial.belief.power import Power
 from seatrial.belief.reading import posterior
 from seatrial.core.parameters import Free
+from seatrial.core.records import from_json, to_json
 from seatrial.data import Array, Trial
 from seatrial.identify import Fit, Problem
 from seatrial.ships.files import load
@@ -147,3 +152,26 @@ def test_physical_ranges_hold_where_the_study_declares_none() -> None:
     drawn = Posterior(SHIP, free, np.array([0.95]), np.array([[0.2**2]])).draws(2000, 1)
     assert drawn.max() <= 1.0
     assert drawn.std() == pytest.approx(truncnorm(-math.inf, 0.25, 0.95, 0.2).std(), rel=0.06)
+
+
+def test_errors_of_the_form_count_once_where_left_out_trials_tell_them() -> None:
+    """Sigmas that residuals have widened too are taken back before the likelihood is divided by T."""
+    sigma, by = np.array([1e-3, 2e-3]), np.array([3.0, 1.5])
+    plain = np.array([[1.0, 0.6], [0.6, 1.0]]) * np.outer(sigma, sigma)
+    once = replace(held(plain, prior=0.05), power=Power(4.0, 10**6, {}, 1.0))
+    told = Power(4.0, 10**6, {}, 1.0, dict(zip(("hull.Y_v", "hull.N_v"), by.tolist(), strict=True)))
+    twice = replace(held(plain * np.outer(by, by), prior=0.05), power=told)
+    np.testing.assert_allclose(twice.draws(500, 3), once.draws(500, 3), rtol=1e-9)
+    np.testing.assert_allclose(told.covariance(once.free, twice.covariance),
+                               Power(4.0, 9, {}, 1.0).covariance(once.free, plain), rtol=1e-12)  # fmt: skip
+    written = {key: value for key, value in json.loads(to_json(told, "x/1")).items() if key != "schema"}
+    assert from_json(Power, written, "p") == told
+
+
+@pytest.mark.parametrize(("correlation", "found"), [(None, {}), (5.0, {"a": 2.0}), (0.0, {"a": 2.0})])
+def test_only_a_stated_time_of_errors_gives_a_sigma_to_go_back_to(correlation: float | None, found: dict) -> None:
+    free = (Free("a", 0.0), Free("b", 0.0))
+    fit: Any = SimpleNamespace(free=free, diagnosis=SimpleNamespace(widened={"a": 2.0}))
+    problem: Any = SimpleNamespace(loss=SimpleNamespace(correlation=correlation))
+    assert widened(fit, problem) == found
+    assert not widened(SimpleNamespace(free=free, diagnosis=None), problem)  # type: ignore[arg-type]

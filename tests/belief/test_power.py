@@ -97,13 +97,15 @@ def test_a_ship_that_the_model_can_be_needs_no_widening():
 
 @pytest.mark.slow
 def test_trials_of_two_ships_do_not_make_one_that_is_known_well():
-    """The fit is as sure as before, and misses each trial that it has not seen."""
+    """By its stated errors the fit is as sure as before, and misses each trial that it has not seen."""
     told = turns([SHIP, TRUTH])
     fit, found = judged(told)
     assert found.factor > 30.0
     assert min(found.errors.values()) > 5.0
     wide = np.sqrt(np.diag(found.covariance(fit.free, fit.covariance)))
-    assert (wide > 2.0 * fit.sigma).any()
+    sure = np.sqrt(np.diag(found.of(fit.free, fit.covariance)))
+    assert (wide > 2.0 * sure).any()
+    assert (sure <= fit.sigma).all()
     assert (wide <= 1.01 * np.array([f.sigma for f in fit.free]) * np.sqrt(max(found.left, 1.0))).all()
 
 

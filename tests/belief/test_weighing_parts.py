@@ -223,7 +223,8 @@ class Problem(SimpleNamespace):
 
 class Fitter:
     def fit(self, problem: Any) -> Any:
-        return SimpleNamespace(values=np.array([0.01 * len(problem.trials), -0.07]), covariance=np.eye(2))
+        values = np.array([0.01 * len(problem.trials), -0.07])
+        return SimpleNamespace(values=values, covariance=np.eye(2), diagnosis=None)
 
 
 def left_out(monkeypatch: pytest.MonkeyPatch, samples: Any, count: int, **how: Any) -> list[Any]:
@@ -412,7 +413,7 @@ def test_the_power_is_of_all_left_out_trials_and_each_is_told_by_itself_where_th
     problem: Any = Whole(tuple(trial(name) for name in "abc"), Loss(), ship)
     parts_of = (("1", "ab"), ("2", "c"))
     outs: Any = [SimpleNamespace(name=one, trials=tuple(map(trial, names))) for one, names in parts_of]
-    found = weighing.power(None, problem, None, outs)  # type: ignore[arg-type]
+    found = weighing.power(SimpleNamespace(diagnosis=None), problem, None, outs)  # type: ignore[arg-type]
     assert asked == [("scales of all", name, out, [0.5, 0.0, 0.1]) for out, names in parts_of for name in names]
     assert found.trials == 3
     assert found.factor == pytest.approx(99.0 / (9.0 / 5.4 - 1.0))

@@ -89,7 +89,14 @@ def _fitted(estimator: Any, problem: Problem) -> tuple[Array, Array]:
     fit = estimator.fit(problem)
     if len(fit.values) != len(problem.free):
         raise StudyError(f"{estimator}: fits {len(fit.values)} of {len(problem.free)} parameters; it leaves none out")
-    return fit.values, fit.covariance
+    by = np.array([widened(fit, problem).get(path, 1.0) for path in problem.vector.paths])
+    return fit.values, fit.covariance / np.outer(by, by)
+
+
+def widened(fit: Fit, problem: Problem) -> dict[str, float]:
+    """By how much residuals widen each sigma of a fit whose study states how errors last; else they are its sigmas."""
+    stated = fit.diagnosis is not None and problem.loss.correlation is not None
+    return dict(fit.diagnosis.widened) if stated and fit.diagnosis else {}
 
 
 def _kept(path: Path | None, estimator: Any, problem: Problem) -> tuple[Array, Array] | None:

@@ -108,7 +108,8 @@ class Posterior:
             weight, vectors = np.linalg.eigh(0.5 * (self.covariance + self.covariance.T))
             plain = np.sqrt(np.maximum(weight, 0.0))
             return vectors, np.broadcast_to(plain, (count, len(plain))), plain
-        across, fixed = directions(self.free, self.covariance)
+        whole = self.covariance if self.samples is not None else self.power.of(self.free, self.covariance)
+        across, fixed = directions(self.free, whole)
         return across, self.power.deviations(fixed, count, rng), 1.0 / np.sqrt(1.0 + fixed)
 
     def _anywhere(self, count: int, rng: np.random.Generator) -> Array:

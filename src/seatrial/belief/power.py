@@ -10,7 +10,7 @@ draw of the parameters has a T of its own, by as many degrees of freedom as ther
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 import numpy as np
@@ -35,12 +35,19 @@ class Power:
         trials: that were left out in turn: its degrees of freedom.
         errors: mean square over channels of the error of each trial over what the fit of the others expects, by name.
         left: the same over all trials where the likelihood counts by 1/T; above 1 where the priors are too narrow.
+        widened: factor by path of sigmas of the fit by its own residuals, in whose place T stands.
     """
 
     factor: Annotated[float, Limits(least=1.0)]
     trials: Annotated[int, Limits(least=LEAST)]
     errors: Mapping[str, float]
     left: Annotated[float, Limits(least=0.0)]
+    widened: Mapping[str, Annotated[float, Limits(least=1.0)]] = field(default_factory=dict[str, float])
+
+    def of(self, free: tuple[Free, ...], covariance: Array) -> Array:
+        """The covariance that T is of, from that of the fit: errors of the form count once."""
+        by = np.array([self.widened.get(one.path, 1.0) for one in free])
+        return covariance / np.outer(by, by)
 
     def deviations(self, fixed: Array, count: int, rng: np.random.Generator) -> Array:
         """Standard deviation in each of `directions` of so many draws, each with a factor of its own, (count, free)."""
@@ -49,7 +56,7 @@ class Power:
 
     def covariance(self, free: tuple[Free, ...], covariance: Array) -> Array:
         """Covariance of the parameters at T itself."""
-        across, fixed = directions(free, covariance)
+        across, fixed = directions(free, self.of(free, covariance))
         return max(self.left, 1.0) * (across / (1.0 + fixed / self.factor)) @ across.T
 
     def shares(self, free: tuple[Free, ...], covariance: Array) -> Array:

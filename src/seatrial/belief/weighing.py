@@ -14,7 +14,7 @@ from ..identify import Fit, Problem, StudyError
 from ..identify.posterior.misfit import white
 from ..identify.record import scales
 from ..identify.trajectory.objective import TrajectoryObjective
-from .parts import LeftOut
+from .parts import LeftOut, widened
 from .power import LEAST, Power, directions
 from .sampling.density import density_of
 
@@ -46,7 +46,8 @@ def power(fit: Fit, problem: Problem, settings: Any, parts: Sequence[LeftOut]) -
     found = {trial.name: _told(whole, trial, one, settings, sigma) for one in parts for trial in one.trials}
     missed = list(found.values())
     factor = _factor(missed)
-    return Power(factor, len(found), {name: _mean([one], 1.0) for name, one in found.items()}, _mean(missed, factor))
+    errors = {name: _mean([one], 1.0) for name, one in found.items()}
+    return Power(factor, len(found), errors, _mean(missed, factor), widened(fit, problem))
 
 
 @dataclass(frozen=True)
