@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.stats import truncnorm
 
-from seatrial.belief.parts import widened
+from seatrial.belief.parts import _fitted, widened
 from seatrial.belief.posterior import Posterior
 from seatrial.belief.power import Power
 from seatrial.belief.reading import posterior
@@ -175,3 +175,14 @@ def test_only_a_stated_time_of_errors_gives_a_sigma_to_go_back_to(correlation: f
     problem: Any = SimpleNamespace(loss=SimpleNamespace(correlation=correlation))
     assert widened(fit, problem) == found
     assert not widened(SimpleNamespace(free=free, diagnosis=None), problem)  # type: ignore[arg-type]
+
+
+def test_a_part_is_as_sure_as_its_study_states() -> None:
+    fit: Any = SimpleNamespace(values=np.array([1.0, 2.0]), covariance=np.array([[9.0, 3.0], [3.0, 4.0]]),
+                               diagnosis=SimpleNamespace(widened={"a": 3.0, "b": 1.0}))  # fmt: skip
+    estimator: Any = SimpleNamespace(fit=lambda problem: fit)
+    problem: Any = SimpleNamespace(free=("a", "b"), vector=SimpleNamespace(paths=("a", "b")),
+                                   loss=SimpleNamespace(correlation=5.0))  # fmt: skip
+    values, covariance = _fitted(estimator, problem)
+    np.testing.assert_allclose(covariance, [[1.0, 1.0], [1.0, 4.0]])
+    assert values.tolist() == [1.0, 2.0]
