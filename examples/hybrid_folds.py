@@ -1,9 +1,13 @@
-"""The hybrid of the 3 m Esso Osaka in five folds of FRT-DS-ESSO: each width of its residual, and their mean.
+"""The hybrid of the 3 m Esso Osaka on trials of FRT-DS-ESSO that its fit has not seen, beside its physics alone.
 
-    SEATRIAL_DATA=DIR python examples/hybrid_folds.py [-o hybrid_folds.json]
+    SEATRIAL_DATA=DIR python examples/hybrid_folds.py [--widths 0.3 1] [-o hybrid_folds.json]
+    SEATRIAL_DATA=DIR python examples/hybrid_folds.py --kinds [-o hybrid_kinds.json]
 
-The study fits every width and takes the mean of the parameters, so nothing is chosen by looking at files held out.  The
-last row predicts with the mean and with the minute before each start (`predict --history 60`).
+Five parts by turns share their days and kinds with the trials of the fit; `--kinds` leaves out all of a kind at once,
+the way that a residual beside the physics stands worst.  The MMG model is fitted to the same trials as
+`studies/esso_osaka_mmg.toml` says.  The hybrid is fitted with every width, and the mean of the parameters taken, so
+nothing is chosen by looking at files held out; without `--widths` they are those of the study.  The last row predicts
+with the mean and with the minute before each start (`predict --history 60`).
 """
 
 from __future__ import annotations
@@ -26,8 +30,8 @@ ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared"
 STUDY = Path(__file__).parents[1] / "studies" / "esso_osaka_hybrid.toml"
 KINDS = ("random", "turning", "zigzag", "berthing")
 COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58_08
-FOLDS, RESTART, HISTORY = 5, 100.0, 60.0
-MEAN = "mean of the widths"
+PARTS, RESTART, HISTORY = 5, 100.0, 60.0
+PHYSICS, MEAN = "MMG", "mean of the widths"
 CARRIED = f"the same, --history {HISTORY:g}"
 Files = dict[str, list[st.Trial]]
 
@@ -47,43 +51,54 @@ def errors(ship: st.Ship, trials: Sequence[st.Trial], history: float | None = No
             for t in trials]  # fmt: skip
 
 
-def fold(study: st.Study, files: Files, number: int) -> dict[str, st.Ship]:
-    """The ships fitted without the files of a fold: with each width, and with the mean of all."""
-    train = tuple(t for kind in KINDS for i, t in enumerate(files[kind]) if i % FOLDS != number)
+def fitted(trials: Sequence[st.Trial], widths: Sequence[float]) -> dict[str, Any]:
+    """The ships fitted to some trials: the MMG model, the hybrid with each width, and with the mean of all."""
+    study, plain = st.read_study(STUDY), st.read_study(STUDY.with_name("esso_osaka_mmg.toml"))
+    alone = plain.estimator.fit(replace(plain.problem, trials=tuple(trials), validation=()))
     who: Any = study.estimator
-    problem = replace(study.problem, trials=train)
+    who = replace(who, widths=tuple(widths)) if widths else who
+    problem = replace(study.problem, trials=tuple(trials))
     found = {f"width {w:g}": values for w, (values, _) in zip(who.widths, who.each(problem), strict=True)}
     found[MEAN] = np.mean(list(found.values()), axis=0)
-    vector = problem.vector
-    return {label: problem.ship.having(vector.by_path(values)) for label, values in found.items()}
+    ships = {label: problem.ship.having(problem.vector.by_path(values)) for label, values in found.items()}
+    return {PHYSICS: alone.ship, **ships}
 
 
 def main() -> None:
     """Measure, print and write."""
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    asked.add_argument("--kinds", action="store_true")
+    asked.add_argument("--widths", type=float, nargs="+", default=[])
     asked.add_argument("-o", "--out", type=Path, default=Path("hybrid_folds.json"))
-    where: Path = asked.parse_args().out
+    given = asked.parse_args()
     if not ROOT.is_dir():
         sys.exit(f"{ROOT}: no such folder; set SEATRIAL_DATA (public set NAOE-5thLab/FRT-DS-ESSO)")
-    study, files = st.read_study(STUDY), read_files()
-    held: dict[str, dict[str, list[st.Comparison]]] = {}
-    for number in range(FOLDS):
-        out = {kind: [t for i, t in enumerate(files[kind]) if i % FOLDS == number] for kind in KINDS}
-        ships = fold(study, files, number)
+    files = read_files()
+    kind = {trial.name: kind for kind, some in files.items() for trial in some}
+    trials = [trial for some in files.values() for trial in some]
+    held: dict[str, list[list[st.Comparison]]] = {}
+    turns = [[trial for some in files.values() for trial in some[part::PARTS]] for part in range(PARTS)]
+    for number, out in enumerate(parts := [*files.values()] if given.kinds else turns):
+        ships = fitted([trial for trial in trials if trial not in out], given.widths)
         for label, ship in (*ships.items(), (CARRIED, ships[MEAN])):
-            rows = held.setdefault(label, {kind: [] for kind in KINDS})
-            for kind, trials in out.items():
-                rows[kind] += errors(ship, trials, HISTORY if label == CARRIED else None)
-        sys.stderr.write(f"fold {number + 1} of {FOLDS}\n")
-    found = {label: {**{kind: st.pooled(some) for kind, some in rows.items()},
-                     "together": st.pooled([c for some in rows.values() for c in some])}
-             for label, rows in held.items()}  # fmt: skip
-    told = {"what": "standardised error of files held out, five folds, restart 100 s",
-            "command": "SEATRIAL_DATA=DIR python examples/hybrid_folds.py", **found}  # fmt: skip
-    where.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+            held.setdefault(label, []).append(errors(ship, out, HISTORY if label == CARRIED else None))
+        figures = ", ".join(f"{label} {st.pooled(some[-1]):.4f}" for label, some in held.items())
+        sys.stderr.write(f"part {number + 1} of {len(parts)}: {figures}\n")
+    found = {label: told(some, kind) for label, some in held.items()}
+    what = "standardised error of files held out, restart 100 s; spread: standard deviation over the parts"
+    settings = [*(["--kinds"] if given.kinds else []), *(["--widths", *map(str, given.widths)] if given.widths else [])]
+    command = " ".join(["SEATRIAL_DATA=DIR python examples/hybrid_folds.py", *settings])
+    given.out.write_text(json.dumps({"what": what, "command": command, **found}, indent=1) + "\n", encoding="utf-8")
     for label, one in found.items():
-        figures = " ".join(f"{kind} {one[kind]:.4f}" for kind in (*KINDS, "together"))
+        figures = " ".join(f"{name} {value:.4f}" for name, value in one.items())
         sys.stdout.write(f"{label}: {figures}\n")
+
+
+def told(parts: Sequence[Sequence[st.Comparison]], kind: dict[str, str]) -> dict[str, float]:
+    """Errors of each kind, together, and their spread over the parts."""
+    every = [one for some in parts for one in some]
+    alike = {name: st.pooled([one for one in every if kind[one.measured.name] == name]) for name in KINDS}
+    return {**alike, "together": st.pooled(every), "spread": float(np.std([st.pooled(p) for p in parts], ddof=1))}
 
 
 if __name__ == "__main__":
