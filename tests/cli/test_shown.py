@@ -221,7 +221,7 @@ def test_a_scenario_is_shown_by_ships_and_criteria(capsys: Said) -> None:
         "criteria": [{"name": "least_distance", "ship": "other", "value": 1234.567, "limit": 500.0, "unit": "m",
                       "met": True},
                      {"name": "arrival", "ship": None, "value": None, "limit": 60.0, "unit": "s", "met": False}],
-        "arrived": None, "time": 300.04,
+        "arrived": None, "time": 300.04, "wire": None,
     }  # fmt: skip
     render.show(simulation._judged(ran, found))
     out = capsys.readouterr().out
@@ -236,6 +236,11 @@ def test_a_scenario_is_shown_by_ships_and_criteria(capsys: Said) -> None:
     render.show(simulation._judged(ran, found))
     out = capsys.readouterr().out
     assert out.startswith("a crossing: arrived after 250.0 s")
+    assert "nobody steered" not in out
+    for orders, silent in (({"unfit": 3}, True), ({"taken": 1}, False)):
+        render.show(simulation._judged(ran, found | {"wire": {"orders": orders, "counts": {"sentences": 301}}}))
+        out = capsys.readouterr().out
+        assert ("nobody steered: no order was taken of 301 sentences heard; orders are ROR, HTC," in out) == silent
 
 
 @pytest.mark.parametrize("met", [True, False])

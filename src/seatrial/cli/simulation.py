@@ -225,7 +225,17 @@ def _judged(ran: Voyage, document: Mapping[str, Any]) -> Body:
     arrived = document["arrived"]
     end = f"arrived after {arrived:.1f} s" if arrived is not None else f"ended after {document['time']:.1f} s"
     said = f"{ran.stage.scenario.title}: {end}, at most {indices['cross_track_max']:.1f} m off the route"
-    return fields(document, body + bullets((said, *map(str, ran.written))))
+    return fields(document, body + bullets((said, *_unsteered(document["wire"]), *map(str, ran.written))))
+
+
+def _unsteered(wire: Mapping[str, Mapping[str, int]] | None) -> tuple[str, ...]:
+    """That a wire was connected and gave no order, so that nobody steered."""
+    from ..realtime.conning import ORDERS
+
+    if wire is None or wire["orders"].get("taken"):
+        return ()
+    return (f"nobody steered: no order was taken of {wire['counts'].get('sentences', 0)} sentences heard; orders are "
+            f"{', '.join(ORDERS)}",)
 
 
 def twin(

@@ -63,6 +63,10 @@ def thrusters(ship: Ship) -> Mapping[int, tuple[str, str | None]]:
     return found
 
 
+ORDERS = ("ROR", "HTC", "TRC", "PRC", "ETL", "APB", "XTE")
+"""Sentences that give orders: rudder, heading or track, thrusters, propulsion, telegraph, autopilot, cross track."""
+
+
 class Conning:
     """Command of a ship by wire: which sender has it, and the steering mode.
 
@@ -101,10 +105,9 @@ class Conning:
         self._steers = steers and bool(self._rudders or "delta" in self._known)
         self.listens = True
         self.reset()
-        self._answers: Mapping[str, Callable[[Sentence], Ordered | None]] = {
-            "ROR": self._rudder, "HTC": self._heading_track, "TRC": self._thruster, "PRC": self._propulsion,
-            "ETL": self._telegraph, "APB": self._autopilot, "XTE": self._cross_track,
-        }  # fmt: skip
+        answers = (self._rudder, self._heading_track, self._thruster, self._propulsion, self._telegraph,
+                   self._autopilot, self._cross_track)  # fmt: skip
+        self._answers: Mapping[str, Callable[[Sentence], Ordered | None]] = dict(zip(ORDERS, answers, strict=True))
 
     def reset(self) -> None:
         """Remove the commander and stop the steering control; the counts stay."""

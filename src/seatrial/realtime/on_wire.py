@@ -393,8 +393,8 @@ class Lockstep:
             RunError: none comes.
         """
         if not self._answered():
-            raise RunError(f"no valid sentence on {self._on_wire.wire.address} within {self._patience:g} s; is the "
-                           "autopilot running, and sending there?")  # fmt: skip
+            raise RunError(f"no valid sentence on {self._on_wire.wire.address} within {self._patience:g} s; the "
+                           "autopilot has to send one before it hears any, or to be named with --to")  # fmt: skip
 
     def tick(self, loop: Loop) -> None:
         """Wait, if the sentence was sent; stop the loop where no answer comes.
