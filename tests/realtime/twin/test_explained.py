@@ -104,24 +104,33 @@ def test_a_share_is_told_from_a_step_while_the_speed_rises(share: bool) -> None:
 
 
 @pytest.mark.slow
-def test_an_outlier_of_another_channel_changes_no_verdict() -> None:
-    run = sailed(45)
-    run.readings[ONSET:, CHANNELS.index("psi")] += 0.008
-    run.readings[30, CHANNELS.index("u_w")] += 50.0
-    window, evidence = weighed(run)
-    assert window.compared(evidence)[0].suspect.cause == "compass jumped"
+@pytest.mark.parametrize("by", [60.0, -60.0])
+def test_an_outlier_of_another_channel_changes_no_verdict(by: float) -> None:
+    """A fix 60 m off weighs as much as one 3 m off, whichever cause would bring the ship a little nearer to it."""
+    found = list[dict[str, float]]()
+    for off in (by / 20.0, by):
+        run = sailed(45)
+        run.readings[ONSET:, CHANNELS.index("u_w")] += 0.4
+        run.readings[30, CHANNELS.index("y")] += off
+        window, evidence = weighed(run)
+        best = window.compared(evidence)
+        assert best[0].suspect.cause == "log jumped"
+        found.append({f"{one.suspect.cause} {one.suspect.how}": one.score - best[0].score for one in best})
+    both = [cause for cause in found[0] if cause in found[1]]
+    assert len(both) > 2
+    assert [found[1][cause] for cause in both] == pytest.approx([found[0][cause] for cause in both], abs=10.0)
 
 
 @pytest.mark.slow
 def test_channels_and_controls_that_are_known_to_be_wrong_are_left_out() -> None:
-    """A masked channel that is far off adds nothing."""
+    """A masked channel that is four deviations off adds nothing."""
     run = sailed(45)
-    run.readings[ONSET:, CHANNELS.index("psi")] += 0.008
+    run.readings[ONSET:, CHANNELS.index("x")] += 6.0
     window, evidence = weighed(run)
     masked = replace(window, masked=(CHANNELS.index("u_w"),))
     usual = masked.compared(evidence)
     for row in window.rows:
-        row.readings[CHANNELS.index("u_w")] += 3.0
+        row.readings[CHANNELS.index("u_w")] += 0.2
     assert [one.score for one in masked.compared(evidence)] == pytest.approx([one.score for one in usual])
 
 
@@ -206,3 +215,19 @@ def test_suspects_are_compared_now_and_then_and_those_compared_decide() -> None:
     assert asked == [2.5 * k for k in range(1, 9)]
     assert found is not None
     assert (found[0].suspect.cause, found[1]) == ("b", ("a",))
+
+
+def test_onsets_are_the_further_apart_the_older_they_are() -> None:
+    """One a second for 85 s in 30 places of a window of 90 s: all of the last seconds, and the oldest near its end."""
+    bank = Bank(machine(spacing=1.0), suspects(machine()))
+    for k in range(86):
+        bank.onset(float(k), np.zeros(10), np.zeros(11))
+    kept = np.sort(bank._onset)
+    assert kept.size == 30
+    assert kept[0] == 0.0
+    assert kept[-3:].tolist() == [83.0, 84.0, 85.0]
+    gaps = np.diff(kept)
+    assert gaps[-10:].mean() < 0.5 * gaps[:10].mean()
+    for k in range(86, 100):
+        bank.onset(float(k), np.zeros(10), np.zeros(11))
+    assert float(np.min(bank._onset)) >= 99.0 - 90.0 - 4.0 * float(np.max(gaps))
