@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear import CHANNELS, NOISE, blur, followed, machine, sailed, step_of
 from scipy.stats import multivariate_normal
 
+from linear_ship import CHANNELS, NOISE, blur, followed, machine, sailed, step_of
 from seatrial.realtime.twin import follow, likely
 from seatrial.realtime.twin.faults.acting import between_rows
 from seatrial.realtime.twin.faults.stuck import JAMMED, SLOW, Repeats, Steering
@@ -245,7 +245,7 @@ def test_a_quick_rudder_whose_angle_leaves_an_order_that_stands_still_is_not_jam
     steering, found, order = Steering("delta", math.radians(15.8), 0.0), set[str](), 0.0
     for k in range(120):
         t = 0.5 * k
-        order = math.radians(4.0 * math.sin(0.05 * max(t - 25.0, 0.0)) if by > 2.0 else 8.0 * (t > 25.0))
+        order = math.radians(10.0 * math.sin(0.05 * max(t - 25.0, 0.0)) if by > 2.0 else 8.0 * (t > 25.0))
         angle = math.radians(by) * (t >= 20.0) + (order if by > 2.0 else 0.0)
         steering.note(t, {"delta": angle, "delta_cmd": order})
         verdict = steering.verdict()

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sea import NOISE, Bridge, Row, sailed
 
 from scenes import on_wire, scene
+from sea_logs import NOISE, Bridge, Row, sailed
 from seatrial.data.formats.nmea import Aboard, Place, aboard_of, beside, read, write_aboard
 from seatrial.data.geodesy import Datum
 from seatrial.data.nmea.ship import Fittings, lines

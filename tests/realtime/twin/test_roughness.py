@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linear import CHANNELS, NOISE, machine
-from sea import NOISE as READ
-from sea import Bridge, sailed
 
+from linear_ship import CHANNELS, NOISE, machine
+from sea_logs import NOISE as READ
+from sea_logs import Bridge, sailed
 from seatrial.realtime.twin.follow import Step
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.settings import usual

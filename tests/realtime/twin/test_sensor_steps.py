@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from sea import NOISE, Bridge, Row, sailed
 
+from sea_logs import NOISE, Bridge, Row, sailed
 from seatrial.realtime.twin.likely import Factors, likeliest
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.settings import usual

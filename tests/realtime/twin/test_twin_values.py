@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear import CHANNELS, NOISE, machine
 
+from linear_ship import CHANNELS, NOISE, machine
 from seatrial.realtime.twin import follow
 from seatrial.realtime.twin.ahead import forecast
 from seatrial.realtime.twin.faults.acting import Override

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear import CHANNELS, Sailed, machine, sailed
 
+from linear_ship import CHANNELS, Sailed, machine, sailed
 from seatrial.identify import StudyError
 from seatrial.realtime.twin import follow, live
 from seatrial.realtime.twin.faults.acting import Override

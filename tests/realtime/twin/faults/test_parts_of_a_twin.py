@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear import CHANNELS, NOISE, Sailed, machine, sailed, step_of
 from scipy.stats import chi2
 
+from linear_ship import CHANNELS, NOISE, Sailed, machine, sailed, step_of
 from seatrial.data import Trial
 from seatrial.environment import CHANNELS as AROUND
 from seatrial.identify import StudyError

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear import CHANNELS, Sailed, machine, sailed
-from sea import Bridge
-from sea import sailed as at_sea
 
+from linear_ship import CHANNELS, Sailed, machine, sailed
+from sea_logs import Bridge
+from sea_logs import sailed as at_sea
 from seatrial.realtime.twin.faults import cases
 from seatrial.realtime.twin.faults.alarms import FROZEN, STEERING, WRONG, Alarm, elsewhere
 from seatrial.realtime.twin.faults.cases import CASE, History, Kept, Verdict, judged, together

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linear import CHANNELS, DENSITY, NAMES, NOISE, A, H, Sailed, blur, followed, machine, sailed, step_of
 from scipy.linalg import expm
 
+from linear_ship import CHANNELS, DENSITY, NAMES, NOISE, A, H, Sailed, blur, followed, machine, sailed, step_of
 from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Trust, forecast
 from seatrial.realtime.twin.faults.alarms import Judge
 from seatrial.realtime.twin.faults.suspects import (

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear import CHANNELS, machine
 
+from linear_ship import CHANNELS, machine
 from seatrial.data import Trial
 from seatrial.data.formats.nmea import Aboard, Place
 from seatrial.environment import CHANNELS as AROUND

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from linear import CHANNELS, Sailed, machine, sailed
 
+from linear_ship import CHANNELS, Sailed, machine, sailed
 from seatrial.realtime.twin.faults.alarms import Alarm, Judge
 from seatrial.realtime.twin.faults.cases import Kept, growing
 from seatrial.realtime.twin.faults.explained import Window
