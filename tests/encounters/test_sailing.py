@@ -144,6 +144,24 @@ def test_a_turn_is_that_of_the_ship_by_small_steps() -> None:
     assert np.abs(found.psi[0, 0] - fine[:, 2]).max() < math.radians(1.0)
 
 
+@pytest.mark.parametrize(("limits", "ordered", "failed"), [
+    ({"v_m": (-0.02, 0.02)}, 60.0, [0, 1]),  # it drifts in a turn
+    ({"v_m": (-0.02, 0.02)}, 0.0, []),  # and is carried sideways in the other run, not through the water
+    ({"u": (0.0, V + 0.1)}, 0.0, []),  # its speed over ground is .3 m/s more there
+    ({"u": (0.0, V - 0.01)}, 0.0, [0, 1]),
+    ({"r": (-1e-4, 1e-4)}, 60.0, [0, 1]),
+])  # fmt: skip
+def test_a_motion_out_of_the_range_of_validity_is_one_through_the_water(
+    limits: dict[str, tuple[float, float]], ordered: float, failed: list[int],
+) -> None:  # fmt: skip
+    one = rows(problem(1), slice(None))
+    two = Meeting(V, *(np.concatenate([getattr(one, name)] * 2) for name in ("x", "y", "psi", "U_target")))
+    around = np.array([Environment(), Environment(current_x=0.3, current_y=0.2)])
+    found = sail(replace(SHIP, validity=limits), two, Sea(40.0, around=around),
+                 lambda scene: Ordered(math.radians(ordered), 1.0))  # fmt: skip
+    assert found.failed.tolist() == failed
+
+
 @pytest.mark.slow
 def test_runs_of_a_batch_are_as_if_each_were_alone() -> None:
     """A block of the kernel and a bit: each run with its own ship, weather and meeting, to the last bit."""

@@ -21,7 +21,7 @@ from ..core.symbolic import clip, cos, exp, sin
 from ..data import Array
 from ..engine.csource import LANES
 from ..engine.stepping import Buffers, stepping
-from ..environment import CALM, CHANNELS, Environment
+from ..environment import CALM, CHANNELS, Environment, through_water
 from ..manoeuvres import Policy
 from ..manoeuvres.autopilot import K_PRIME, OMEGA_PRIME, T_PRIME, ZETA, gains, wrapped
 from ..models import Sampled, Stepped
@@ -247,8 +247,8 @@ class _Fleet:
             pace = places[3][:, other] / L[other + 1]
             self._put(at.series, len(CHANNELS) + 3 * other + 4, pace)
             self.order(other + 1, Orders(places[2][:, other], np.ones(runs)))
-        self._bounds = [(k, *ship.validity[name]) for k, name in enumerate(system.states)
-                        if name in ship.validity and name not in ("u", "v_m")]  # fmt: skip
+        bounds = ship.validity
+        self._bounds = [(name, k, *bounds[name]) for k, name in enumerate(system.states) if name in bounds]
         states, last = len(system.states), at.out[:, 1]
         self._carried = last[:, :states], last[:, states : states + memory]
         self._moved(at.state, at.memory[:, memory - 5 * others : memory])
@@ -256,6 +256,7 @@ class _Fleet:
     def _begun(self, ship: Ship, policy: Policy, around: Array, dt: float) -> int:
         """Weather, and the own ship in it at its speed through the water; how many numbers the loop remembers."""
         at, speed, drift = self._buffers, self.first[:, 0], Environment(*around)
+        self._current = np.asarray(drift.current_x), np.asarray(drift.current_y)
         for k, one in enumerate(around):
             self._put(at.series, k, one)
         self._put(at.state, 3, speed + drift.current_x)  # on course north
@@ -299,10 +300,12 @@ class _Fleet:
         state, memory = self._carried
         self._buffers.state[...], self._buffers.memory[...] = state, memory
         runs, others = len(self.valid), self.first.shape[1] - 1
-        for k, low, high in self._bounds:
-            now = state[:, k].reshape(-1)[:runs]
-            self.valid &= (now >= low) & (now <= high)
         self._moved(state, memory[:, memory.shape[1] - 5 * others :])
+        psi, u, v_m = self.motion[2:, :, 0]
+        in_water = dict(zip(("u", "v_m"), through_water(u, v_m, *self._current, np.cos(psi), np.sin(psi)), strict=True))
+        for name, k, low, high in self._bounds:
+            now = in_water[name] if name in in_water else state[:, k].reshape(-1)[:runs]
+            self.valid &= (now >= low) & (now <= high)
 
 
 def _can(ship: Ship) -> None:

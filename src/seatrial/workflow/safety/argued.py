@@ -143,7 +143,7 @@ def _ship(ship: Ship, found: Case, table_: Table | None) -> Body:
     said = [f"drawn anew for each run from the posterior of its fit, {found.posterior}: what that adds is told above"
             if found.posterior else "taken as known exactly: nothing here says what the error of its model adds",
             f"its file is {known.told} ({known.why})",
-            _valid(ship, found),
+            _valid(ship),
             "runs whose model leaves what is watched are no evidence and counted apart"]  # fmt: skip
     if table_ is None:
         return bullets(said) + soft("Not judged by the requirements of collision avoidance.")
@@ -153,14 +153,12 @@ def _ship(ship: Ship, found: Case, table_: Table | None) -> Body:
     return bullets(said) + fields({"requirements": numbers(table_)}, lead(verdict(table_)) + judged)
 
 
-def _valid(ship: Ship, found: Case) -> str:
+def _valid(ship: Ship) -> str:
     """The range in which the model holds by its file, and what of it is watched in each run."""
     ends = ", ".join(f"{name} {low:g} to {high:g} {unit(name)}" for name, (low, high) in ship.validity.items())
     if not ends:
         return "its file states no range of validity: nothing is watched but that the model does not blow up"
-    wire = isinstance(found.file.stack, Program)
-    watched = "of the motion all is watched" if wire else "of the motion all but u and v_m is watched"
-    return f"it is valid for {ends}; {watched} in each run"
+    return f"it is valid for {ends}; its motion through the water is watched in each run"
 
 
 def _failed(found: Case) -> Body:
