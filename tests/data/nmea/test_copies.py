@@ -132,6 +132,14 @@ def test_a_date_that_is_1024_weeks_older_than_the_file_is_a_doubt(tmp_path: Path
     assert all("on 2026-05-02" in one for one in told)
 
 
+def test_a_log_whose_stamps_alone_have_a_date_is_as_old_as_these(tmp_path: Path) -> None:
+    """Headings and rates without a receiver, of this year by the logger: time 0 of such a log is 1970."""
+    turn = lambda t: signed(f"HEROT,{60 * math.degrees(RATE):.2f},A")  # noqa: E731
+    trial = log(tmp_path, (hdt, turn), SECONDS, stamp=lambda t: f"2026-05-01T10:00:{t:06.3f}Z ")
+    assert trial.meta["start"] == "2026-05-01T10:00:00.000000+00:00"
+    assert not any("weeks of GPS" in step for step in trial.meta["processing"])
+
+
 @pytest.mark.parametrize(
     ("groups", "port", "starboard"),
     [

@@ -375,22 +375,23 @@ def _in_seconds(read: Lines) -> tuple[Sequence[Spoken], str]:
     return [replace(one, stamp=unit * one.stamp) for one in read.found], word
 
 
-def _anew(path: Path, epoch: float | None) -> list[str]:
+def _anew(path: Path, when: Timed) -> list[str]:
     """A doubt where a date is so old, against the file, that the receiver may have counted its weeks anew."""
-    if epoch is None:
+    begins = [float(t[0]) for one in when.told.values() for t, _ in one.values()]
+    if when.epoch is None or not begins:
         return []
-    written = path.stat().st_mtime
-    rolls = int((written - epoch) // ROLL)
+    began = when.epoch + min(begins)
+    rolls = int((path.stat().st_mtime - began) // ROLL)
     if rolls < 1:
         return []
-    told, real = (datetime.fromtimestamp(one, UTC).date() for one in (epoch, epoch + rolls * ROLL))
+    told, real = (datetime.fromtimestamp(one, UTC).date() for one in (began, began + rolls * ROLL))
     return [f"doubt: the date is {told}, and the file is {rolls * 1024} weeks younger or more: a receiver that counts "
             f"the weeks of GPS anew tells that date on {real}"]  # fmt: skip
 
 
 def _log(path: Path, aboard: Aboard, read: Lines, when: Timed, steps: list[str]) -> Log:
     """Readings whose times are known, from one source each."""
-    steps += [*when.steps, *_anew(path, when.epoch)]
+    steps += [*when.steps, *_anew(path, when)]
     told = true_headings(path, when.told, aboard, steps)
     ends = [float(t[k]) for one in told.values() for t, _ in one.values() for k in (0, -1)]
     series, choices = chosen(told, preferred(path, aboard, told), max(ends) - min(ends))
