@@ -148,6 +148,7 @@ def test_a_turn_is_that_of_the_ship_by_small_steps() -> None:
     ({"v_m": (-0.02, 0.02)}, 60.0, [0, 1]),  # it drifts in a turn
     ({"v_m": (-0.02, 0.02)}, 0.0, []),  # and is carried sideways in the other run, not through the water
     ({"u": (0.0, V + 0.1)}, 0.0, []),  # its speed over ground is .3 m/s more there
+    ({"u": (0.0, V + 0.05)}, 60.0, []),  # on a course across it too
     ({"u": (0.0, V - 0.01)}, 0.0, [0, 1]),
     ({"r": (-1e-4, 1e-4)}, 60.0, [0, 1]),
 ])  # fmt: skip
