@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.belief.coverage import WIND, Reference, apart, columns, coverage, remembered, told, usual
+from seatrial.belief.coverage import WIND, Coverage, Reference, apart, columns, coverage, remembered, told, usual
 from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import write_trial
@@ -153,8 +153,18 @@ def test_the_past_is_as_long_as_the_ship_is_slow_to_turn():
     spans = [float(remembered([one], names)[3].removeprefix("r over ").removesuffix(" s")) for one in (fast, slow)]
     assert spans == pytest.approx([4.0 / 0.084, 4.0 / 0.044], rel=0.05)  # two deviations beyond the mean, nearly
     assert remembered([slow], ("u", "delta")) == ("u", "delta")
+    assert len(remembered([slow], ("u", "r"))) == 3
     assert told(("u", "r over 9 s"), slow)
     assert not told(("u", "v_m", "r over 9 s"), slow)
+
+
+def test_the_past_is_named_where_the_channel_itself_is_not():
+    def named(**telling: float) -> tuple[str, ...]:
+        own = {name.replace("_over", " over 9 s"): part for name, part in telling.items()}
+        return Coverage("x", np.zeros(1), np.zeros(1), 0.5, own, dict.fromkeys(own, 0.0)).channels
+
+    assert named(u=0.2, r_over=0.3, delta_over=0.5) == ("delta over 9 s", "r over 9 s")
+    assert named(r=0.3, r_over=0.4, delta_over=0.35) == ("delta over 9 s", "r")
 
 
 def test_gaps_are_left_out(train):
