@@ -262,6 +262,8 @@ def test_room_is_what_is_left_beyond_the_distance_aimed_at() -> None:
     least = abs(north - east) / math.sqrt(2.0)  # both make V across: the relative course is south-west
     room = watch._room(scene, np.array([math.pi / 2]), np.array([1.0]), rows)
     assert room == pytest.approx(least - 1.3 * passing)
+    told = replace(scene, psi=scene.psi + 2.0 * math.pi)  # as a compass may tell it: the turn is the shorter one
+    assert watch._room(told, np.array([math.pi / 2]), np.array([1.0]), rows) == pytest.approx(room)
 
 
 def looked(psi: float, off: float, times: list[float], turn: float = 0.0) -> list[tuple[float, bool]]:
