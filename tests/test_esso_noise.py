@@ -54,6 +54,7 @@ def cut_of(ship, *trials: Trial) -> tuple[windows.Cut, windows.Predictor]:
     return windows.Cut.of({"zigzag": trials}, ship, ESSO_OSAKA_SIGMA, 100.0), windows.Predictor.of([ship])[0]
 
 
+@pytest.mark.slow
 def test_windows_are_predicted_as_replay_predicts_them(ship, calm):
     noisy = calm.having(u=calm["u"] + 0.02)
     cut, predictor = cut_of(ship, noisy)

@@ -125,6 +125,7 @@ def test_a_family(put: Put, tmp_path: Path) -> None:
     assert run["r"][-1] == pytest.approx(0.05 * 0.2 * -math.expm1(-run.t[-1] / 20.0), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_an_estimator(put: Put) -> None:
     """A study names it; the commands hand it who is told and a file of its own."""
     put("identify/population/draws.py")

@@ -75,6 +75,7 @@ def test_every_form_of_import_is_seen() -> None:
     assert "models.mmg.Mmg" in found
 
 
+@pytest.mark.slow
 def test_importing_the_package_and_its_command_line_is_light() -> None:
     """Cold start: what only some commands need is imported by these."""
     code = (

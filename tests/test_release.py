@@ -57,6 +57,7 @@ def core() -> dict[str, str]:
     return found
 
 
+@pytest.mark.slow
 def test_the_wheel_is_small() -> None:
     """Of the package as a wheel has it, deflated; docs/development.md says the size."""
     packed = io.BytesIO()
@@ -69,12 +70,14 @@ def test_the_wheel_is_small() -> None:
     assert stated("wheel") == pytest.approx(size, rel=0.15)
 
 
+@pytest.mark.slow
 def test_an_install_without_extras_is_of_bounded_size() -> None:
     size = sum(one.size or 0 for name in core() for one in distribution(name).files or ()) / 1e6
     assert 50.0 < size <= INSTALLED
     assert stated("core install") == pytest.approx(size, rel=0.25)
 
 
+@pytest.mark.slow
 def test_the_bill_of_materials_has_what_an_install_brings(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(REPOSITORY / "docs" / "site"))
     bill = importlib.import_module("sbom").bill()

@@ -94,6 +94,7 @@ def test_every_command_has_a_manual_page_with_its_options(tmp_path: Path) -> Non
         assert requests <= {".TH", ".SH", ".TP"}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("groff") is None, reason="groff is not installed")
 def test_manual_pages_are_typeset_without_a_warning(tmp_path: Path) -> None:
     man = importlib.import_module("man")

@@ -58,6 +58,7 @@ def test_more_of_the_same_is_inside(train):
     assert coverage(reference, wandering(20)).channels == ()
 
 
+@pytest.mark.slow
 def test_the_training_files_have_one_novel_sample_in_a_hundred(train):
     reference = Reference.of(train)
     assert np.mean(list(reference.own.values())) == pytest.approx(0.01, abs=0.005)

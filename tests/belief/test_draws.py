@@ -109,6 +109,7 @@ def test_the_far_tail_has_its_closed_form() -> None:
     assert under.draws(4000, 2)[:, 0].mean() == pytest.approx(-0.2 - law.mean(), abs=4.0 * law.std() / math.sqrt(4000))
 
 
+@pytest.mark.slow
 def test_a_direction_without_variance_stays() -> None:
     one = held(np.diag([1e-4, 0.0]), np.array([-0.1, -0.2]), np.array([-0.0999, 0.0]))
     assert (one.draws(500, 1)[:, 1] == -0.1).all()

@@ -101,6 +101,7 @@ def test_too_few_rows_before_or_after_are_refused() -> None:
         fit_first(SHIP, log, 120.0)
 
 
+@pytest.mark.slow
 def test_gaps_and_outliers_at_the_start_do_no_harm() -> None:
     log = zigzag(4)
     psi, x = log["psi"].copy(), log["x"].copy()

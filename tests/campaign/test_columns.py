@@ -78,6 +78,7 @@ def test_what_a_run_does_not_have_is_null(folder: Path, numbers: dict[str, np.nd
         assert 0 < table["failed"].count() < 60, numbers["u"]
 
 
+@pytest.mark.slow
 def test_verdicts_are_booleans_and_numbers_of_runs_whole(folder: Path, numbers: dict[str, np.ndarray]) -> None:
     for table in tables(folder):
         kinds = dict(table.schema)

@@ -51,6 +51,7 @@ def test_the_digest_tells_machines_apart(tmp_path: Path) -> None:
     assert usual.digest != other[0].digest == other[1].digest != other[2].digest
 
 
+@pytest.mark.slow
 def test_a_device_that_is_not_here_leaves_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "campaign.toml").write_text(FILE.replace("dt = 0.2", 'dt = 0.2\ndevice = "cuda:99"'))
     assert main(["campaign", str(tmp_path / "campaign.toml"), "-o", str(tmp_path / "run")]) == 2
@@ -58,6 +59,7 @@ def test_a_device_that_is_not_here_leaves_no_folder(tmp_path: Path, capsys: pyte
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.slow
 def test_the_option_stands_in_place_of_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "campaign.toml", tmp_path / "run"
     file.write_text(FILE)

@@ -68,6 +68,7 @@ def test_the_size_of_parts_changes_no_number(campaign: Campaign, whole: Path, tm
     assert scan(open_folder(tmp_path / "other")).collect().equals(scan(open_folder(whole)).collect())
 
 
+@pytest.mark.slow
 def test_what_is_there_is_not_computed_again(campaign: Campaign, whole: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     shutil.copytree(whole, folder)
@@ -112,6 +113,7 @@ def test_a_manifest_that_was_changed_is_refused(whole: Path, tmp_path: Path, was
         open_folder(folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("work", [analyse, lambda held: merge(held, Path(held.folder).with_name("all.parquet"))])
 def test_a_damaged_part_is_one_line(whole: Path, tmp_path: Path, work: Callable[[Held], object]) -> None:
     """Every part is cut short by a byte, then to its first ones; what is whole still reads."""

@@ -41,6 +41,7 @@ def test_ships_and_show(capsys) -> None:
     assert "yasukawa2015" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_simulate_prints_one_json_object(capsys) -> None:
     assert main(["simulate", "kvlcc2", "turning", "--rudder", "35", "--side", "port", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
@@ -53,6 +54,7 @@ def test_simulate_prints_one_json_object(capsys) -> None:
     assert json.loads(capsys.readouterr().out)["indices"]["first_overshoot"]["unit"] == "deg"
 
 
+@pytest.mark.slow
 def test_a_simulated_trial_is_written_and_predicted(trial: Path, tmp_path: Path, capsys) -> None:
     out = tmp_path / "made" / "turn.csv"
     assert main(["simulate", "kvlcc2_l7", "turning", "-o", str(out)]) == 0
@@ -129,6 +131,7 @@ def test_bad_files_are_refused_and_nothing_is_written(trial, kind, words, tmp_pa
     assert not (tmp_path / "p").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -206,6 +209,7 @@ def test_a_ship_that_cannot_feel_the_wind_refuses_one(capsys: pytest.CaptureFixt
     assert "wind" in said
 
 
+@pytest.mark.slow
 def test_validate_says_where_a_log_leaps(trial: Path, capsys) -> None:
     log = read_trial(trial)
     write_trial(log.rows((log.t < 20.0) | (log.t > 40.0)), trial)
@@ -232,6 +236,7 @@ Path(__file__).with_suffix(".ran").touch()
 """
 
 
+@pytest.mark.slow
 def test_files_run_code_only_where_the_command_line_names_its_module(
     run: Trial, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 ) -> None:
@@ -273,6 +278,7 @@ def test_a_thruster_is_not_measured_in_the_unit_of_something_else(header: str, t
     (line,) = capsys.readouterr().err.splitlines()
     assert f"'{header.partition(' ')[0]}'" in line
     assert f"'{header.partition('[')[2][:-1]}'" in line
+@pytest.mark.slow
 def test_a_shared_recording_is_told_of_the_trial_whatever_it_is_called(run: Trial, tmp_path: Path, capsys) -> None:
     for folder, name in (("train", "one and two"), ("test", "port and starboard")):
         (tmp_path / folder).mkdir()

@@ -51,6 +51,7 @@ def test_doctor_fails_where_commands_would(capsys: pytest.CaptureFixture[str], m
     assert "not a folder" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_doctor_names_the_missing_compiler_and_what_to_install(monkeypatch) -> None:
     monkeypatch.setenv("SEATRIAL_CC", "none")
     (found,) = (one for one in examine() if one.area == "compiler")

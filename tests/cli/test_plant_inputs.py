@@ -64,6 +64,7 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", REFUSED)
 def test_refused_in_one_line(identify, log: Trial, case: str) -> None:
     change, words = REFUSED[case]

@@ -316,6 +316,7 @@ def test_a_ship_file_that_is_not_fit_ends_with_1(fit: bool, status: int, monkeyp
     assert cells(capsys.readouterr().out, "sources") == ["sources", "ok", "all 40"]
 
 
+@pytest.mark.slow
 def test_a_ship_is_shown_with_every_value_and_where_it_is_from(capsys: Said) -> None:
     ship = load("kvlcc2_l7")
     assert main(["show", "kvlcc2_l7"]) == 0

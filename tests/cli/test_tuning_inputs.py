@@ -183,6 +183,7 @@ def test_a_recording_under_two_names_is_refused(study: Path, turns, capsys) -> N
     assert "training and test share a recording" in refused(capsys)
 
 
+@pytest.mark.slow
 def test_a_part_of_a_recording_is_refused_too(study: Path, turns, capsys) -> None:
     write_trial(replace(turns["b"].rows(slice(20, 60)), name="part"), Path("trials") / "part.csv")
     changed(study, ('test = ["c"]', 'test = ["part"]'))

@@ -24,6 +24,7 @@ ROOMS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_every_error_class_of_the_package_is_defined_in_one_module() -> None:
     elsewhere = [
         f"{path.relative_to(PACKAGE)}: {node.name}"

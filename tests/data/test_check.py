@@ -62,10 +62,12 @@ FAULTS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_right_trial_has_no_findings(made):
     assert check(made) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", FAULTS)
 def test_each_fault_is_found(made, case):
     spoil, severity, words = FAULTS[case]
@@ -76,6 +78,7 @@ def test_each_fault_is_found(made, case):
     assert found[0].remedy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spoil", "culprit"), [(lambda t: {"psi": np.degrees(t["psi"])}, "psi"), (lambda t: {"r": t["r"] / 57.3}, "r")]
 )
@@ -119,6 +122,7 @@ def test_steps_of_ordinary_instruments_are_one_note(made):
     assert [f.channels for f in check(rounded(made, x=0.15)) if f.what == "coarse steps"] == [("x",)]
 
 
+@pytest.mark.slow
 def test_one_gap_is_told_once(made):
     """A receiver and what is made of it fall out together, each at its own rate."""
     slow = thinned(made, 5, "x", "y")
@@ -136,6 +140,7 @@ def thinned(t, every, *names):
     return t.having(**{name: np.where(at, np.nan, t[name]) for name in names})
 
 
+@pytest.mark.slow
 def test_slower_instruments_are_one_note(made):
     (finding,) = check(thinned(made, 5, "U_A", "gamma_A"))
     assert finding.severity == "info"
@@ -215,6 +220,7 @@ def test_overlap_is_found_among_many_in_time_that_grows_with_them(made, monkeypa
     assert len(calls) == 80
 
 
+@pytest.mark.slow
 def test_names_of_trials_are_fields_and_no_prose(made, tmp_path, capsys):
     """A trial called `port and starboard` is found under its own name."""
     for folder, name in (("train", "first and last"), ("test", "port and starboard")):
@@ -226,6 +232,7 @@ def test_names_of_trials_are_fields_and_no_prose(made, tmp_path, capsys):
     assert finding["trials"] == ["first and last", "port and starboard"]
 
 
+@pytest.mark.slow
 def test_values_beyond_everything_and_a_clock_of_years_do_no_harm(made):
     [finding] = check(poked(made, "x", slice(7, 8), 1e308))
     assert (finding.severity, finding.what) == ("error", "beyond anything measured")
@@ -260,6 +267,7 @@ def test_simman_read_rightly_has_no_errors_and_raw_has(data_file):
             assert any("rudder sign" in f.what and f.severity == "error" for f in turned)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delta", [0.6, -0.6, 0.2])
 def test_a_held_rudder_is_judged_by_the_turn_it_makes(delta):
     """A turn recorded from the execute on: the rudder hardly moves, only the sign of r tells."""
@@ -295,6 +303,7 @@ def test_a_thruster_that_goes_round_is_not_in_degrees(made):
     assert [f for f in check(steps) if "alpha_1" in f.where] == []
 
 
+@pytest.mark.slow
 def test_a_berthing_coasts_with_its_propeller_near_rest(made):
     """Half of the log coasts; revolutions are of another unit only if the greatest are."""
     driven = np.where(made.t < 60.0, 8.0, np.where(made.t < 170.0, 0.02, -6.0))
@@ -316,6 +325,7 @@ def test_a_heading_rounded_on_a_straight_course_is_no_slow_sensor():
     assert not [f for f in check(Trial("straight", t, channels)) if f.what == "repeated values"]
 
 
+@pytest.mark.slow
 def test_noise_of_fixes_is_no_distance(made: Trial) -> None:
     """At 10 Hz the noise of a receiver is as large as what the ship moves; a clock that is wrong is still seen."""
     hand = np.random.default_rng(1)

@@ -42,6 +42,7 @@ def swinging(seconds: float = 800.0, period: float = 400.0) -> Trial:
     return Trial("swinging", t, table, {}, {"L_pp": 320.0})
 
 
+@pytest.mark.slow
 def test_a_rounded_heading_rests_at_each_overshoot_and_is_not_frozen() -> None:
     trial = swinging()
     assert {one.key for one in check(trial) if one.severity != "info"} == set()
@@ -51,6 +52,7 @@ def test_a_rounded_heading_rests_at_each_overshoot_and_is_not_frozen() -> None:
     assert stuck.channels == ("psi",)
 
 
+@pytest.mark.slow
 def test_a_peak_is_no_spike() -> None:
     trial = swinging()
     peak = trial["v_m"] - np.exp(-np.abs(trial.t - trial.t[3000]) / 0.5)

@@ -41,6 +41,7 @@ def gaps_told(trial: Trial) -> dict[str, NDArray[np.bool_]]:
     return {name: np.isnan(clean[name]) for name in trial.channels if np.isnan(clean[name]).any()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.005, 0.05, 0.3])
 @pytest.mark.parametrize("first", [True, False])
 def test_fixes_at_latitude_and_longitude_zero_are_gaps_of_all_that_the_receiver_told(share: float, first: bool) -> None:
@@ -54,6 +55,7 @@ def test_fixes_at_latitude_and_longitude_zero_are_gaps_of_all_that_the_receiver_
         assert np.array_equal(rows, lost), name
 
 
+@pytest.mark.slow
 def test_a_receiver_without_a_fix_for_the_first_minute_is_found() -> None:
     trial = voyage()
     lost = trial.t < 60.0
@@ -62,6 +64,7 @@ def test_a_receiver_without_a_fix_for_the_first_minute_is_found() -> None:
     assert all(np.array_equal(rows, lost) for rows in told.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "value"),
     [("u", -999.0), ("u", 52.63), ("v_m", 9999.0), ("r", 32.767), ("x", -999999.0), ("delta", math.radians(999.0)),
@@ -83,6 +86,7 @@ def test_two_numbers_for_no_value_are_both_found() -> None:
     assert np.array_equal(np.flatnonzero(gaps_told(trial.having(u=u))["u"]), np.r_[50:60, 500:505])
 
 
+@pytest.mark.slow
 def test_a_trial_that_goes_on_elsewhere_after_a_leap_of_time_is_no_outlier() -> None:
     trial = voyage()
     away = np.where(trial.t < 60.0, 50_000.0, 0.0)
@@ -117,6 +121,7 @@ def remedied(trial: Trial) -> tuple[Trial, ...]:
     return mended(trial, order)
 
 
+@pytest.mark.slow
 def test_one_row_in_a_hundred_that_was_lost_cuts_no_trial() -> None:
     """A fit interpolates over up to ten steps: so does the remedy, and what it fills is what the ship did."""
     trial = sailed()
@@ -130,6 +135,7 @@ def test_one_row_in_a_hundred_that_was_lost_cuts_no_trial() -> None:
     assert np.abs(whole["x"] - trial["x"]).max() < bow + 5.0 * 0.03 * math.sqrt(2.0)
 
 
+@pytest.mark.slow
 def test_a_trial_is_divided_where_more_than_ten_rows_are_lost_and_nowhere_else() -> None:
     trial = sailed()
     holes = [slice(100, 101), slice(400, 404), slice(1000, 1030), slice(2000, 2002), slice(2500, 2512)]
@@ -139,6 +145,7 @@ def test_a_trial_is_divided_where_more_than_ten_rows_are_lost_and_nowhere_else()
     assert all(np.isfinite(part.stack(*part.channels)).all() for part in parts)
 
 
+@pytest.mark.slow
 def test_short_gaps_of_a_control_are_filled_and_only_long_ones_cut_out() -> None:
     trial = sailed()
     delta = trial["delta"].copy()
@@ -149,6 +156,7 @@ def test_short_gaps_of_a_control_are_filled_and_only_long_ones_cut_out() -> None
     assert all(np.isfinite(part["delta"]).all() for part in parts)
 
 
+@pytest.mark.slow
 def test_what_is_cut_out_does_not_cut_where_rows_were_lost() -> None:
     """A cut divides at its own stretch; leaps of time beside it are those of another step."""
     trial = sailed()

@@ -108,6 +108,7 @@ def test_nothing_leads_out_of_the_folder(served: Served, path: str) -> None:
     assert "secret" not in text.replace("secret.txt", "")
 
 
+@pytest.mark.slow
 def test_a_file_comes_in_pieces_and_has_its_name_at_the_end(served: Served) -> None:
     assert served.told("PUT", "/api/files/day%201.nmea?at=0&last=false", b"$GP")["path"] == "logs/day 1.nmea"
     assert served.told("GET", "/api/shelf")["items"] == []

@@ -110,6 +110,7 @@ def test_a_current_carries_the_ship() -> None:
     assert found.y[0, 0, -1] == pytest.approx(6.0, abs=0.6)
 
 
+@pytest.mark.slow
 def test_other_ships_slow_and_turn_with_lags_of_their_length() -> None:
     fleet = _Fleet(SHIP, problem(1), np.array([SHIP.L_pp, SHIP.L_pp]), Sea(60.0), {})
     psi, pace = fleet.motion[2, 0, 1], V / SHIP.L_pp
@@ -130,6 +131,7 @@ def test_other_ships_slow_and_turn_with_lags_of_their_length() -> None:
     assert rate > 0.2 * pace
 
 
+@pytest.mark.slow
 def test_a_turn_is_that_of_the_ship_by_small_steps() -> None:
     """The own ship's way over 60 s of a course change, against the plain simulation with a tenth of its step."""
     ordered = math.radians(60.0)
@@ -186,6 +188,7 @@ def test_runs_of_a_batch_are_as_if_each_were_alone() -> None:
         assert (sailed(slice(run, run + 1))[:, 0] == whole[:, run]).all()
 
 
+@pytest.mark.slow
 def test_conducts_of_one_ship_differ_by_run_as_if_each_were_alone() -> None:
     """Six runs of two ships that run straight at the ship: each conduct orders what it does in a batch of its own."""
     known = [CONDUCTS[name] for name in ("rules", "ignores", "late", "small", "port")]

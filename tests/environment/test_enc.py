@@ -127,6 +127,7 @@ def test_unsurveyed_and_unsaid_water_is_dry(tmp_path: Path) -> None:
     assert any("1 unsurveyed" in one for one in chart.lacks)
 
 
+@pytest.mark.slow
 def test_another_datum_moves_the_chart(path: Path) -> None:
     here = Datum(50.0, 10.0)
     chart, datum = read_cell(path, here)

@@ -49,6 +49,7 @@ def test_a_type_checker_sees_the_names_that_are_loaded() -> None:
     assert {name: module for name, (module, _) in st._names().items()} == typed()
 
 
+@pytest.mark.slow
 def test_a_catalogue_loads_what_is_asked_for() -> None:
     code = (
         "import sys, seatrial as st\nassert 'seatrial.manoeuvres.zigzag' not in sys.modules\n"

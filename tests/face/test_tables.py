@@ -79,6 +79,7 @@ def test_a_trial_is_saved_and_read_with_its_verbs(tmp_path: Path) -> None:
     assert repr(st.read_trial(tmp_path / "a.csv")) == "Trial('a', 50 rows, every 1 s: psi, u)"
 
 
+@pytest.mark.slow
 def test_findings_are_a_table_and_a_sequence() -> None:
     ship = st.load("kvlcc2_l7")
     run = ship.simulate(st.Zigzag(), dt=0.1)

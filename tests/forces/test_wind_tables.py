@@ -91,6 +91,7 @@ def test_the_side_force_acts_at_the_end_that_faces_the_wind(module: Any) -> None
         assert sign * C_N / C_Y > 0.02
 
 
+@pytest.mark.slow
 @both
 def test_continuous_round_the_ship_and_mirrored(module: Any) -> None:
     angles = np.linspace(-math.pi, math.pi, 1441)  # over bow, beam and stern, quarter degrees

@@ -53,6 +53,7 @@ CASES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_an_infinite_deviation_frees_an_initial_state_and_is_wrong_elsewhere(problem: Problem) -> None:
     free = Nuisance(initial={"x": np.inf, "psi": np.inf})
     assert not [i for i in lint(replace(problem, nuisance=free), felt=False) if i.severity == "error"]
@@ -60,6 +61,7 @@ def test_an_infinite_deviation_frees_an_initial_state_and_is_wrong_elsewhere(pro
         assert any(i.severity == "error" and i.where.endswith(".x") for i in lint(wrong, felt=False))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_errors(problem: Problem, case: str) -> None:
     change, words = CASES[case]
@@ -85,6 +87,7 @@ def test_white_noise_and_measured_starts_make_sigma_too_small(problem: Problem) 
     assert not any(i.where == "estimator.initial" for i in lint(alike, (), measured))
 
 
+@pytest.mark.slow
 def test_test_trials_that_overlap_are_refused(problem: Problem) -> None:
     again = replace(problem.trials[0], name="b")
     for trials, words in ((problem.trials, "in training and in test"), ((again,), "training and test share")):
@@ -93,6 +96,7 @@ def test_test_trials_that_overlap_are_refused(problem: Problem) -> None:
     assert any("in validation and in test" in i.text for i in lint(watched, (again,)))
 
 
+@pytest.mark.slow
 def test_a_recording_under_two_names_counts_twice(problem: Problem) -> None:
     again = replace(problem.trials[0], name="copy")
     told = [i for i in lint(replace(problem, trials=(*problem.trials, again))) if "counted twice" in i.text]
@@ -101,6 +105,7 @@ def test_a_recording_under_two_names_counts_twice(problem: Problem) -> None:
     assert not [i for i in lint(problem) if "counted twice" in i.text]
 
 
+@pytest.mark.slow
 def test_a_part_of_the_recording_is_the_recording(problem: Problem) -> None:
     part = replace(problem.trials[0].rows(slice(100, 400)), name="later")
     assert any(i.severity == "error" and "share a recording" in i.text for i in lint(problem, (part,)))
@@ -162,6 +167,7 @@ def test_commands_beyond_the_thrust_map_are_refused_unless_asked(tug: Problem) -
     assert "thrust was tested" not in _said(noisy, "error")
 
 
+@pytest.mark.slow
 def test_more_columns_than_thrusters(tug: Problem) -> None:
     (trial,) = tug.trials
     spare = replace(tug, trials=(trial.having(n_3=trial["n_1"], alpha_3=trial["alpha_1"]),))
@@ -170,6 +176,7 @@ def test_more_columns_than_thrusters(tug: Problem) -> None:
     assert _said(still, "error") == ""
 
 
+@pytest.mark.slow
 def test_uneven_sampling_is_told(tug: Problem) -> None:
     (trial,) = tug.trials
     kept = [k for k in range(len(trial)) if k % 7 != 3]
@@ -178,6 +185,7 @@ def test_uneven_sampling_is_told(tug: Problem) -> None:
     assert "steps differ" not in _said(tug, "warning")
 
 
+@pytest.mark.slow
 def test_directions_in_degrees_are_refused(tug: Problem) -> None:
     (trial,) = tug.trials
     wrong = replace(tug, trials=(trial.having(alpha_1=np.degrees(trial["alpha_1"])),))
@@ -202,6 +210,7 @@ def test_the_remedy_against_measured_starts_is_one_that_the_estimator_takes(
     assert all(i.text.endswith(words) for i in found)
 
 
+@pytest.mark.slow
 def test_a_log_may_name_the_ship_that_this_is_another_model_of(problem: Problem) -> None:
     log = replace(problem.trials[0], meta={**problem.trials[0].meta, "ship": "the_tanker"})
     of_others = replace(problem, trials=(log,))

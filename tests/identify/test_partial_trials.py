@@ -130,6 +130,7 @@ def test_a_state_without_a_reading_has_no_spread():
     assert set(spread((_log("x", empty=("u",)),))) == {"y", "psi", "v_m", "r"}
 
 
+@pytest.mark.slow
 def test_the_noise_of_a_sparse_channel_is_that_of_its_readings():
     """Rows between the readings are no gaps of the sensor; with few readings the noise is not small by chance."""
     rng = np.random.default_rng(4)

@@ -104,6 +104,7 @@ def test_a_fit_takes_from_the_one_it_is_like(logs: Path) -> None:
     assert len({cell.digest for row in series.rows for cell in row.cells}) == 3
 
 
+@pytest.mark.slow
 def test_what_is_kept_apart_is_in_no_training(logs: Path) -> None:
     series = read_series(written(logs))
     for row in series.rows[:2]:

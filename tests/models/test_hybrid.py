@@ -150,6 +150,7 @@ def test_the_balance_of_a_straight_run_is_that_of_water_that_knows_the_shaft() -
     assert surge_balance(DRAWN, u, 9.0) == pytest.approx(float(known), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_an_examination_settles_the_ship_to_what_acts() -> None:
     around, control = Environment(wind_x=2.0, wind_y=-1.0), (9.0, 0.1)
     probe = Probe(DRAWN, 0.3, 9.0)
@@ -247,6 +248,7 @@ def test_later_parameters_join_a_fit_of_the_others() -> None:
     assert both.digest != Trajectory(window=50.0, threads=1).fit(problem).digest
 
 
+@pytest.mark.slow
 def test_later_takes_a_list_of_patterns_that_fit() -> None:
     free = (Free("hull.Y_v", BARE.model.hull.Y_v, prior=BARE.model.hull.Y_v, sigma=0.1),)
     with pytest.raises(StudyError, match="later fits no free parameter"):

@@ -154,6 +154,7 @@ def test_without_python_control_the_extra_is_named(monkeypatch: pytest.MonkeyPat
         about("zeefakkel").transfer_function()
 
 
+@pytest.mark.slow
 def test_sampled_model_gives_the_map_of_a_sample() -> None:
     ship = load("kvlcc2_l7_arx")
     found = straight(ship.model, ship.speed)

@@ -61,6 +61,7 @@ def test_wind_that_is_only_remembered_is_felt() -> None:
     assert not feels(replace(drifting, model=replace(drifting.model, drift_along=0.0, drift_across=0.0)), "wind_x")
 
 
+@pytest.mark.slow
 def test_episodes_begin_settled() -> None:
     lanes = Lanes(HYBRID, Course(), 5, Settings(wind=(0.5, 1.0), current=(0.1, 0.2)))
     lanes.seed(np.arange(5, dtype=np.uint64))

@@ -59,6 +59,7 @@ def turn(slipstream: str, flap: str, cap: float, side: int) -> tuple[State, ...]
     return tuple(euler(variant(slipstream, flap, cap), 35.0 * side))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", GOLDEN["turn"], ids=lambda row: f"{row['slipstream']}-{row['flap']}")
 def test_turns(row: dict[str, Any]) -> None:
     of = {}

@@ -174,6 +174,7 @@ def test_its_sentences_import_as_the_trial_of_the_run(ship, tmp_path):
         assert max(abs(trial[name] - [row[k] - truth[0][k] for row in truth])) <= 6e-4, name
 
 
+@pytest.mark.slow
 def test_through_instruments(ship):
     loop, _, wire, _ = at_sea(ship, sensors=usual(ship))
     loop.run(10.0)

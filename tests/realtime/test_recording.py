@@ -97,6 +97,7 @@ def test_other_ships_are_recorded_and_run_again(name, tmp_path):
     same(rerun(tmp_path / "run.csv", ship), read_trial(tmp_path / "run.csv"))
 
 
+@pytest.mark.slow
 def test_a_recording_is_a_trial_like_any_other(compiled, tmp_path):
     steered(compiled.plant(), tmp_path / "run.csv")
     (trial,) = read_trials(tmp_path)  # the orders beside it are no trial

@@ -43,6 +43,7 @@ def test_a_right_model_carries_nothing_on() -> None:
     assert carried.meta["processing"][-1] == "what acted in 60 s before each start carried on"
 
 
+@pytest.mark.slow
 def test_an_unlogged_wind_acts_on() -> None:
     made = trial(blown=True)
     plain = replay(SHIP, made, restart=30.0)

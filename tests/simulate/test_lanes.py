@@ -35,6 +35,7 @@ def zigzag() -> Lanes:
     return steered(SHIP, Zigzag(N_P, 0.35, 0.35), 0.25, vary, np.array([[0.0, 0.0, 0.0, U, 0.1, 0.0]]), around, 2)
 
 
+@pytest.mark.slow
 def test_nothing_else_builds_a_simulator() -> None:
     found = {
         short(path)

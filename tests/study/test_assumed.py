@@ -159,6 +159,7 @@ def test_the_level_of_revolutions_is_estimated_with_the_parameters() -> None:
     assert (np.abs(fit.values - np.array(truth)) < 4.0 * fit.sigma).all()
 
 
+@pytest.mark.slow
 def test_a_first_study_of_logs_without_revolutions_reads_them(tmp_path: Path) -> None:
     n = approach(ship())[1]
     runs = {"zigzag": zigzag(), "again": run(Zigzag(n, 20.0 * DEG, 20.0 * DEG, side=-1)),

@@ -84,6 +84,7 @@ def test_the_start_of_a_trial_tells_its_day_before_its_name_does() -> None:
     assert day(stub("run_7", "turning")) == ""
 
 
+@pytest.mark.slow
 def test_only_ways_that_tell_recordings_apart_are_supported() -> None:
     assert [*supported(windy(), 2)] == ["recording", "day", "kind", "kind-day", "speed", "wind"]
     alike = [one.having(U_T=10.0 * one["u"]) for one in windy()]  # the wind is as the speed

@@ -26,6 +26,7 @@ def within(points: np.ndarray, at: np.ndarray, slack: tuple[float, float]) -> bo
     return found.status == 0
 
 
+@pytest.mark.slow
 def test_a_point_is_outside_where_no_mean_of_tested_points_is_near_it() -> None:
     rng = np.random.default_rng(2)
     tested = rng.normal(size=(12, 2)) @ np.array([[1.0, 0.8], [0.0, 0.3]])

@@ -138,6 +138,7 @@ def test_an_error_of_an_instrument_may_have_no_prior(study) -> None:
     assert read_study(path).problem.nuisance.common == {"offset.delta": math.inf}
 
 
+@pytest.mark.slow
 def test_suspects_of_the_option_are_those_of_the_study(study) -> None:
     """One digest, so that a run that was begun by the one is resumed by the other."""
     path = study(STUDY)

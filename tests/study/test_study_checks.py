@@ -167,6 +167,7 @@ def test_virtual_trials(tmp_path: Path, old: str, new: str, words: str) -> None:
     assert words in str(caught.value)
 
 
+@pytest.mark.slow
 def test_an_interrupt_says_so(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], study: Callable[..., Path], tmp_path: Path
 ) -> None:

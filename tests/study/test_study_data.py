@@ -61,6 +61,7 @@ def study(folder: Path, text: str):
     return read_study(path)
 
 
+@pytest.mark.slow
 def test_sets_are_joined_each_with_its_own_lists(folder: Path) -> None:
     found = study(folder, STUDY)
     assert [t.name for t in found.problem.trials] == ["tank_a", "sea_a"]
@@ -68,6 +69,7 @@ def test_sets_are_joined_each_with_its_own_lists(folder: Path) -> None:
     assert [t.name for t in found.test] == ["tank_b"]
 
 
+@pytest.mark.slow
 def test_scaling_is_by_froude_and_recorded(folder: Path) -> None:
     trial = study(folder, STUDY).problem.trials[1]
     assert trial.meta["L_pp"] == pytest.approx(7.0)

@@ -88,6 +88,7 @@ def test_paths_of_components_lead_to_their_numbers() -> None:
     assert read(model, "thrusters.bow.D") == vars(found["thrusters.bow."])["D"] == 0.06
 
 
+@pytest.mark.slow
 def test_controls_are_as_large_as_at_the_approach_and_as_usual_where_they_rest() -> None:
     ship = load("kvlcc2_l7")
     told = dict(zip(ship.model.controls, discovery.control_size(ship), strict=True))

@@ -244,6 +244,7 @@ def test_no_left_out_trial_tells_of_other_surroundings(run: Path) -> None:
         simulate_with_bands(str(run), "turning", Bands(95.0, 300), orders=Orders(35.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [{"factor": 0.0}, {"factor": "nine"}, {"trials": 1}, {"errors": 3}])
 def test_what_left_out_trials_say_is_not_edited(run: Path, wrong: dict[str, object]) -> None:
     with pytest.raises(StudyError, match=r"model\.bands\.json: power\.\w+ is .* seatrial calibrate MODEL makes them"):

@@ -52,6 +52,7 @@ def test_a_manoeuvre_without_a_tally_is_read_as_a_whole() -> None:
     assert found.indices
 
 
+@pytest.mark.slow
 def test_an_index_that_too_few_runs_reach_has_no_band() -> None:
     draws = MEAN + np.random.default_rng(0).standard_normal((200, 3)) @ np.diag(np.sqrt(np.diag(covariance(0.1))))
     found = sailed(Turning(0.0, 35 * DEGREE), draws, 24.2, dt=0.1)

@@ -40,6 +40,7 @@ def test_a_fan_is_about_its_prediction_and_begins_again_at_each_restart() -> Non
     assert (wider.half > made.half).all()
 
 
+@pytest.mark.slow
 def test_a_prediction_beyond_the_horizons_says_where_its_bands_end() -> None:
     trial = log(ship(), 1, np.random.default_rng(0))
     made = fan(posterior(), FOUND, trial, replay(ship(), trial), 0.9, draws=60)

@@ -64,6 +64,7 @@ def test_windows_beyond_the_end_or_in_a_gap_do_not_count() -> None:
     assert np.isnan(other[1].distance)
 
 
+@pytest.mark.slow
 def test_a_draw_that_blows_up_takes_no_band_from_the_others() -> None:
     """It counted every reading as outside: bands that held were told to hold in none."""
     draws = MEAN + np.random.default_rng(3).standard_normal((200, 3)) @ np.sqrt(covariance(0.01))

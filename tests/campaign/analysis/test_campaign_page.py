@@ -127,6 +127,7 @@ def test_failed_and_incomplete_runs_are_counted_and_named(tmp_path: Path) -> Non
     assert all("given data" in one for one in methods)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -90,6 +90,7 @@ def test_first_shares_of_any_runs(design: str) -> None:
     assert abs(found.effects[1].rank) < 0.03
 
 
+@pytest.mark.slow
 def test_an_input_without_effect_has_no_share_on_average() -> None:
     """Few runs a class make class means scatter; the share is not to grow from it."""
     shares = []

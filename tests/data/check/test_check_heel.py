@@ -49,6 +49,7 @@ def test_a_sound_log_is_left_alone(name: str, kind: str, noisy: bool) -> None:
     assert not heard(log(name, kind, noisy))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), LOGS)
 def test_degrees_are_told_from_radians(name: str, kind: str) -> None:
     one = log(name, kind)
@@ -67,6 +68,7 @@ def test_degrees_are_told_from_radians(name: str, kind: str) -> None:
         assert np.allclose(mended["p"], one["p"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), LOGS)
 def test_signs_are_told_by_the_turning_and_by_each_other(name: str, kind: str) -> None:
     one = log(name, kind)

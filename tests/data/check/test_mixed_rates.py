@@ -35,6 +35,7 @@ def test_a_right_log_of_several_rates_has_no_error() -> None:
     assert not keys(log())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("channel", "factor", "key"), [
     ("r", 1.0 / 60.0, "unit"), ("r", -1.0, "sign"), ("delta", -1.0, "sign"), ("v_m", -1.0, "sign"),
     ("u", 1.0 / 0.514444, "unit"),

@@ -89,6 +89,7 @@ def test_error_bars_hold() -> None:
     assert float(np.mean(off**2)) < 2.0
 
 
+@pytest.mark.slow
 def test_trials_to_one_side_or_without_what_it_takes_say_nothing() -> None:
     assert sideways([sailed(0.3)]) is None  # on one course a current across it is the same
     steady = sailed(0.0, sides=(1.0,)).rows(slice(120, 600))

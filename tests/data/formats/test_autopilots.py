@@ -141,6 +141,7 @@ def test_signed_frames_are_read_as_others(tmp_path: Path) -> None:
     assert not any("no whole message" in step for step in got.meta["processing"])
 
 
+@pytest.mark.slow
 def test_a_message_of_another_dialect_is_passed_over(tmp_path: Path) -> None:
     """Its checksum is not known, so the record behind it says whether it is whole."""
     whole = tlog(link())
@@ -180,6 +181,7 @@ def test_an_autopilot_that_was_started_again_has_no_clock(tmp_path: Path) -> Non
     assert any("started again" in step for step in got.meta["processing"])
 
 
+@pytest.mark.slow
 def test_a_cut_or_damaged_telemetry_is_read_where_it_is_whole(tmp_path: Path) -> None:
     path = tmp_path / "run.tlog"
     whole = tlog(link())
@@ -256,6 +258,7 @@ def test_a_log_made_to_do_harm_is_a_line(
     assert said.out == ""
 
 
+@pytest.mark.slow
 def test_pulses_without_their_functions_are_numbers_of_a_mapping(tmp_path: Path) -> None:
     """The guess finds the servo that turns the boat, with its sense; what is not mapped is counted."""
     out, path = Link(), tmp_path / "run.tlog"

@@ -101,6 +101,7 @@ def test_inertial_solutions_are_the_motion(tmp_path: Path, says: Sequence[Say]) 
     assert not [step for step in got.meta["processing"] if step.startswith("doubt")]
 
 
+@pytest.mark.slow
 def test_position_velocity_and_two_antennas_are_put_together(tmp_path: Path) -> None:
     got = log(tmp_path, bestpos, bestvel, heading2)
     assert got["psi"] == pytest.approx(PSI, abs=1e-6)
@@ -116,6 +117,7 @@ def test_lines_without_a_solution_tell_nothing(tmp_path: Path) -> None:
     assert got.meta["ignored"] == {"INSPVA without a solution": 50}
 
 
+@pytest.mark.slow
 def test_damaged_lines_are_left_out_where_others_are_sound(tmp_path: Path) -> None:
     wrong = inspva(7).replace(",42.1,", ",42.2,")
     got = log(tmp_path, inspva, more=[wrong, "#BESTSATSA,COM1,0;1*00000000", "rubbish"])

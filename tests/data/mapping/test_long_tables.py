@@ -186,6 +186,7 @@ def historian(folder: Path, quality: bool) -> Path:
     return folder / "tags.csv"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quality", [False, True])
 def test_a_guess_reads_the_tags_of_a_historian(quality: bool, tmp_path: Path) -> None:
     path = historian(tmp_path, quality)
@@ -199,6 +200,7 @@ def test_a_guess_reads_the_tags_of_a_historian(quality: bool, tmp_path: Path) ->
     np.testing.assert_allclose(np.abs(np.degrees(trial["delta"])), 10.0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_guess_sees_all_names_where_the_rows_of_one_fill_its_beginning(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -52,6 +52,7 @@ def test_each_sheet_with_the_columns_is_a_trial(tmp_path: Path) -> None:
     assert any("sheets without its columns: About" in one for one in first.meta["processing"])
 
 
+@pytest.mark.slow
 def test_a_guess_sees_that_sheets_are_trials(tmp_path: Path) -> None:
     found = guess_mapping(book(tmp_path), tmp_path / "m.toml")
     assert 'sheet = "*"' in found.text

@@ -71,6 +71,7 @@ def test_readings_of_many_messages_are_those_of_each(pgn: int) -> None:
         assert sorted(seen) == list(range(300))
 
 
+@pytest.mark.slow
 def test_blocks_of_any_size_tell_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     draw, path = np.random.default_rng(1), tmp_path / "a.n2k"
     path.write_text("\r\n".join(line(draw, 0, k, sorted(PGNS - {129025, 129029}), 0.0) for k in range(400)), newline="")

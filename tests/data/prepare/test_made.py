@@ -106,6 +106,7 @@ def test_rounding_hides_no_difference_of_a_fine_heading() -> None:
     assert not [*unsaid(log.having(psi=np.radians(fine), r=np.radians(own)))]
 
 
+@pytest.mark.slow
 def test_check_tells_it_and_its_remedy_marks_it(tmp_path: Path) -> None:
     log = sailed()
     log = log.having(r=velocities(log)[2])

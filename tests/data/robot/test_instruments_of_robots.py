@@ -41,6 +41,7 @@ def doubts(trial: Trial) -> list[str]:
     return [step for step in trial.meta["processing"] if step.startswith("doubt")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format", WRITERS)
 def test_fix_imu_and_thrusts_are_read_from_every_kind_of_file(tmp_path: Path, format: str) -> None:
     say = Speaker(WRITERS[format][1])
@@ -80,6 +81,7 @@ def test_a_rate_that_is_against_the_heading_is_turned(tmp_path: Path) -> None:
     assert "opposite" in doubts(got)[0]
 
 
+@pytest.mark.slow
 def test_a_heading_whose_zero_nobody_knows_is_left_out(tmp_path: Path) -> None:
     say = Speaker()
     write_chunks(tmp_path / "a.mcap", [*fixes(say), *imu(say, off=1.2)])
@@ -126,6 +128,7 @@ def test_an_orientation_that_never_changes_is_none(tmp_path: Path) -> None:
     assert "never changes" in doubts(got)[0]
 
 
+@pytest.mark.slow
 def test_orders_are_no_motion(tmp_path: Path) -> None:
     """What a robot is told to do has the types of what it does."""
     say = Speaker()
@@ -165,6 +168,7 @@ def test_sentences_in_a_bag_are_read_as_those_of_a_log(tmp_path: Path) -> None:
     assert got.meta["ignored"] == {"XYZ": 1}
 
 
+@pytest.mark.slow
 def test_pulses_are_channels_by_a_mapping_alone(tmp_path: Path) -> None:
     say = Speaker()
     found = [say.pulses("/mavros/rc/out", k, [1700, 0, 1400]) for k in ticks(T)]
@@ -238,6 +242,7 @@ def test_a_heading_that_is_off_to_one_side_of_every_course_is_in_doubt(
     assert bool(doubts(read(tmp_path / "a.mcap"))) == doubted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("topics", "channels"), [
     (["/motor_rpm"], ["n_P"]), (["/left/rpm", "/right/rpm"], ["n_P_1", "n_P_2"]), (["/rpm/a", "/rpm/b"], []),
 ])  # fmt: skip

@@ -73,6 +73,7 @@ def test_a_cut_bag_of_ros_1_gives_every_whole_chunk(tmp_path: Path, packed: str,
     assert doubts(complete) == ""
 
 
+@pytest.mark.slow
 def test_a_bag_without_metadata_is_read_from_its_databases(tmp_path: Path) -> None:
     """Two pieces, in the order of their numbers; a folder, its file alone, and by no name of a format."""
     found = places()

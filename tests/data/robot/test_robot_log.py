@@ -169,6 +169,7 @@ def twists(path: Path, frame: str, heading: float | None) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("frame", ["map", "odom", "earth", "world", "robot/map", "/odom_combined", "local_enu"])
 def test_a_velocity_in_the_earths_frame_is_turned_by_the_heading(tmp_path: Path, frame: str) -> None:
     got = read(twists(tmp_path / "run.mcap", frame, heading=0.5 * math.pi))

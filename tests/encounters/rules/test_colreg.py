@@ -56,6 +56,7 @@ def test_roles_of_both_ships(heading: float, k: float, own: Role, other: Role) -
     assert (Role(int(one.role)), Role(int(two.role))) == (own, other)
 
 
+@pytest.mark.slow
 def test_the_own_ship_judged_alone_has_the_verdicts_of_the_whole() -> None:
     """Also of Rule 17, which knows whom the own ship has to act for; other ships that touch are not its concern."""
     rows = [Sailed(0, 0, 0, U, STARBOARD)]
@@ -202,6 +203,7 @@ def test_the_record_that_ends_too_soon_judges_nothing_that_is_to_come() -> None:
     assert numbers(one)["8(d)"] == pytest.approx(-1.0, abs=0.01)  # it heads for the other ship
 
 
+@pytest.mark.slow
 def test_many_runs_are_judged_as_each_of_them() -> None:
     runs = [met(-90.0, own, other, off=off) for own in ((), STARBOARD, PORT) for other in ((), PORT)
             for off in (0.0, 300.0)]  # fmt: skip

@@ -100,6 +100,7 @@ def test_further_damping_is_a_share_of_the_critical_one(tmp_path: Path) -> None:
 SLOW = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [

@@ -71,6 +71,7 @@ def test_the_rate_is_that_of_rows_within_a_move(rate, dt):
     assert told.value == pytest.approx(DEG * rate, rel=0.03)
 
 
+@pytest.mark.slow
 def test_lag_and_dead_time_show_where_the_order_is_on_record():
     """By the closed form of a first-order answer, 1 - exp(-(t - T_d)/T), to steps of a servo fast enough."""
     t = np.arange(0.0, 300.0, 0.5)

@@ -39,6 +39,7 @@ def log(
     return Trial("log", t, {control: np.arctan2(np.sin(shown), np.cos(shown)), f"{control}_cmd": ordered})
 
 
+@pytest.mark.slow
 def test_lateness_is_the_dead_time_that_a_servo_lacks() -> None:
     ramps = np.radians([0, 30, -30, 30, -30])
     for late in (0.2, 0.5):

@@ -92,6 +92,7 @@ def test_order_by_cross_validation() -> None:
     assert seen == pytest.approx(0.9992, abs=0.0003)
 
 
+@pytest.mark.slow
 def test_the_range_is_kept_and_extrapolation_is_asked_for() -> None:
     found = fit_thrust(LEVELS, noisy(0, 0.1), name="port")
     with pytest.raises(DataError, match=r"thruster port: 12 1/s.* 0 to 10 1/s"):

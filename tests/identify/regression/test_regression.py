@@ -153,6 +153,7 @@ def sampled() -> tuple[Ship, Trial]:
     return ship, trial.having(delta=trial["delta_cmd"], n_P=trial["n_P_cmd"])
 
 
+@pytest.mark.slow
 def test_vector_arx_comes_back(sampled: tuple[Ship, Trial]) -> None:
     ship, trial = sampled
     fit = ArxRegression().fit(Problem(ship, (trial.rows(slice(0, -1)),), free_coefficients(TRUE)))
@@ -207,6 +208,7 @@ def test_predictions_over_many_steps_are_free_runs(sampled: tuple[Ship, Trial]) 
     assert error[0] < error[5] < error[-1]
 
 
+@pytest.mark.slow
 def test_a_gap_costs_the_rows_that_need_it(sampled: tuple[Ship, Trial]) -> None:
     ship, trial = sampled
     r = trial["r"].copy()

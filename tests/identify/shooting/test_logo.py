@@ -46,6 +46,7 @@ def test_the_chains_hold_every_sample_once(told):
     np.testing.assert_allclose(cut.state0[lane[1:]], cut.motion[lane[:-1], -1])
 
 
+@pytest.mark.slow
 def test_condensed_slopes_are_those_of_the_objective(told):
     """Along a step that closes gaps, half the objective changes as the condensed gradient says."""
     o = objective(told, count=2, freed=True)

@@ -143,6 +143,7 @@ def test_it_reaches_no_farther_than_its_bands_hold(sure: Path) -> None:
     assert Ahead(plant, known, 20.0).span == pytest.approx(20.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_bridge_shows_it_and_sails_the_same(model: Path, tmp_path: Path) -> None:
     states: list[list[float]] = []
     for with_path in (False, True):

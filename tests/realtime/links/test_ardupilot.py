@@ -142,6 +142,7 @@ def test_each_datagram_is_a_tick_and_one_told_twice_is_none() -> None:
     assert ended[0].stage.loop.t == pytest.approx(1.0, abs=1.5 / RATE)
 
 
+@pytest.mark.slow
 def test_an_autopilot_that_begins_anew_finds_the_ship_at_its_start() -> None:
     with sailing("kvlcc2_l7", seconds=5.0) as (peer, _):
         for _ in range(50):

@@ -102,6 +102,7 @@ def test_dates_in_names_count(early: str, late: str) -> None:
     assert dated(early) < dated(late)
 
 
+@pytest.mark.slow
 def test_a_copy_is_never_on_both_sides(runs: dict[str, Trial], tmp_path: Path) -> None:
     """A cut of a recording, under another name and later in time, is left out."""
     cut = runs["zigzag_a"].rows(slice(50, 300))
@@ -182,6 +183,7 @@ def test_what_the_logs_show_of_an_instrument_is_free_in_the_study_and_told(
     assert [note for note in found.notes if note.startswith("scale.r: the logs show a scale error of the yaw rate of")]
 
 
+@pytest.mark.slow
 def test_where_all_head_one_way_or_a_current_is_on_record_none_is_estimated(
     runs: dict[str, Trial], tmp_path: Path
 ) -> None:
@@ -215,6 +217,7 @@ def test_a_wind_on_record_that_the_ship_does_not_feel_is_said_with_the_remedy(
     assert ("[wind]" in notes) == bool(channel)
 
 
+@pytest.mark.slow
 def test_without_a_turn_nothing_of_the_turn_is_free(runs: dict[str, Trial], tmp_path: Path) -> None:
     some = {"line": runs["line"], "slow": replace(runs["line"].having(u=runs["line"]["u"] - 0.1), name="slow")}
     text = made(written(some, tmp_path / "logs"), tmp_path).text
@@ -223,6 +226,7 @@ def test_without_a_turn_nothing_of_the_turn_is_free(runs: dict[str, Trial], tmp_
     assert "rudder" not in text.partition("[free]")[2]
 
 
+@pytest.mark.slow
 def test_one_recording_is_cut_in_time(runs: dict[str, Trial], tmp_path: Path) -> None:
     folder = written({"zigzag_b": runs["zigzag_b"]}, tmp_path / "logs")
     study = tmp_path / "study.toml"

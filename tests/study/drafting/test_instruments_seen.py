@@ -67,6 +67,7 @@ def weaving(scale: float, late: float) -> Trial:
                             + noise[name] * rng.standard_normal(t.size) for name, values in read.items()})  # fmt: skip
 
 
+@pytest.mark.slow
 def test_an_error_that_the_logs_show_is_estimated_and_told_with_its_size() -> None:
     """Wide about zero, so that the fit and not the prior has the last word on its size."""
     logs = {name: weaving(scale, late) for name, scale, late in (

@@ -116,6 +116,7 @@ def test_a_course_is_called_what_its_root_says(damping: float, words: str) -> No
     assert quarter == pytest.approx([-damping * 1.0025], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_kink_has_a_root_for_each_side_and_each_side_answers_to_its_own() -> None:
     """Damped to starboard, growing to port up to where the cube holds it, r^2 = .08; their mean is no root."""
     kinked = plain(lambda m: (m.n - m.u, -3.0 * m.v, m.d - 0.08 * np.abs(m.r) - m.r**3))
