@@ -263,7 +263,6 @@ esso_osaka_3m_harbour thrusters.stern.x at~the~bow stern
 esso_osaka_3m_harbour thrusters.bow.x feet bow
 esso_osaka_3m_harbour thrusters.bow.T_0 degrees bow
 esso_osaka_3m_harbour thrusters.bow.T_0 gravity bow
-esso_osaka_3m_harbour thrusters.bow.c_Y+thrusters.bow.c_N dropped bow
 esso_osaka_3m_harbour waves.X_*+waves.Y_* eightfold waves
 """
 
