@@ -72,6 +72,9 @@ def test_validity_is_judged_by_the_speed_through_the_water() -> None:
     case = Case("case", ship, policy, ship.speed, duration, 0.1)
     following = Campaign("test", (case,), 4, {"gamma_C": Input("uniform", (0.0, 6.0))}, weather=Uniform(U_C=0.5))
     assert np.isnan(compute(following, 0).columns["failed"]).all()
+    straight = replace(case, ship=replace(ship, validity={"v_m": (-0.02, 0.02)}))  # the stream takes it aside by .5
+    across = Campaign("test", (straight,), 4, {"gamma_C": Input("uniform", (1.0, 2.0))}, weather=Uniform(U_C=0.5))
+    assert np.isnan(compute(across, 0).columns["failed"]).all()
 
 
 def test_a_zigzag_of_a_ship_that_never_turns_has_no_overshoot() -> None:

@@ -96,6 +96,22 @@ def test_a_position_that_moves_with_the_sway_of_another_point_is_wrong() -> None
     assert right.holds
 
 
+def test_a_heading_that_turns_faster_than_the_ship_is_wrong_by_the_way_of_its_ends() -> None:
+    ship = load("kvlcc2")
+
+    class Fast(type(ship.model)):  # type: ignore[misc]
+        """Heading two parts in a hundred ahead of the yaw rate."""
+
+        def derivative(self, state: Any, control: Any, around: Any) -> Any:
+            rates = list(super().derivative(state, control, around))
+            rates[2] *= 1.02
+            return tuple(rates)
+
+    wrong = Fast(**{name: getattr(ship.model, name) for name in ship.model.__dataclass_fields__})
+    (found,) = typical.position(replace(Probe.of(ship), ship=replace(ship, model=wrong)))
+    assert found.value == pytest.approx(0.02)  # of r = U/L, at a length
+
+
 @pytest.mark.slow
 def test_a_rudder_too_weak_to_steer_and_a_gear_that_waits() -> None:
     weak = told(typical.zigzag(Probe.of(changed(rudder__f_alpha=lambda x: x / 57.0))))
