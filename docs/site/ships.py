@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 import seatrial as st
 from equations import literal
-from seatrial.workflow.contributing.published import Reproduced, published, reproduce, shown, standing
 
 _KEPT = 400
 _PARTICULARS = ("L_pp", "B", "d", "C_b", "m", "rho", "x_G")
@@ -101,8 +100,9 @@ def _shown(name: str, kind: str, about: str, runs: Mapping[str, Any], out: Path)
         links.append(f"{{download}}`{side or 'data'} (CSV) <{stem}>`")
     (first, *_) = runs.values()
     rows = "".join(f"| {row[0]} | {row[1]} | {row[2]} |\n" for row in _indices(first))
-    settings = ", ".join(f"{key} {_given(value)}" for key, value in first.settings.items()
-                         if key in _SETTINGS and value is not None)
+    settings = ", ".join(
+        f"{key} {_given(value)}" for key, value in first.settings.items() if key in _SETTINGS and value is not None
+    )
     command = f"`{_command(name, kind, first.settings)}`"
     return (f"\n```{{image}} {name}-{kind}.svg\n:alt: {about} of {name}\n```\n\n{about}; {literal(settings)}. "
             f"{command}. Data: {', '.join(links)}.\n\n| index | value | unit |\n|---|---|---|\n{rows}")  # fmt: skip
@@ -117,22 +117,23 @@ def _command(name: str, kind: str, settings: Mapping[str, Any]) -> str:
 
 def _held(ship: st.Ship) -> Iterator[str]:
     """Figures that sources give beside those of the model, or why there are none."""
-    found = standing(ship)
+    found = st.published.standing(ship)
     yield f"\n## Held against\n\n{found.told}: {literal(found.why)}.\n"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        rows = [_beside(one) for one in reproduce(ship, published(ship))]
+        rows = [_beside(one) for one in st.published.reproduce(ship, st.published.published(ship))]
     if rows:
         yield ("\n| figure | by | published | model | within |\n|---|---|---|---|---|\n" + "".join(rows)
                + f"\n`seatrial ships --check` of the file of {ship.name} runs them again.\n")  # fmt: skip
 
 
-def _beside(one: Reproduced) -> str:
+def _beside(one: st.published.Reproduced) -> str:
     said = one.published
     given = ", ".join(f"{key} {_given(value)}" for key, value in said.settings.items())
     run = f"{said.manoeuvre} {given}".strip()
-    value = shown(said, one.value) if math.isfinite(one.value) else literal(one.reason)
-    return (f"| {said.index.replace('_', ' ')}, {literal(run)} | {said.by} | {shown(said, said.value)} | {value} | "
+    gave = st.published.shown(said, said.value)
+    value = st.published.shown(said, one.value) if math.isfinite(one.value) else literal(one.reason)
+    return (f"| {said.index.replace('_', ' ')}, {literal(run)} | {said.by} | {gave} | {value} | "
             f"{100.0 * said.within:.2g} % |\n")  # fmt: skip
 
 

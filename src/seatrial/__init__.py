@@ -192,6 +192,7 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .validate.comparison import compare as compare
     from .validate.comparison import pooled as pooled
     from .workflow import demo as demo
+    from .workflow.contributing import published as published
     from .workflow.judging import captive as captive
 
     # under another name than where it is made, or than that of a room

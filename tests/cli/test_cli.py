@@ -108,7 +108,7 @@ def _damage(text: str, kind: str) -> bytes:
     head, *rows = text.splitlines()
     made = {
         "no unit": [head.replace("psi [rad]", "psi"), *rows],
-        "unknown unit": [head.replace("psi [rad]", "psi [gon]"), *rows],
+        "unknown unit": [head.replace("psi [rad]", "psi [quadrant]"), *rows],
         "unsorted": [head, rows[1], rows[0], *rows[2:]],
         "repeated": [head, rows[0], *rows],
         "one row": [head, rows[0]],
@@ -119,7 +119,7 @@ def _damage(text: str, kind: str) -> bytes:
 
 @pytest.mark.parametrize(
     ("kind", "words"),
-    [("no unit", "no unit"), ("unknown unit", "gon"), ("unsorted", "time"), ("repeated", "time"),
+    [("no unit", "no unit"), ("unknown unit", "quadrant"), ("unsorted", "time"), ("repeated", "time"),
      ("one row", "row"), ("empty", "empty"), ("binary", "text")],
 )  # fmt: skip
 def test_bad_files_are_refused_and_nothing_is_written(trial, kind, words, tmp_path, capsys) -> None:

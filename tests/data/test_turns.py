@@ -49,6 +49,9 @@ ONE = {
     "a step": lambda rng, n: np.where(np.arange(n) > 60, 1.0, 0.0),
     "a square wave": lambda rng, n: np.where(np.arange(n) // 20 % 2, 0.3, -0.3),
     "coarse": lambda rng, n: np.round(np.arange(n) * 0.2) * DEG,
+    "flickers between two digits": lambda rng, n: np.round(10.5 + rng.normal(0.0, 0.3, n)) * DEG,
+    "flickers along a turn": lambda rng, n: np.round(0.05 * np.arange(n) + rng.normal(0.0, 0.3, n)) * DEG,
+    "stairs of a turn": lambda rng, n: np.repeat(np.arange(n // 2) * 0.8 * DEG, 2),
     "waves": lambda rng, n: 3.0 * DEG * np.sin(0.9 * np.arange(n)),
     "random walk": lambda rng, n: np.cumsum(rng.normal(0.0, DEG, n)),
     "spikes": lambda rng, n: np.where(rng.random(n) < 0.04, 1.0, 0.0),
@@ -75,9 +78,15 @@ def test_leaps_are_five_times_what_each_instrument_is_off_a_line(wiggle: float, 
 
 @pytest.mark.parametrize("name", ["psi", "delta"])
 def test_less_than_what_instruments_agree_in_is_not_told(name: str) -> None:
-    values = np.arange(100) % 2 * 0.9 * DIFFER[name]
-    assert turns(name, values) is None
-    assert turns(name, 1.3 * values) is not None
+    leaps, along = np.arange(100) % 2 * DIFFER[name], 2e-3 * DEG * np.arange(100)
+    assert turns(name, 0.9 * leaps + along) is None
+    assert turns(name, 1.2 * leaps + along) is not None
+
+
+@pytest.mark.parametrize(("apart", "told"), [(2, False), (3, True)])
+def test_two_that_are_as_coarse_are_told_from_one_that_flickers_by_more_than_two_digits(apart: int, told: bool) -> None:
+    values = 0.5 * DEG * (np.arange(200) // 40 + np.arange(200) % 2 * apart)
+    assert (turns("psi", values) is not None) == told
 
 
 @pytest.mark.parametrize("off", [2.0 * DEG, 0.0])

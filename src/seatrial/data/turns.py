@@ -24,6 +24,8 @@ _SMOOTH = 5.0
 """How much larger the leaps are than what the readings of each instrument are off a line."""
 _OVER = 8
 """Readings over which the motion is smooth."""
+_STEPS, _SAME = 2.5, 1e-9
+"""Steps of the last digit that the leaps have to pass, as one coarse instrument flickers between two; what is equal."""
 DIFFER: Mapping[str, float] = MappingProxyType({
     "psi": math.radians(0.25), "psi_magnetic": math.radians(0.25), "delta": math.radians(0.5), "x": 1.0,
 })  # fmt: skip
@@ -41,32 +43,48 @@ def turns(name: str, values: Array, east: Array | None = None) -> tuple[NDArray[
     Returns:
         None where it is one instrument, or nothing tells.
     """
-    if len(values) < _MANY:
-        return None
     plane = np.zeros(len(values), np.complex128)
     plane.real = values
     if east is not None:
         plane.imag = east
+    # a reading that is held over several rows is one: in a turn the stairs leap, and stand still between
+    fresh = np.append(np.ones(min(len(plane), 1), bool), np.abs(np.diff(plane)) > _SAME)
+    found = _parted(plane[fresh], max(DIFFER[name], _STEPS * _digit(values)))
+    return None if found is None else (found[0][np.cumsum(fresh) - 1], found[1])
+
+
+def _parted(plane: NDArray[np.complex128], least: float) -> tuple[NDArray[np.int64], float] | None:
+    """As `turns`, of readings that all differ from the one before."""
+    if len(plane) < _MANY:
+        return None
     step = np.diff(plane)
     step -= _smooth(step)
     size = float(np.quantile(np.abs(step), 1.0 - 0.5 * _OFTEN))
     leaps = np.flatnonzero(np.abs(step) > 0.5 * size)
-    if size < DIFFER[name] or len(leaps) < max(_SOME, _OFTEN * len(step)):
+    if size < least or len(leaps) < max(_SOME, _OFTEN * len(step)):
         return None
     far = np.abs(step[leaps])
     apart = float(np.median(far))
+    if apart < least:
+        return None
     alike = float(np.quantile(far, 0.75) - np.quantile(far, 0.25)) < _ALIKE * apart
     back = np.real(step[leaps[1:]] * np.conj(step[leaps[:-1]])) < 0.0
     if not alike or float(np.mean(back)) < _BACK:
         return None
     # the side that a leap goes to, as one that was missed leaves the next ones right
     side = np.cumprod(np.append(1.0, np.where(back, -1.0, 1.0))) > 0.0
-    on = np.append(~side[:1], side)[np.searchsorted(leaps, np.arange(len(values)))]
+    on = np.append(~side[:1], side)[np.searchsorted(leaps, np.arange(len(plane)))]
     by = (on != on[0]).astype(np.int64)
     off = np.concatenate([_off_line(plane[by == k]) for k in (0, 1)])
     if apart < _SMOOTH * float(np.median(off)):
         return None
     return by, apart
+
+
+def _digit(values: Array) -> float:
+    """Step of the last digit of readings that come again and again; 0 where few do."""
+    known = np.unique(np.round(values / _SAME)) * _SAME
+    return float(np.diff(known).min()) if 1 < len(known) < 0.5 * len(values) else 0.0
 
 
 def _smooth(step: NDArray[np.complex128]) -> NDArray[np.complex128]:
