@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -34,18 +34,24 @@ def table_of(checks: dict[str, Any], verdicts: dict[str, str]) -> Table:
 
 def test_draws_judge_motion_and_leave_the_computation_and_what_was_not_judged(monkeypatch: Any) -> None:
     """Draw k passes an item that asks for at most its number; the third draw cannot be examined: it fails all."""
-    def examined(ship: Any) -> Any:
+    @dataclass(frozen=True)
+    class Drawn:
+        number: int
+        searches: bool = True
+
+    def examined(ship: Any) -> Drawn:
         if ship == 3:
             raise ShipError("no balance")
-        return ship
+        return Drawn(ship)
 
     monkeypatch.setattr(draws, "Probe", SimpleNamespace(of=examined))
 
     def upto(most: int) -> Any:
-        def check(p: Any) -> Judgement:
-            if p == 5:
+        def check(p: Drawn) -> Judgement:
+            if p.number == 5 or p.searches:  # a fit has no slips of a file
                 raise ZeroDivisionError("blown up")
-            return Judgement("pass" if p <= most else "fail", f"over {most}", (Finding(f"x (at {p})", float(p)),))
+            verdict = "pass" if p.number <= most else "fail"
+            return Judgement(verdict, f"over {most}", (Finding(f"x (at {p.number})", float(p.number)),))
 
         return check
 

@@ -78,8 +78,9 @@ def simulate_with_bands(
     drawing = Drawing.of(model, asked)
     if out is not None and out.suffix.lower() != ".csv":
         raise RequestError(f"{out}: a run with bands ends in .csv; its bands go beside it")
-    # the ship and not its file: where it leaves its trials is refused, or a caveat, of the bands
-    ran = simulate(drawing.held.ship, manoeuvre, orders=orders, begin=begin, span=span, around=around, note=note)
+    # a ship of no file: where it leaves its trials is refused, or a caveat, of the bands
+    fitted = replace(drawing.held.ship, file=None)
+    ran = simulate(fitted, manoeuvre, orders=orders, begin=begin, span=span, around=around, note=note)
     place = surroundings(ran.ship, around, 1 if orders.seed is None else orders.seed)
     settings: Mapping[str, Any] = ran.settings
     sailed = drawing.sail(ran.ship, ran.policy, ran.trial, speed=settings["speed"], dt=settings["dt"],
