@@ -24,7 +24,7 @@ _SMOOTH = 5.0
 """How much larger the leaps are than what the readings of each instrument are off a line."""
 _OVER = 8
 """Readings over which the motion is smooth."""
-_STEPS, _SAME = 2.5, 1e-9
+_STEPS, _SAME = 2.5, 1e-6
 """Steps of the last digit that the leaps have to pass, as one coarse instrument flickers between two; what is equal."""
 DIFFER: Mapping[str, float] = MappingProxyType({
     "psi": math.radians(0.25), "psi_magnetic": math.radians(0.25), "delta": math.radians(0.5), "x": 1.0,
@@ -82,9 +82,9 @@ def _parted(plane: NDArray[np.complex128], least: float) -> tuple[NDArray[np.int
 
 
 def _digit(values: Array) -> float:
-    """Step of the last digit of readings that come again and again; 0 where few do."""
+    """Step of the last digit of readings."""
     known = np.unique(np.round(values / _SAME)) * _SAME
-    return float(np.diff(known).min()) if 1 < len(known) < 0.5 * len(values) else 0.0
+    return float(np.diff(known).min()) if len(known) > 1 else 0.0
 
 
 def _smooth(step: NDArray[np.complex128]) -> NDArray[np.complex128]:
