@@ -105,7 +105,7 @@ class Window:
         usual = np.array([one.suspect.size[k] for k in free])
         off, dense = self._off(start, one, size)
         if not free:
-            return replace(one, score=one.suspect.odds - _squares(off) - dense)
+            return replace(one, score=-_squares(off) - dense)
 
         def cost(off: Array, dense: float, size: Array) -> float:
             return _squares(off) + dense + float(np.sum((size[free] / usual) ** 2))
@@ -127,7 +127,7 @@ class Window:
         volume = float(np.linalg.slogdet(curved * usual[:, None] * usual)[1])
         sigma = np.array(one.sigma)
         sigma[free] = np.sqrt(np.diagonal(np.linalg.inv(curved)))
-        score = one.suspect.odds - best - volume
+        score = -best - volume
         return replace(one, score=score, size=tuple(size.tolist()), sigma=tuple(sigma.tolist()))
 
     def _off(self, start: Follower, one: Evidence, size: Array) -> tuple[Array, float]:

@@ -43,8 +43,6 @@ _SCALE = 0.3
 _LATE = ((0.2, 3.0), (0.5, 6.0))
 # By how much the clock of a log goes wrong, one standard deviation; step of the difference that shows it.
 _PACE, _STEP = 0.02, 1e-3
-# A clock goes wrong once for a hundred receivers that drift; along the track a clock explains a slow drift as well.
-_RARE = -2.0 * math.log(100.0)
 # A current or force that grows comes within so many L/U.
 _COMES = 2.0
 
@@ -70,7 +68,6 @@ class Suspect:
         size: standard deviation of each component of its size; a stuck, lazy or reversed control has size 1.
         unit: of the size.
         share: of its rate at which a lazy control moves; the delay at which what a late reading shows is exact [s].
-        odds: twice the logarithm of how common it is beside the others.
     """
 
     cause: str
@@ -79,7 +76,6 @@ class Suspect:
     size: tuple[float, ...]
     unit: str
     share: float = 1.0
-    odds: float = 0.0
 
     @property
     def fixed(self) -> bool:
@@ -110,7 +106,7 @@ class Evidence:
 def suspects(machine: Machine) -> tuple[Suspect, ...]:
     """The faults that the log of this ship can show."""
     found = [*_of_sensors(machine), *_of_states(machine), *_of_controls(machine)]
-    found.append(Suspect("clock of the log off its pace", PACE, ("t",), (_PACE,), "s/s", odds=_RARE))
+    found.append(Suspect("clock of the log off its pace", PACE, ("t",), (_PACE,), "s/s"))
     return tuple(one for one in found if not one.what[0].startswith(BIAS))
 
 
@@ -358,7 +354,7 @@ class Bank:
             j = int(np.argmax(score))
             number = self._control.get(one.what[0])
             held = math.nan if number is None else float(self._held[number, live[j]])
-            found.append(Evidence(one, one.odds + float(score[j]), float(self._onset[live[j]]),
+            found.append(Evidence(one, float(score[j]), float(self._onset[live[j]]),
                                   tuple(size[:, j].tolist()), tuple(sigma[:, j].tolist()), held))  # fmt: skip
         return sorted(found, key=lambda e: -e.score)
 
