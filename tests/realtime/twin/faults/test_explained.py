@@ -212,9 +212,19 @@ def test_suspects_are_compared_now_and_then_and_those_compared_decide() -> None:
         found = judge.named(t, [a, b], lambda some, t=t: (asked.append(t), [b, a])[1])  # type: ignore[func-returns-value]
         if found is not None:
             break
-    assert asked == [2.5 * k for k in range(1, 9)]
+    assert asked == [2.5, 5.0, 7.5, 10.0, 12.5, 16.0, 20.0]  # a quarter longer each time, in rows of half a second
     assert found is not None
     assert (found[0].suspect.cause, found[1]) == ("b", ("a",))
+
+
+def test_ten_readings_a_second_are_taken_in_once_with_the_controls_in_their_middle() -> None:
+    """A heading in every row, a place in every tenth: each place is there, and no more rows than places."""
+    rows = [Kept(0.1 * k, np.array([float(k)]), np.array([0.5, 7.0 if k % 10 == 3 else math.nan])) for k in range(100)]
+    taken = Window(rows, ()).taken
+    assert [row.t for row in taken] == pytest.approx([0.0, *(0.3 + k for k in range(10))])
+    assert [float(row.acting[0]) for row in taken[2:]] == [9.0 + 10.0 * k for k in range(9)]
+    slow = [replace(row, t=10.0 * row.t) for row in rows]
+    assert [row.t for row in Window(slow, ()).taken] == [row.t for row in slow]
 
 
 def test_onsets_are_the_further_apart_the_older_they_are() -> None:

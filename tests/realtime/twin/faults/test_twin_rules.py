@@ -255,7 +255,7 @@ def test_a_lead_of_ten_names_at_once(behind: float, at_once: bool) -> None:
     both = [evidence("a", 60.0), evidence("b", 60.0 - behind)]
     judge.named(100.0, both)
     assert (judge.named(103.0, both) is not None) is at_once
-    assert judge.named(117.0, both) is None or at_once
+    assert judge.named(110.0, both) is None or at_once
     assert judge.named(120.0, both) is not None
 
 

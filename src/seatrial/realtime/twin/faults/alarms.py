@@ -35,8 +35,9 @@ from .suspects import (
 # A suspect is named where the next one is so much less likely, and in any case after so long [s]; one outlier makes
 # evidence that is gone again a little later [s].
 _MARGIN, _PATIENCE, _OUTLIER = 10.0, 20.0, 2.5
-# How often suspects are compared by the filter run again [s].
-_LOOKS = 2.5
+# How often suspects are compared by the filter run again [s], and the share by which one waits longer each time: a look
+# costs seconds, and what was not named by the last will not be a moment later.
+_LOOKS, _LONGER = 2.5, 0.25
 # A clock, which explains much a little, waits longer for the next one to fall behind; so does a share, which a drift
 # begins as [s].
 _WAITS = {PACE: 90.0, SHARE: 35.0}
@@ -182,7 +183,7 @@ class Judge:
             return None
         if math.isnan(self.crossed):
             self.crossed = t
-        if t - self.crossed < _OUTLIER or t - self.looked < _LOOKS:
+        if t - self.crossed < _OUTLIER or t - self.looked < max(_LOOKS, _LONGER * (self.looked - self.crossed)):
             return None
         self.looked = t
         evidence = [one for one in compared(evidence) if possible(one)]

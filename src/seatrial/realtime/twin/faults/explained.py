@@ -15,6 +15,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -45,6 +46,8 @@ from .suspects import (
 _ROUGH, _NEAR = 0.3, 30.0
 # No more suspects than this are tried, and a reading counts as so many standard deviations at most.
 _TRIED, _MOST = 8, 6.0
+# Of each channel a reading in so long is taken [s]: ten a second tell little more, at ten times the cost.
+_APART = 0.95
 # A late reading is as late as this, at most, of the delay of its suspect.
 _BEFORE = 2.0
 # By what share of its usual size a size is varied; so many steps, until one gains less than so much.
@@ -65,7 +68,7 @@ class Window:
     """Rows in which a fault is sought.
 
     Attributes:
-        rows: in the order of time.
+        rows: in the order of time; those of them are taken in that tell a channel of which `_APART` had none.
         starts: estimates from which a fault may have set in, by time.
         masked: channels that are not believed.
         overrides: controls that are at fault already.
@@ -77,6 +80,19 @@ class Window:
     masked: Collection[int] = ()
     overrides: Mapping[str, Override] = field(default_factory=dict[str, Override])
     level: float = 1.0
+
+    @cached_property
+    def taken(self) -> list[Kept]:
+        """The rows that are taken in again, with the controls in the middle of those since the one before."""
+        out, last, since = list[Kept](), dict[int, float](), list[Array]()
+        for row in self.rows:
+            since.append(row.acting)
+            told = np.flatnonzero(np.isfinite(row.readings)).tolist()
+            if any(row.t - last.get(k, -math.inf) >= _APART for k in told):
+                out.append(replace(row, acting=since[len(since) // 2]))
+                last |= dict.fromkeys(told, row.t)
+                since.clear()
+        return out
 
     def compared(self, evidence: Sequence[Evidence]) -> list[Evidence]:
         """The same suspects with sizes and scores by the filter run again, the best first.
@@ -134,7 +150,7 @@ class Window:
         """Whitened innovations of all rows under a fault of this size, and the logarithm of their spreads."""
         run = _Run(start, replace(one, size=tuple(size.tolist())), dict(self.overrides))
         whitened, dense = dict[int, Array](), 0.0
-        for number, row in run.events([row for row in self.rows if row.t > start.t + 1e-9]):
+        for number, row in run.events([row for row in self.taken if row.t > start.t + 1e-9]):
             step = without(run.row(row, self.masked), self.masked)
             if step.rows.size:
                 root = np.linalg.cholesky(step.spread)
