@@ -65,8 +65,6 @@ def _parted(plane: NDArray[np.complex128], least: float) -> tuple[NDArray[np.int
         return None
     far = np.abs(step[leaps])
     apart = float(np.median(far))
-    if apart < least:
-        return None
     alike = float(np.quantile(far, 0.75) - np.quantile(far, 0.25)) < _ALIKE * apart
     back = np.real(step[leaps[1:]] * np.conj(step[leaps[:-1]])) < 0.0
     if not alike or float(np.mean(back)) < _BACK:

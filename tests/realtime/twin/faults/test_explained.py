@@ -223,6 +223,8 @@ def test_ten_readings_a_second_are_taken_in_once_with_the_controls_in_their_midd
     taken = Window(rows, ()).taken
     assert [row.t for row in taken] == pytest.approx([0.0, *(0.3 + k for k in range(10))])
     assert [float(row.acting[0]) for row in taken[2:]] == [9.0 + 10.0 * k for k in range(9)]
+    often = [replace(row, readings=np.array([0.5, 7.0])) for row in rows]
+    assert [row.t for row in Window(often, ()).taken] == pytest.approx(np.arange(10.0))
     slow = [replace(row, t=10.0 * row.t) for row in rows]
     assert [row.t for row in Window(slow, ()).taken] == [row.t for row in slow]
 
