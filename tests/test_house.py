@@ -205,3 +205,13 @@ def misplaced(path: Path, names: set[str]) -> str:
 def test_no_rule_of_lint_is_both_selected_and_ignored() -> None:
     lint = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["ruff"]["lint"]
     assert not set(lint["select"]) & set(lint["ignore"])
+
+
+def test_a_knot_and_gravity_are_defined_once() -> None:
+    """Published models keep the gravity that they were printed with; all else has one place."""
+    again = re.compile(r"\b1852(\.0)?\b|\b9\.80665\b|\b0?\.51444\d*\b|\b1\.9438\d*\b")
+    found = [f"{path.relative_to(ROOT)}:{number}" for path in sorted(ROOT.rglob("*.py"))
+             if path.name != "constants.py"
+             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+             if again.search(line.partition("#")[0])]  # fmt: skip
+    assert found == []

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.constants import KNOT, MILE
 from seatrial.encounters.conduct import Orders, Scene
-from seatrial.encounters.sensing import KNOT, MILE, UNSEEN, Ais, Eyes, Radar, Sensing, Tracker, interval, looking
+from seatrial.encounters.sensing import UNSEEN, Ais, Eyes, Radar, Sensing, Tracker, interval, looking
 
 RUNS = 400
 

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from seatrial.core.constants import KNOT
 from seatrial.forces import Flow
 from seatrial.forces.anchor import DredgedAnchor, holding
 from seatrial.forces.bank import Bank
@@ -18,7 +19,7 @@ from seatrial.forces.cushion import Cushion, quay_gap
 from seatrial.forces.hull import Polynomial
 from seatrial.forces.passing import Passing, shape
 from seatrial.forces.shallow import ShallowPolynomial, afloat
-from seatrial.forces.squat import FORMS, KNOT, OPEN, Channel, Hull, ends, return_flow, sunk, under_keel
+from seatrial.forces.squat import FORMS, OPEN, Channel, Hull, ends, return_flow, sunk, under_keel
 from seatrial.forces.thruster import Tunnel
 from seatrial.forces.thruster_quay import QuayTunnel
 from seatrial.forces.tug import LineTug, PushTug

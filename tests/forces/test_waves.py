@@ -9,8 +9,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from seatrial.core.constants import GRAVITY
 from seatrial.forces import Flow
-from seatrial.forces.waves import GRAVITY, HeadSea, MeanDrift
+from seatrial.forces.waves import HeadSea, MeanDrift
 
 DRIFT, HEAD = MeanDrift(), HeadSea(B=32.0, L_BWL=50.0)
 both = pytest.mark.parametrize("module", [DRIFT, HEAD], ids=["drift", "head"])

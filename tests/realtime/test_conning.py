@@ -6,8 +6,9 @@ import math
 
 import pytest
 
+from seatrial.core.constants import MILE
 from seatrial.data.nmea.sentences import SENTENCES, Sentence, decode, encode
-from seatrial.data.nmea.ship import MILE, Fittings
+from seatrial.data.nmea.ship import Fittings
 from seatrial.realtime.conning import TELEGRAPH, Conning, SteeringControl, shafts, thrusters
 from seatrial.realtime.helm import ranges
 from seatrial.realtime.on_wire import exact, fitted, unsaid

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.constants import GRAVITY
 from seatrial.core.errors import RequestError, WeatherError
 from seatrial.environment.sea import Sea, Waves
 from seatrial.environment.sea.hydrodynamics import Hydrodynamics
 from seatrial.environment.sea.reading import read_hydrodynamics
-from seatrial.environment.sea.spectra import GRAVITY, Ittc
+from seatrial.environment.sea.spectra import Ittc
 from seatrial.manoeuvres.turning import Turning
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.at_sea import with_memory

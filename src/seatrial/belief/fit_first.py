@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..core.constants import GRAVITY
 from ..data import Array, DataError, Trial, unwrapped
 from ..environment import to_earth
 from ..identify import Loss, Nuisance, Problem
@@ -33,7 +34,6 @@ from .corrected import corrected
 # Standard deviations: of each component of the current over sqrt(g L_pp), which is 1 m/s for a ship of 255 m; of the
 # bias of the heading [rad]; of those of the speeds over the ship's speed U, and of the rate over U / L_pp.
 _CURRENT, _HEADING, _SPEED, _RATE = 0.02, 0.05, 0.05, 0.05
-_GRAVITY = 9.81
 # A state is read off over this share of the time in which the ship travels its length, where the model is no help.
 _READ = 1.0 / 3.0
 # Fewest rows that are fitted, and that are predicted after them.
@@ -137,7 +137,7 @@ def between_trials(nuisances: Mapping[str, Mapping[str, float]]) -> dict[str, fl
 
 def _ordinary(ship: Ship) -> dict[str, float]:
     """Standard deviations of a current and of biases of ordinary size."""
-    current, speed = _CURRENT * math.sqrt(_GRAVITY * ship.L_pp), _SPEED * ship.speed
+    current, speed = _CURRENT * math.sqrt(GRAVITY * ship.L_pp), _SPEED * ship.speed
     return {"current.north": current, "current.east": current, "bias.psi": _HEADING, "bias.u": speed,
             "bias.v_m": speed, "bias.r": _RATE * ship.speed / ship.L_pp}  # fmt: skip
 

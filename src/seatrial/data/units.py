@@ -11,22 +11,22 @@ import re
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from ..core.constants import KNOT, MILE
 from ..core.parameters import unknown
 from . import UNITS, DataError
 
 _DEG = math.pi / 180.0
-_KNOT = 1852.0 / 3600.0
 
 KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
     "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "ns": ("s", 1e-9), "min": ("s", 60.0),
     "h": ("s", 3600.0), "d": ("s", 86400.0),
-    "m": ("m", 1.0), "mm": ("m", 1e-3), "cm": ("m", 1e-2), "km": ("m", 1e3), "NM": ("m", 1852.0),
-    "nmi": ("m", 1852.0), "ft": ("m", 0.3048), "yd": ("m", 0.9144),
+    "m": ("m", 1.0), "mm": ("m", 1e-3), "cm": ("m", 1e-2), "km": ("m", 1e3), "NM": ("m", MILE),
+    "nmi": ("m", MILE), "ft": ("m", 0.3048), "yd": ("m", 0.9144),
     "rad": ("rad", 1.0), "deg": ("rad", _DEG), "°": ("rad", _DEG), "mrad": ("rad", 1e-3), "cdeg": ("rad", 1e-2 * _DEG),
     "gon": ("rad", math.pi / 200.0), "mil": ("rad", math.pi / 3200.0),
     "m/s": ("m/s", 1.0), "cm/s": ("m/s", 1e-2), "ft/s": ("m/s", 0.3048),
-    "mph": ("m/s", 0.44704), "km/h": ("m/s", 1 / 3.6), "kn": ("m/s", _KNOT),
-    "kt": ("m/s", _KNOT), "kts": ("m/s", _KNOT), "knot": ("m/s", _KNOT), "knots": ("m/s", _KNOT),
+    "mph": ("m/s", 0.44704), "km/h": ("m/s", 1 / 3.6), "kn": ("m/s", KNOT),
+    "kt": ("m/s", KNOT), "kts": ("m/s", KNOT), "knot": ("m/s", KNOT), "knots": ("m/s", KNOT),
     "rad/s": ("rad/s", 1.0), "deg/s": ("rad/s", _DEG), "°/s": ("rad/s", _DEG),
     "deg/min": ("rad/s", _DEG / 60.0), "rad/min": ("rad/s", 1 / 60.0),
     "1/s": ("1/s", 1.0), "rps": ("1/s", 1.0), "Hz": ("1/s", 1.0), "rpm": ("1/s", 1 / 60.0),

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.constants import KNOT
 from ..core.errors import RequestError
 from ..data import Array
 from ..data.geodesy import Datum
@@ -42,7 +43,6 @@ _NAMES = {
 """Names of each column, without case and unit, as of Danish, US and Norwegian tables."""
 
 _FORMS = ("%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S", "%d/%m/%Y %H:%M:%S")
-_KNOT = 1852.0 / 3600.0
 _NO_SPEED, _NO_COURSE = 102.25, 360.0
 """From which on a report says that it does not know [kn, deg] (ITU-R M.1371-5)."""
 
@@ -145,7 +145,7 @@ def reports(path: Path) -> Reports:
     ship, latitude, longitude, speed, course = (_numbers(path, what, found[what]) for what in list(_NAMES)[1:])
     good = np.isfinite(ship) & (abs(latitude) <= 89.0) & (abs(longitude) <= 180.0)
     speed[~(speed < _NO_SPEED)], course[~(course < _NO_COURSE)] = np.nan, np.nan
-    return Reports(t[good], ship[good].astype(np.int64), latitude[good], longitude[good], speed[good] * _KNOT,
+    return Reports(t[good], ship[good].astype(np.int64), latitude[good], longitude[good], speed[good] * KNOT,
                    np.radians(course[good]))  # fmt: skip
 
 

@@ -16,13 +16,13 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ..core.constants import KNOT, MILE
 from ..core.records import Limits, NotNegative, Positive
 from ..data import Array
 from .conduct import Master, Orders, Scene
 from .rules.geometry import Bools
 
 Share = Annotated[float, Limits(least=0.0, most=1.0)]
-MILE, KNOT = 1852.0, 1852.0 / 3600.0
 UNSEEN = 1e6
 """Where a ship is put of which nothing is known: so far astern, going away [m]."""
 _LOST = 5

@@ -13,11 +13,12 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
+from ..core.constants import KNOT
 from ..core.parameters import Scalar
 from ..core.symbolic import clip, exp, larger, log, magnitude, root, smaller, where
 
-GRAVITY, KNOT = 9.81, 1852.0 / 3600.0
-
+# The formulae are regressions that were printed with it.
+GRAVITY = 9.81
 # The root of 1 - F^2 ends here: none of the formulae holds near the critical speed.
 _CRITICAL = 0.95
 # Deeper than so much of it per draught is deep water.

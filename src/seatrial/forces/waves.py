@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
+from ..core.constants import GRAVITY
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import clip, magnitude, root, speed, where
 from . import Flow, Force, ForceModule
-
-GRAVITY = 9.80665
-"""Standard gravity [m/s^2]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,10 +12,11 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from typing import Any
 
+from ..core.constants import KNOT
 from ..data.geodesy import Datum
 from ..data.nmea.framing import read_line, split
 from ..data.nmea.sentences import Sentence, decode, encode
-from ..data.nmea.ship import KNOT, Fittings
+from ..data.nmea.ship import Fittings
 from ..ships import Ship
 from ..validate.requirements import Finding, Judgement, judged, worst
 from ..validate.requirements import thresholds as limit

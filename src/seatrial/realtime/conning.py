@@ -16,8 +16,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from ..core.constants import MILE
 from ..data.nmea.sentences import Sentence
-from ..data.nmea.ship import MILE, Fittings
+from ..data.nmea.ship import Fittings
 from ..manoeuvres import Settings
 from ..manoeuvres.autopilot import Gains, usual_gains, wrapped
 from ..manoeuvres.track import los_heading

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from ..core.constants import KNOT
 from ..models import unit
 from ..ships import Ship
 from . import Reading, SensorError, Truth
 from .instruments import Anemometer, EchoSounder, Feedback, Gnss, Gyro, RateGyro, SpeedLog
 from .stream import Errors, Instrument
 
-_DEGREE, _KNOT = math.pi / 180.0, 1852.0 / 3600.0
+_DEGREE = math.pi / 180.0
 
 
 @dataclass(frozen=True)
@@ -101,10 +102,10 @@ def usual(ship: Ship, antenna: tuple[float, float] | None = None) -> Suite:
     return Suite((
         Gnss(rate=1.0, latency=0.2, antenna_x=forward, antenna_y=starboard,
              position=Errors(noise=0.5, walk=0.05, memory=600.0), velocity=Errors(noise=0.05),
-             speed_quantum=0.1 * _KNOT, course_quantum=0.1 * _DEGREE),
+             speed_quantum=0.1 * KNOT, course_quantum=0.1 * _DEGREE),
         Gyro(rate=10.0, latency=0.05, heading=Errors(noise=0.05 * _DEGREE, quantum=0.1 * _DEGREE)),
         RateGyro(rate=10.0, latency=0.05, rate_of_turn=Errors(noise=0.01 * _DEGREE)),
-        SpeedLog(rate=1.0, latency=0.1, at_x=0.3 * L, water=Errors(noise=0.03, quantum=0.1 * _KNOT)),
+        SpeedLog(rate=1.0, latency=0.1, at_x=0.3 * L, water=Errors(noise=0.03, quantum=0.1 * KNOT)),
         Anemometer(rate=1.0, latency=0.1, at_x=-0.4 * L, wind=Errors(noise=0.3), motion=Errors(noise=0.05),
                    speed_quantum=0.1, direction_quantum=_DEGREE),
         EchoSounder(rate=1.0, latency=0.1, draught=draught(ship), reach=200.0,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.constants import KNOT
 from . import ShipError
 
 FARTHEST = 2.0
@@ -93,7 +94,7 @@ def refuse(where: str, U: float, n_P: float, holding: float | None, found: Agree
     holds = "none hold that speed" if holding is None else f"{60.0 * holding:.4g} rpm hold it"
     far = "out of reach of" if found is None else f"{found.distance:.2g} sigma away from"
     raise ShipError(
-        f"{where}: {U * 3600 / 1852:.4g} kn at {60.0 * n_P:.4g} rpm: {holds} by resistance, wake and propeller as "
+        f"{where}: {U / KNOT:.4g} kn at {60.0 * n_P:.4g} rpm: {holds} by resistance, wake and propeller as "
         f"estimated, and the given ones are {far} that ({FARTHEST:g} are allowed); n_P is that of the shaft, not of "
         "the engine, and belongs to `speed`, `D_P` and `pitch_ratio`: correct one, or leave n_P out"
     )

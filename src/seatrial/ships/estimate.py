@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from ..actuators import Actuator, Actuators
+from ..core.constants import KNOT
 from ..core.parameters import PRIME, Spec, unknown
 from ..environment import CALM
 from ..forces.body import Body
@@ -391,7 +392,7 @@ class _Work:
             yield f"not given, so assumed: {', '.join(self.known.assumed)}"
         if moved := {n: z for n, z in self.agreed.moves.items() if abs(z) >= _TOLD}:
             said = ", ".join(f"{name} by {z:+.2g} sigma" for name, z in moved.items())
-            n_P, U = 60.0 * self.known.values["n_P"], self.known.ship.speed * 3600 / 1852
+            n_P, U = 60.0 * self.known.values["n_P"], self.known.ship.speed / KNOT
             yield f"so that {n_P:.4g} rpm hold {U:.4g} kn, moved: {said}"
         ship = self.known.ship
         said_if = {

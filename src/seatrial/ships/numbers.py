@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..core.constants import KNOT
 from ..core.files import read_toml
 from ..core.kinds import wrong_kind
 from ..core.parameters import PRIME, Spec, unknown
@@ -20,7 +21,7 @@ KEYS = ("value", "prime", "unit", "source", "sigma")
 FACTORS = {
     ("deg", "rad"): math.pi / 180.0, ("deg/s", "rad/s"): math.pi / 180.0,
     ("rpm", "1/s"): 1.0 / 60.0, ("rps", "1/s"): 1.0,
-    ("kn", "m/s"): 1852.0 / 3600.0, ("km/h", "m/s"): 1.0 / 3.6,
+    ("kn", "m/s"): KNOT, ("km/h", "m/s"): 1.0 / 3.6,
     ("mm", "m"): 1e-3, ("cm", "m"): 1e-2, ("km", "m"): 1e3,
     ("kN", "N"): 1e3, ("MN", "N"): 1e6, ("kN m", "N m"): 1e3,
     ("rpm/s", "1/s^2"): 1.0 / 60.0, ("rps/s", "1/s^2"): 1.0,

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.constants import GRAVITY
 from ..core.parameters import update
 from ..data import Array, Trial
 from ..engine import Rollout, Scalars, SimulationError, System
@@ -81,7 +82,7 @@ def solved(
     table = forces.at(waves.omega)
     rows = np.broadcast_to(around, (steps, around.shape[1]))
     acting = np.zeros((steps, len(FORCES)))
-    k_P = omega_P**2 / 9.81
+    k_P = omega_P**2 / GRAVITY
     before: Array | None = None
     for _ in range(_ROUNDS):
         forced_by = replace(lanes, kernel=kernel, series=np.hstack([rows, acting])[None])

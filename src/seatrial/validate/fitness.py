@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri, stdtrit
 
+from ..core.constants import GRAVITY
 from ..data import Array, DataError, Trial, unwrapped
 from ..engine import SimulationError
 from ..identify.noise import sensor_noise
@@ -28,7 +29,6 @@ FEWEST = 5
 SIZE = 1.64
 """Times the root mean square error: nine of ten errors are smaller, where they are normal."""
 _LEVEL, _DRAWS, _SEED = 0.95, 2000, 20241005
-_GRAVITY = 9.81
 # Spread of a draw of equal trials, which has none.
 _EQUAL = 1e-3
 # Greatest width of the interval over Student's.
@@ -312,7 +312,7 @@ def _swing(trial: Trial) -> float:
 
 def _slow(ship: Ship, trial: Trial) -> bool:
     moved = float(path_length(trial)[-1]) > _MOVED * ship.L_pp or _swing(trial) > _SWUNG
-    return moved and _speed(trial) < _SLOW * math.sqrt(_GRAVITY * ship.L_pp)
+    return moved and _speed(trial) < _SLOW * math.sqrt(GRAVITY * ship.L_pp)
 
 
 def _hard_over(ship: Ship, trial: Trial) -> bool:
@@ -330,7 +330,7 @@ CONDITIONS: Mapping[str, Callable[[Ship, Trial], bool]] = {
     "large rudder angle": _hard_over,
     "propeller reversed": _reversed,
     "turning": lambda ship, trial: _swing(trial) >= _TURN,
-    "under way": lambda ship, trial: _speed(trial) >= _SLOW * math.sqrt(_GRAVITY * ship.L_pp),
+    "under way": lambda ship, trial: _speed(trial) >= _SLOW * math.sqrt(GRAVITY * ship.L_pp),
 }
 """What a window may show, by name: whether the measured motion of a ship shows it."""
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..belief.bands.manoeuvring import Bands
+from ..core.constants import KNOT
 from ..core.parameters import values
 from ..data import Trial
 from ..engine import SimulationError
@@ -193,7 +194,7 @@ def imo_table(ship: Ship) -> ImoTable:
     return ImoTable(
         ship.name, ship.L_pp, V, n_P, rows,
         {
-            "test speed": f"{V:.4g} m/s ({V * 3600 / 1852:.3g} kn) at {_ahead(ship, n_P)}",
+            "test speed": f"{V:.4g} m/s ({V / KNOT:.3g} kn) at {_ahead(ship, n_P)}",
             "L/V": f"{ship.L_pp / V:.3g} s",
             "full astern": f"{_ahead(ship, astern)}: that of the approach reversed, as far as the ship's goes"
             if astern < 0 else "none",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.constants import GRAVITY
 from ..core.files import REACH, in_reach
 from ..core.parameters import values
 from ..data import DataError, Trial
@@ -164,7 +165,7 @@ def speed_of(ship: Ship, speed: float | None, option: str = "--speed") -> float:
     """
     if speed is None:
         return ship.speed
-    most = max(math.sqrt(9.81 * ship.L_pp), 2.0 * ship.speed)
+    most = max(math.sqrt(GRAVITY * ship.L_pp), 2.0 * ship.speed)
     if not speed <= most:
         raise RequestError(
             f"{option} is {speed:g} m/s; {ship.name} goes {ship.speed:g} m/s, "

@@ -31,7 +31,7 @@ DEGREE = math.pi / 180.0
 NAN = np.nan
 
 
-def log(t: Array, length: float | None = 98.1, name: str = "a", **channels: Any) -> Trial:
+def log(t: Array, length: float | None = 98.0665, name: str = "a", **channels: Any) -> Trial:
     wide = {key: np.broadcast_to(np.asarray(value, dtype=np.float64), t.size) for key, value in channels.items()}
     return Trial(name, t, wide, meta={} if length is None else {"L_pp": length})
 

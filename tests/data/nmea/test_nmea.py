@@ -7,13 +7,14 @@ import math
 import pytest
 from exact_instruments import told_by_exact
 
+from seatrial.core.constants import KNOT
 from seatrial.data import DataError
 from seatrial.data.geodesy import Datum
 from seatrial.data.nmea.framing import LARGEST, TOKEN, Line, Tag, datagram, read_line, split, tag_block
 from seatrial.data.nmea.heard import hear
 from seatrial.data.nmea.readings import readings
 from seatrial.data.nmea.sentences import SENTENCES, Clock, NmeaError, Number, Place, Sentence, checksum, decode, encode
-from seatrial.data.nmea.ship import KNOT, SPOKEN, Fittings
+from seatrial.data.nmea.ship import SPOKEN, Fittings
 from seatrial.data.nmea.ship import lines as spoken
 
 NOW = {

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from seatrial.core.constants import GRAVITY
 from seatrial.core.errors import WeatherError
 from seatrial.data import DataError
 from seatrial.environment.sea.hydrodynamics import Hydrodynamics
 from seatrial.environment.sea.memory import LATERAL, LONGITUDINAL, fitted
 from seatrial.environment.sea.reading import read_hydrodynamics, read_rao
-from seatrial.environment.sea.spectra import GRAVITY
 from tiers import slow_but
 
 HERE = Path(__file__).parent

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.core.constants import GRAVITY
 from seatrial.core.errors import WeatherError
 from seatrial.data import DataError
 from seatrial.environment.sea import Sea, Waves, _deviations
 from seatrial.environment.sea.hydrodynamics import Hydrodynamics, whole_turn
 from seatrial.environment.sea.rao import MIRROR, Rao
 from seatrial.environment.sea.reading import read_sea
-from seatrial.environment.sea.spectra import GRAVITY, Ittc, Jonswap, PiersonMoskowitz, moments
+from seatrial.environment.sea.spectra import Ittc, Jonswap, PiersonMoskowitz, moments
 
 OMEGA = np.linspace(0.2, 2.0, 19)
 CHI = np.radians(np.arange(0.0, 360.0, 45.0))

@@ -14,8 +14,8 @@ import pytest
 from pynmeagps import NMEAReader
 
 from scenes import DEG, FERRY, PLACE, Criteria, Fault, Limits, Weather, on_wire, scene
+from seatrial.core.constants import KNOT, MILE
 from seatrial.data.nmea.sentences import SENTENCES, Sentence, decode, encode
-from seatrial.data.nmea.ship import KNOT, MILE
 from seatrial.environment import CALM, Uniform
 from seatrial.environment.weather import Gust
 from seatrial.manoeuvres.track import legs

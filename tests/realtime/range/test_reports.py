@@ -10,9 +10,9 @@ import pytest
 from pynmeagps import NMEAReader
 
 from scenes import DEG, FERRY, PLACE, Fault, Limits, on_wire, scene
+from seatrial.core.constants import KNOT, MILE
 from seatrial.data.nmea.framing import split
 from seatrial.data.nmea.sentences import SENTENCES, Sentence, encode
-from seatrial.data.nmea.ship import KNOT, MILE
 from seatrial.realtime.range.reports import interval
 from seatrial.realtime.range.scenario import Other, Sailing, ordinary
 

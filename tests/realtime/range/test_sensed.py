@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from scenes import FERRY, on_wire, scene
+from seatrial.core.constants import MILE
 from seatrial.data.nmea.sentences import decode
-from seatrial.data.nmea.ship import MILE
 from seatrial.encounters.sensing import Ais, Radar, Sensing
 from seatrial.realtime.range.contacts import Sensed
 

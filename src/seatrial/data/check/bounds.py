@@ -10,8 +10,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from .. import Trial
-from .relations import G, length_of
+from .relations import length_of
 from .sensors import Fault, gaps_of
 
 # Controls of thrusters that can turn a ship at rest, and the fastest such turn, r sqrt(L/g).
@@ -27,7 +28,7 @@ def whirl_faults(trial: Trial) -> Iterator[Fault]:
     if "r" not in trial:
         return
     length = length_of(trial) or _SHORTEST
-    thrown = 0.5 * trial["r"] ** 2 * length / G
+    thrown = 0.5 * trial["r"] ** 2 * length / GRAVITY
     rows = thrown > _WHIRLS
     if rows.any():
         most = float(np.nanmax(np.abs(trial["r"])))
@@ -48,7 +49,7 @@ def scale_faults(trial: Trial) -> Iterator[Fault]:
         return
     u = np.abs(trial["u"])
     speed = float(np.nanquantile(u, 0.95)) if np.isfinite(u).any() else 0.0
-    froude = speed / math.sqrt(G * length)
+    froude = speed / math.sqrt(GRAVITY * length)
     if froude > _FAST:
         planes = length < _SMALL and froude < _PLANING and not _turns_wide(trial, length, 0.5 * speed)
         yield Fault(
@@ -63,7 +64,7 @@ def scale_faults(trial: Trial) -> Iterator[Fault]:
     turn = np.abs(trial["r"][fast]) * length / u[fast]
     sharp = float(np.nanquantile(turn, 0.95)) if np.isfinite(turn).any() else 0.0
     spot = any(name.startswith(_ON_THE_SPOT) for name in trial.channels)
-    spins = float(np.nanquantile(np.abs(trial["r"]), 0.95)) * math.sqrt(length / G) if sharp > 3.0 else 0.0
+    spins = float(np.nanquantile(np.abs(trial["r"]), 0.95)) * math.sqrt(length / GRAVITY) if sharp > 3.0 else 0.0
     if sharp > 3.0 and not (spot and spins < _SPINS):
         yield Fault(
             "warning" if spot else "error", "r", "wrong scale or unit: turns too sharply for its length",

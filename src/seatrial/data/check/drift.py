@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from .. import Array, Trial, unwrapped
 from ..prepare import Remedy, Step, complete, integral
-from .relations import G, has, length_of, slides_unseen
+from .relations import has, length_of, slides_unseen
 from .sensors import Fault
 
 _TURN = 2.0 * math.pi
@@ -189,7 +190,7 @@ def _leg(trial: Trial) -> _Leg | None:
     known = np.isfinite(r) & np.isfinite(u) & np.isfinite(v) & np.isfinite(trial["psi"])
     bent = np.flatnonzero(known & ~((np.abs(r) * length < 0.02 * np.abs(u)) & ~(np.abs(delta) > math.radians(4.0))))
     rows = np.flatnonzero(known[: int(bent[0]) if bent.size else len(trial)])
-    if rows.size < max(12, 2.0 * math.sqrt(length / G) / trial.dt):
+    if rows.size < max(12, 2.0 * math.sqrt(length / GRAVITY) / trial.dt):
         return None
     north, east = _logged_current(trial)
     psi, speed = float(np.mean(unwrapped(trial["psi"][rows]))), float(np.mean(u[rows]))

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from .. import Array, Trial, unwrapped
 from ..prepare import integral, segments
 from ..prepare.smooth import sensor_noise
 
-G = 9.81
 _LEAST = 20
 # Moves below this part of the larger ones are none of a grid; its steps are alike to this part.
 _TILT, _EVEN = 0.02, 0.4
@@ -52,7 +52,7 @@ def length_of(trial: Trial) -> float | None:
 def window_of(trial: Trial) -> float:
     """Length of the windows [s]: ten ship times, or a part of the trial."""
     ship = length_of(trial)
-    wanted = 10.0 * math.sqrt(ship / G) if ship else 0.05 * trial.duration
+    wanted = 10.0 * math.sqrt(ship / GRAVITY) if ship else 0.05 * trial.duration
     return float(np.clip(wanted, 10 * trial.dt, max(0.2 * trial.duration, 10 * trial.dt)))
 
 

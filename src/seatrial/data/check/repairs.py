@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from ...core.constants import KNOT, MILE
 from .. import Trial
 from ..prepare import Remedy, Step
 from .relations import has
@@ -61,11 +62,11 @@ _UNITS: Mapping[str, Sequence[tuple[str, float]]] = {
     "psi": (("deg", 1 / _DEG), ("rad, converted from deg", _DEG)),
     "r": (("deg/s", 1 / _DEG), ("rad/s, converted from deg/s", _DEG), ("deg/min, taken as deg/s", 60.0),
           ("deg/s, taken as deg/min", 1 / 60.0), ("deg/min", 60.0 / _DEG), ("rad/s, taken as deg/min", _DEG / 60.0)),
-    "x, y": (("ft", 3.28084), ("km", 1e-3), ("NM", 1 / 1852.0), ("mm", 1e3), ("cm", 1e2)),
-    "u, v_m": (("kn", 1.943844), ("km/h", 3.6), ("cm/s", 100.0), ("m/s, taken as kn", 0.514444),
+    "x, y": (("ft", 3.28084), ("km", 1e-3), ("NM", 1 / MILE), ("mm", 1e3), ("cm", 1e2)),
+    "u, v_m": (("kn", 1 / KNOT), ("km/h", 3.6), ("cm/s", 100.0), ("m/s, taken as kn", KNOT),
                ("m/s, taken as km/h", 1 / 3.6)),
-    "u": (("kn", 1.943844), ("km/h", 3.6)),
-    "v_m": (("kn", 1.943844), ("km/h", 3.6)),
+    "u": (("kn", 1 / KNOT), ("km/h", 3.6)),
+    "v_m": (("kn", 1 / KNOT), ("km/h", 3.6)),
     "t": (("ms", 1e3), ("us", 1e6), ("min", 1 / 60.0), ("h", 1 / 3600.0)),
 }  # fmt: skip
 

@@ -7,9 +7,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from .. import Trial
 from ..prepare import Remedy, Step
-from .relations import G, has, length_of
+from .relations import has, length_of
 from .repairs import Suspect, step, times
 
 _DEG = math.pi / 180.0
@@ -93,7 +94,7 @@ def _sway_lever(trials: Sequence[Trial], sizes: list[float], errors: list[float]
 def _late(*names: str) -> Callable[[Sequence[Trial], list[float], list[float]], Suspect | None]:
     def make(trials: Sequence[Trial], sizes: list[float], errors: list[float]) -> Suspect | None:
         lag, dt = sizes[0], float(np.median([trial.dt for trial in trials]))
-        if abs(lag) < max(0.3 * dt, 0.05 * math.sqrt(length(trials) / G)):
+        if abs(lag) < max(0.3 * dt, 0.05 * math.sqrt(length(trials) / GRAVITY)):
             return None
         which = ", ".join(names)
         if names[0] == "x" and lag < 0:
@@ -131,7 +132,7 @@ def _water(trials: Sequence[Trial], sizes: list[float], errors: list[float]) -> 
 
 
 def _gyro_bias(trials: Sequence[Trial], sizes: list[float], errors: list[float]) -> Suspect | None:
-    ship_time = math.sqrt(length(trials) / G)
+    ship_time = math.sqrt(length(trials) / GRAVITY)
     if abs(sizes[0]) * ship_time < 1e-3:
         return None
     a_minute = sizes[0] / _DEG * 60.0

@@ -16,13 +16,14 @@ from itertools import product
 
 import numpy as np
 
+from ...core.constants import KNOT
 from .. import Array, Trial, unwrapped
 from ..check.relations import left_over
 from ..geodesy import SEMI_AXIS
 from ..units import KNOWN
 from .roles import Signal
 
-SPEEDS = {"m/s": 1.0, "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6}
+SPEEDS = {"m/s": 1.0, "kn": KNOT, "km/h": 1.0 / 3.6}
 RATES = {"deg/s": np.pi / 180.0, "rad/s": 1.0, "deg/min": np.pi / 10800.0}
 _TIME_STRAIN = {"s": 0.0, "ms": 0.5, "us": 1.0, "ns": 1.2, "min": 1.6}
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from .kind import Kind
 from .signals import DEGREE, Signals, both_ways
 
@@ -31,7 +32,7 @@ def resting(seen: Signals) -> Kind | None:
     extent = float(np.max(size))
     if not math.isfinite(seen.L_pp):
         return None
-    froude = float(np.quantile(seen.U, 0.9)) / math.sqrt(9.81 * seen.L_pp)
+    froude = float(np.quantile(seen.U, 0.9)) / math.sqrt(GRAVITY * seen.L_pp)
     busy = seen.n is not None and float(np.quantile(np.abs(seen.n), 0.9)) > 0.0
     slow = f"speed below {np.quantile(seen.U, 0.9):.2g} m/s"
     told = f"positions within {extent:.3g} m, {extent / seen.L_pp:.2g} L; {slow}"

@@ -14,7 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-_KNOT = 1852.0 / 3600.0
+from ...core.constants import KNOT
+
 _MOST_KNOTS = 102.2
 _MOST_TURN = 708.0
 """Greatest rate of turn that is told as a figure [deg/min]."""
@@ -54,7 +55,7 @@ def position(by: Transponder, m: Mapping[str, float], second: int, kind: str, me
         message: of class A.
     """
     said = {
-        "msg_type": 18 if by.class_b else message, "mmsi": by.mmsi, "speed": _tenths(min(m["U"] / _KNOT, _MOST_KNOTS)),
+        "msg_type": 18 if by.class_b else message, "mmsi": by.mmsi, "speed": _tenths(min(m["U"] / KNOT, _MOST_KNOTS)),
         "lon": m["longitude"], "lat": m["latitude"], "course": _tenths(math.degrees(m["chi"]) % 360.0, 360.0),
         "heading": round(math.degrees(m["psi"])) % 360, "second": second,
     }  # fmt: skip

@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.constants import ARC_DEGREE
 from .. import Array
 from ..turns import turns
 from .clocks import PIECES, Spoken
@@ -26,8 +27,6 @@ _AS_MANY = 3.0
 """A source has at most so many times the share of copies that fixes have which stand twice in a row."""
 _SHOWN = ("psi", "psi_magnetic", "delta", "latitude")
 """Readings by which instruments are told apart."""
-_DEGREE = 60.0 * 1852.0
-"""Metres of a degree of latitude."""
 
 
 def once(found: Sequence[Spoken]) -> tuple[list[Spoken], str]:
@@ -129,6 +128,6 @@ def _turns(name: str, values: Array, east: Array | None) -> tuple[NDArray[np.int
     if east is None:
         found = turns(name, np.unwrap(values) if name in CIRCLES else values)
         return None if found is None else (found[0], f"{math.degrees(found[1]):.3g} deg")
-    found = turns("x", _DEGREE * (values - values[0]),
-                  _DEGREE * (east - east[0]) * math.cos(math.radians(float(values[0]))))  # fmt: skip
+    found = turns("x", ARC_DEGREE * (values - values[0]),
+                  ARC_DEGREE * (east - east[0]) * math.cos(math.radians(float(values[0]))))  # fmt: skip
     return None if found is None else (found[0], f"{found[1]:.3g} m")

@@ -18,9 +18,9 @@ from typing import Protocol
 
 import numpy as np
 
+from ...core.constants import KNOT
 from .. import Array
 from .heard import Heard, number
-from .ship import KNOT
 
 _RAD = math.pi / 180.0
 _SPEEDS = MappingProxyType({"K": 1.0 / 3.6, "M": 1.0, "N": KNOT, "S": 1609.344 / 3600.0})

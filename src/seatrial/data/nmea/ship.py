@@ -27,12 +27,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from types import MappingProxyType
 
+from ...core.constants import KNOT
 from ..geodesy import Datum
 from . import ais
 from .sentences import Sentence, Value, encode
 
-KNOT = 1852.0 / 3600.0
-MILE = 1852.0
 _DEGREE = 180.0 / math.pi
 
 Fields = Mapping[str, Value]

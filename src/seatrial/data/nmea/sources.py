@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ...core.constants import ARC_DEGREE
 from .. import Array
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({
@@ -205,5 +206,5 @@ def _metres(kept: Mapping[str, Series], other: Mapping[str, Series]) -> str:
     (times, north_2), east_2 = other["latitude"], other["longitude"]
     off = np.hypot(north_2 - np.interp(times, t, north), (np.interp(times, *east_2) - np.interp(times, *east))
                    * math.cos(math.radians(float(north[0]))))  # fmt: skip
-    metres = 60.0 * 1852.0 * float(np.median(off))
+    metres = ARC_DEGREE * float(np.median(off))
     return f", {metres:.2g} m away in the median" if metres > 0.1 else ""

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.constants import ARC_DEGREE
 from .. import Array, DataError
 from ..instruments import Heard
 from ..nmea.heard import hear
@@ -332,7 +333,7 @@ def _metres(columns: Mapping[str, Array]) -> tuple[Array, Array]:
     """North and east [m] on the tangent plane of the middle, good for a course."""
     latitude, longitude = columns["latitude"], columns["longitude"]
     middle = float(np.nanmedian(latitude)) if np.isfinite(latitude).any() else 0.0
-    size = 60.0 * 1852.0
+    size = ARC_DEGREE
     return size * latitude, size * math.cos(math.radians(middle)) * np.rad2deg(np.unwrap(np.deg2rad(longitude)))
 
 

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
+from ...core.constants import MILE
 from ...core.errors import RequestError
 from ...core.parameters import unknown
 from .geometry import Array
@@ -18,7 +19,7 @@ from .geometry import Array
 L_REFERENCE = 300.0
 """Length of the ship that the values stand for [m]."""
 
-NM, DEG = 1852.0, math.pi / 180.0
+DEG = math.pi / 180.0
 PRACTICE = "rule of practice, no figure in COLREG"
 HAGEN = "Hagen et al. 2023, Ocean Eng. 288, 115991"
 
@@ -72,8 +73,8 @@ class Limits:
         extremis: the same at which its action has to be under way, in ship lengths at its own speed (Rule 17(b)).
     """
 
-    passing: Limit = Limit(0.5 * NM, "length", f"{PRACTICE}: 0.5 NM in coastal waters, 1 NM in the open sea")
-    overtaking: Limit = Limit(0.3 * NM, "length", f"{PRACTICE}: 0.3 to 0.5 NM")
+    passing: Limit = Limit(0.5 * MILE, "length", f"{PRACTICE}: 0.5 NM in coastal waters, 1 NM in the open sea")
+    overtaking: Limit = Limit(0.3 * MILE, "length", f"{PRACTICE}: 0.3 to 0.5 NM")
     horizon: Limit = Limit(1200.0, "time", f"{PRACTICE}: 12 min left of 20 are early")
     early: Limit = Limit(0.4, "not", f"{PRACTICE}: 12 min left of 20 are early")
     ahead: Limit = Limit(5.0 * DEG, "not", "DNV ship-traffic-generator")
@@ -87,7 +88,7 @@ class Limits:
     halving: Limit = Limit(0.5, "not", f"{HAGEN}, CCTA profile")
     window: Limit = Limit(240.0, "time", f"{PRACTICE}: a fourth turn of a large ship with moderate rudder")
     smoothing: Limit = Limit(20.0, "time", f"{PRACTICE}: twice the period of long waves")
-    bow: Limit = Limit(1.0 * NM, "length", f"{PRACTICE}: twice the passing distance of coastal waters")
+    bow: Limit = Limit(1.0 * MILE, "length", f"{PRACTICE}: twice the passing distance of coastal waters")
     stem: Limit = Limit(45.0 * DEG, "not", f"{HAGEN}, Rule 13")
     steady: Limit = Limit(5.0 * DEG, "not", PRACTICE)
     keeping: Limit = Limit(0.1, "not", PRACTICE)
@@ -108,5 +109,5 @@ class Limits:
                                 for name, value in values.items()})  # fmt: skip
 
 
-OPEN_SEA = Limits().changed({"passing": NM, "overtaking": 0.5 * NM, "bow": 2.0 * NM}, f"{PRACTICE}: open sea")
+OPEN_SEA = Limits().changed({"passing": MILE, "overtaking": 0.5 * MILE, "bow": 2.0 * MILE}, f"{PRACTICE}: open sea")
 """Thresholds where there is room."""

@@ -17,9 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from ...core.errors import WeatherError
 from ...data import Array
-from .spectra import GRAVITY, Moments, SeaSpectrum, moments
+from .spectra import Moments, SeaSpectrum, moments
 
 _BANDS = 300
 _LOW, _HIGH = 0.5, 6.0

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from ...core.errors import WeatherError
 from ...data import Array
 from .rao import MIRROR, MODES, Complex, Rao
-from .spectra import GRAVITY
 
 _BASIN = 0.02
 """Negative damping that is rounding of a panel code, as a share of the largest."""

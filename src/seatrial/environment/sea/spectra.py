@@ -11,11 +11,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from ...core.errors import WeatherError
 from ...data import Array
-
-GRAVITY = 9.80665
-"""Standard gravity [m/s^2]."""
 
 _MOST = 40.0
 

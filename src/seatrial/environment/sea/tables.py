@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.constants import GRAVITY
 from ...core.parameters import unknown
 from ...data import Array, DataError
 from ...data.table import lines_of, numbers, once, within
 from .rao import MODES, Rao
-from .spectra import GRAVITY
 
 _HEAD = re.compile(r"\s*(\w+)\s*\[\s*([\w/]+)\s*\]\s*")
 _ANGLE = {"rad": 1.0, "deg": math.pi / 180.0}

@@ -11,11 +11,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
+from ...core.constants import KNOT, MILE
 from ...core.errors import RefusalError
 from ...data.nmea.ais import Message as Form
 from ...data.nmea.ais import Transponder, position, static
 from ...data.nmea.sentences import NmeaError, Sentence, Value, encode
-from ...data.nmea.ship import KNOT, MILE, clock, compass
+from ...data.nmea.ship import clock, compass
 from ..bridge.view import OWN, beam
 from ..loop import Loop
 from ..on_wire import FIRST, OnWire

@@ -15,6 +15,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib.resources import files
 
+from ...core.constants import GRAVITY
+
 Limits = Mapping[str, tuple[float, float]]
 
 COMPARED: Limits = {"L/B": (5.5, 7.2), "B/d": (2.4, 3.0), "C_b": (0.65, 0.83)}
@@ -98,7 +100,7 @@ class Particulars:
         return {
             "L/B": self.L_pp / self.B, "B/d": self.B / self.d, "d/B": self.d / self.B, "C_b": self.C_b,
             "C_p": self.C_b / self.C_m,
-            "F_n": self.speed / math.sqrt(9.80665 * self.L_pp), "P/D": self.pitch_ratio, "Z": self.blades,
+            "F_n": self.speed / math.sqrt(GRAVITY * self.L_pp), "P/D": self.pitch_ratio, "Z": self.blades,
             "A_E/A_0": self.area_ratio, "rudder aspect": self.aspect, "screws": self.screws,
         }  # fmt: skip
 

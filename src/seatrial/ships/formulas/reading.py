@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
+from ...core.constants import GRAVITY
 from ...core.parameters import PRIME, Spec, unknown
 from .. import Entry, ShipError
 from ..numbers import number, read_document
@@ -39,7 +40,7 @@ ASSUMED: tuple[_Rule, ...] = (
     ("h_B", lambda g: 0.4 * g["d"] if g["A_BT"] else 0.0, "assumed: 0.4 d", None),
     ("A_T", lambda _: 0.0, "assumed: no transom below the water", None),
     ("i_E", lambda _: 0.0, "by Holtrop's formula", None),
-    ("speed", lambda g: min(max((1.08 - g["C_b"]) / 1.68, 0.1), 0.35) * math.sqrt(9.80665 * g["L_pp"]),
+    ("speed", lambda g: min(max((1.08 - g["C_b"]) / 1.68, 0.1), 0.35) * math.sqrt(GRAVITY * g["L_pp"]),
      "assumed: Froude number of C_b = 1.08 - 1.68 F_n, a rule of basic ship design for single screws", 0.15),
     ("D_P", lambda g: 0.54 * g["d"], "assumed: 0.54 d, mean of KVLCC2, KCS and Esso Osaka (0.42 to 0.73)", 0.17),
     ("pitch_ratio", lambda _: 0.8, "assumed: mean of KVLCC2, KCS and Esso Osaka (0.72 to 1.0)", 0.2),

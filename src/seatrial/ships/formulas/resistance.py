@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from ...core.constants import GRAVITY
 from . import Formula, Limits, Particulars, table
 
 SHIPS_BEGIN = 30.0
 """Length [m] below which a hull counts as a smooth model without correlation allowance."""
-GRAVITY = 9.80665
 TUGS_END = 80.0
 """Length [m] of the longest ship of van Oortmerssen's data."""
 _FASTEST_TUG = 0.5

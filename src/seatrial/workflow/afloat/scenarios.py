@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
+from ...core.constants import GRAVITY
 from ...core.parameters import unknown
 from ...core.records import document_of, filled, of_schema
 from ...core.symbolic import Scalar
@@ -203,7 +204,7 @@ def _other(path: Path, name: str, table: TrafficTable, datum: Datum | None) -> O
         ship = _ship(path, table.ship)
     elif table.speed:
         length = cast("float", table.length)
-        if table.speed > math.sqrt(9.81 * length):
+        if table.speed > math.sqrt(GRAVITY * length):
             raise RequestError(f"{key}.speed is {table.speed:g} m/s; no ship of {length:g} m goes that fast")
         ship = ordinary(name, length, table.speed)
     else:

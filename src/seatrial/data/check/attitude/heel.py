@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ....core.constants import GRAVITY
 from ... import Trial
 from ...prepare import Remedy, Step
 from ..sensors import Fault, degrees, stretches
 
-_GRAVITY = 9.81
 # Heel of no ship that still manoeuvres [rad], and h/GM of none.
 _CAPSIZED, _TENDER = 0.9, 25.0
 # Correlation that is no accident, and heel by the turning that shows a sign [rad].
@@ -97,7 +97,7 @@ class _Turn:
         """None for a log without turning or speed."""
         if "r" not in trial or "u" not in trial:
             return None
-        phi, push = trial["phi"], trial["u"] * trial["r"] / _GRAVITY
+        phi, push = trial["phi"], trial["u"] * trial["r"] / GRAVITY
         known = np.isfinite(phi) & np.isfinite(push)
         phi, push = phi[known] - np.mean(phi[known]), push[known] - np.mean(push[known])
         if known.sum() < _FEWEST or not (np.std(push) > 0 and np.std(phi) > 0):

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ....core.constants import GRAVITY
 from ... import Array, Trial
 from ...prepare import integral, segments
-from ..relations import G, length_of, window_of
+from ..relations import length_of, window_of
 
 Rows = NDArray[np.intp]
 
@@ -82,7 +83,7 @@ def effect(trials: Sequence[Trial]) -> Effect | None:
     """The effect of `delta` that the trials of one ship show together; None where too little moves."""
     if not trials:
         return None
-    ship_time = float(np.median([math.sqrt((length_of(trial) or 100.0) / G) for trial in trials]))
+    ship_time = float(np.median([math.sqrt((length_of(trial) or 100.0) / GRAVITY) for trial in trials]))
     most = min(_FARTHEST * ship_time, _PART * float(np.median([trial.duration for trial in trials])))
     count = max(math.ceil(most / (_STEP * ship_time)), 4)
     lags = _STEP * ship_time * np.arange(-count, count + 1.0)

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ....core.constants import GRAVITY
 from ... import Array, Trial
 from ...prepare import Remedy, Step, integral, shifted
-from ..relations import G, has, length_of, noise_of
+from ..relations import has, length_of, noise_of
 from ..repairs import step, times
 from ..sensors import Fault
 from .effect import OWN, effect
@@ -63,7 +64,7 @@ def helm_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
 
 
 def _ship_time(trial: Trial) -> float:
-    return math.sqrt((length_of(trial) or 100.0) / G)
+    return math.sqrt((length_of(trial) or 100.0) / GRAVITY)
 
 
 def _turns(trial: Trial) -> bool:

@@ -12,9 +12,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ....core.constants import GRAVITY
 from ... import Array, Trial
 from ...prepare import BREAK, Remedy, Step
-from ..relations import G, length_of
+from ..relations import length_of
 from ..sensors import COMPARED, Fault, gaps_of, stretches
 
 _FEWEST, _CHANCE = 10, 1e-9
@@ -32,7 +33,7 @@ def line_faults(trial: Trial) -> tuple[list[Fault], Trial]:
     """Lines of all channels, those drawn over the same rows together, and the trial with gaps in their place."""
     groups: dict[bytes, tuple[list[str], Flags]] = {}
     for name in _names(trial):
-        drawn = lines(trial.t, trial[name], math.sqrt((length_of(trial) or 0.0) / G))
+        drawn = lines(trial.t, trial[name], math.sqrt((length_of(trial) or 0.0) / GRAVITY))
         if drawn.any():
             groups.setdefault(drawn.tobytes(), ([], drawn))[0].append(name)
     faults: list[Fault] = []
