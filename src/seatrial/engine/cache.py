@@ -29,6 +29,7 @@ from .compilers import Compiler, compiler
 
 DIGEST = 32
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+# Seconds after which a folder of a build that was killed is cleared away; no compilation lasts an hour.
 _ABANDONED = 7200.0
 _JOINT = b"\0"
 

@@ -18,6 +18,7 @@ from ..validate.requirements import thresholds as limit
 from .python_source import module_text
 from .traced import equations_of
 
+# Random points at which the printed equations are held against the model: a wrong term cannot vanish at all.
 _POINTS = 50
 
 

@@ -21,6 +21,7 @@ STOCKLESS: Mapping[tuple[str, str], tuple[float, float]] = MappingProxyType({
 })  # fmt: skip
 """H_R [N] and b by soil and fluke, from memory of UFC 4-159-03 table 5-3."""
 
+# 10 000 lb, to which the holding powers of the table refer [kg].
 _REFERENCE = 4536.0
 # Slower than this the drag of an anchor fades out [m/s].
 _CREEP = 0.05

@@ -34,6 +34,7 @@ _FAR = 8.0
 _LEAST = 0.25
 # Images deeper than so many lengths of both ships add nothing: the fifth power of that.
 _DEEP = 4.0
+# Factors of the series, multiplied as kernels are slow to divide.
 _SIXTH, _24TH, _120TH = 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0
 
 

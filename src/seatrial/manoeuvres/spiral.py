@@ -24,6 +24,7 @@ from .steady import MEMORY, TOLERANCE, WINDOW, waited
 _DEGREE = math.radians(1.0)
 # A rudder within this fraction of the smallest increment is still held.
 _HELD = 0.3
+# Rudder angles of a staircase are sums of steps: what differs by rounding is one angle.
 _EDGE = 1e-6
 # Windows for which the last angle must have been held, less what a running mean blurs.
 _LAST = 2.9

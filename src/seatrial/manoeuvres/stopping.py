@@ -23,6 +23,7 @@ from .reading import at, complete_rows, in_lengths, path_length, track, turned
 _SHAFTS = ("n_P_cmd", "n_P", "n_P_1_cmd", "n_P_1")
 # Change of the revolutions, as a fraction of the ordered one, that no noise is taken for.
 _DEPARTURE = 0.05
+# Coasting never ends by itself, as resistance falls with the square of the speed; a fifth of it is left at its end.
 _COASTED, _DEAD = 0.2, 0.01
 
 

@@ -23,6 +23,7 @@ from .heel import either_way
 from .reading import after, at, helm_channel, in_lengths, path_length, reached, turned
 
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth")
+# First and second overshoot (IMO) and one more, by which a limit cycle is told from a decay.
 _NEEDED = 3
 # The heading must have come back by this fraction of psi before a peak counts as an overshoot.
 _BACK = 0.1

@@ -32,6 +32,7 @@ FACTORS = {
 """Letters of the factors; a capital is the magnitude."""
 
 ODD = "vrdb"
+# Longest published terms of a polynomial hull have five factors; a longer name is a slip.
 _HIGHEST = 5
 BIAS = "0"
 """Name of the bias of a hidden unit."""

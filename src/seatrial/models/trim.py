@@ -15,8 +15,11 @@ from ..environment import CALM, Environment
 from . import STATES, STEERING, Model, Sampled, Stepped, unit
 from .settled import begun
 
+# Newton takes a few rounds; where the forces have a kink it halves its steps and takes more.
 _ITERATIONS = 60
+# A step halved to this makes no further way: the point is as near as it gets.
 _SHORTEST = 1e-9
+# An angle taken back by whole turns changes the residual by the rounding of its sine.
 _ROUNDING = 1e-12
 # How far the speed of a ship that cannot change its thrust may be from the given one.
 _NEAR = 0.01

@@ -21,7 +21,9 @@ FARTHEST = 2.0
 Surplus = Callable[[Mapping[str, float]], float]
 """Thrust over resistance, less one, of numbers moved by so many sigmas each."""
 
+# Central difference in sigmas: truncation and rounding both below 1e-8; rounds stop where nothing moves any more.
 _STEP, _CLOSE, _MOST = 1e-4, 1e-12, 50
+# Revolutions sought over those of the file: any ship whose unit is right, and one with rpm for 1/s, lie between.
 _LOW, _HIGH = 1e-3, 1e3
 
 

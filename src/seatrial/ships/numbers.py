@@ -16,6 +16,7 @@ from ..core.parameters import PRIME, Spec, unknown
 from . import Entry, ShipError
 
 _ABSURD = 1e16
+# Primed numbers are of order one or below; beyond stands one that was printed times 1e5, or with a unit.
 _PRIME_LIMIT = 1e4
 KEYS = ("value", "prime", "unit", "source", "sigma")
 FACTORS = {

@@ -29,6 +29,7 @@ ROUGHNESS = 150e-6
 RUDDER = ("proportion", "own")
 """How the stream at the rudder follows the wake at the propeller; see `scale`."""
 
+# Density where a file says none [kg/m^3].
 _FRESH, _SEA = 1000.0, 1025.0
 _VISCOSITY = {"fresh": 1.139e-6, "sea": 1.188e-6}
 """Kinematic viscosity at 15 degC [m^2/s] (ITTC 7.5-02-01-03)."""

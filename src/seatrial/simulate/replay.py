@@ -333,6 +333,7 @@ def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float)
     return found
 
 
+# A parabola: over some seconds a ship has a speed and an acceleration, and noise averages over the three.
 _ORDER = 2
 # Fewest rows of a fit, a few more than its coefficients.
 _FEWEST = 2 * (_ORDER + 1)

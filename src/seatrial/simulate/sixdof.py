@@ -26,6 +26,7 @@ from .approach import rounded_down, time_step
 from .lanes import Judge, Kernel, Steps, run, steered
 from .run import blown_up, inputs, recorded
 
+# Each round takes the forces along the track of the one before; what does not settle by then drifts off.
 _ROUNDS = 30
 _STAYS = 1e-3
 """Largest change of a wave's phase and of the heading [rad] between the last two runs."""

@@ -24,6 +24,7 @@ _STARTED = re.compile(r"\d{4}-\d{2}-\d{2}")
 Group = list[Trial]
 
 _TURNS = "recording"
+# Slow, middle, fast: fewer leave no extrapolation on both sides, more leave parts of a trial or two.
 _RANGES = 3
 
 

@@ -26,12 +26,17 @@ from .rao import MODES, Complex
 LONGITUDINAL, LATERAL = (0, 2, 4), (1, 3, 5)
 """Motions that a hull with two equal sides couples: surge, heave, pitch; sway, roll, yaw."""
 
+# Beyond eight sections fits follow the wiggles of irregular frequencies.
 _MOST = 8
+# Misfit at which no section is added, the accuracy of panel methods; and above which no memory is handed over.
 _GOOD, _BAD = 0.01, 0.10
+# Least damping over the greatest, where passivity is enforced: above the rounding of the eigenvalues.
 _MARGIN = 1e-5
+# Frequencies at which passivity is looked at: half a per cent apart over the seven or so decades.
 _GRID = 4000
 _FADING = 0.05
 """Least damping of a section over the critical one."""
+# Poles of vector fitting settle in a few rounds; cutting planes end by themselves where nothing is cut any more.
 _ROUNDS, _CUTS = 14, 80
 
 

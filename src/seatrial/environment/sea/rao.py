@@ -20,6 +20,7 @@ MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 _WIDEST = math.radians(45.0)
 _ROWS = 2048
+# A sea with more of its variance beyond the table has motions that are more than a hundredth off in amplitude.
 _OUTSIDE = 0.02
 
 

@@ -15,6 +15,7 @@ from functools import cache
 
 from . import Limits, table
 
+# That of the programs of which the regressions were made.
 GRAVITY = 9.81
 LIMITS: Limits = {
     "C_b": (0.5, 0.85), "B/d": (2.5, 4.5), "OG/d": (-1.5, 0.2), "C_m": (0.9, 0.99), "b_BK/B": (0.01, 0.06),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 
+# That of `models/rolling`, so that the period of the restoring arm made here is the one asked for.
 GRAVITY = 9.81
 
 

@@ -37,6 +37,7 @@ from .text import OWN, Freedom, text_of, window_of
 from .wind import blown, table, unfelt, with_wind
 
 _NO_USE = ("at rest", "unknown")
+# Shares by which a length or a step may differ and still be the same, written with two digits.
 _LENGTH, _STEP = 0.02, 0.01
 
 _RULES: tuple[tuple[str, float, str], ...] = (
