@@ -154,6 +154,52 @@ def test_drift_to_one_point_of_the_earth_is_a_current() -> None:
     assert _of_legs(legs(0.1, 0.1, 0.0)) is None  # both alike
 
 
+def leg_and_turn(bias: float, north: float = 0.0, east: float = 0.0, **more: Any) -> Trial:
+    """A minute straight ahead, then a turn, in a current, by a compass that is off by so many degrees."""
+    hand = np.random.default_rng(3)
+    behind = turn(north, east, rounds=1.3)
+    t = np.arange(-60.0, behind.t[-1] + 1.0)
+    going = t >= 0.0
+    psi = np.where(going, 0.4 + DEGREE * t, 0.4)
+    c, s = np.cos(psi), np.sin(psi)
+    v = np.where(going, -0.5, 0.0)
+    over = np.array([5.0 * c - v * s + north, 5.0 * s + v * c + east])
+    read = psi - bias * DEGREE + hand.normal(0.0, 1e-4, t.size)
+    c, s = np.cos(read), np.sin(read)
+    x = np.concatenate([(5.0 * math.cos(0.4) + north) * t[:60], behind["x"]])
+    y = np.concatenate([(5.0 * math.sin(0.4) + east) * t[:60], behind["y"]])
+    return log(t, x=x, y=y, psi=read, u=over[0] * c + over[1] * s, v_m=over[1] * c - over[0] * s, **more)
+
+
+@pytest.mark.parametrize(("north", "east"), [(0.0, 0.0), (-0.3, 0.4)])
+@pytest.mark.parametrize("bias", [6.0, -4.0])
+def test_one_leg_tells_the_compass_where_a_closed_turn_tells_the_water(bias: float, north: float, east: float) -> None:
+    (fault,) = drift_faults([leg_and_turn(bias, north, east)])
+    assert fault.key == "heading_bias"
+    assert f"heading bias of {-bias:+.1f}" in fault.what
+    assert isinstance(fault.remedy, Remedy)
+    assert fault.remedy.steps[0].amount == pytest.approx((bias,), abs=0.1)
+
+
+def test_a_leg_beside_a_turn_is_silent_for_a_sound_compass() -> None:
+    assert keys(leg_and_turn(0.0)) == []
+    assert keys(leg_and_turn(2.5)) == []  # what a propeller or a wind may do
+    assert keys(leg_and_turn(0.0, -0.3, 0.4)) == ["current"]
+    assert keys(leg_and_turn(6.0, U_T=10.0, gamma_T=0.0)) == []  # a wind that may do it
+    assert keys(leg_and_turn(6.0), leg_and_turn(0.0)) == []  # the compass was sound in one of them
+    assert keys(leg_and_turn(6.0), leg_and_turn(-6.0)) == []
+
+
+def test_a_leg_is_found_by_the_heading_where_no_gyro_tells_the_rate() -> None:
+    t = np.arange(60.0)
+    straight = {"v_m": 0.3 + 0.01 * np.sin(t), "u": 5.0 + 1e-3 * t}
+    found = _leg(log(t, psi=0.7 + 1e-4 * np.sin(t), **straight))
+    assert found is not None
+    assert found.sway == pytest.approx(0.3, abs=0.01)
+    assert _leg(log(t, psi=0.7 + 1.2e-3 * t, **straight)) is None
+    assert _leg(log(t, psi=0.7 - 1.2e-3 * t, **straight)) is None
+
+
 def test_a_leg_is_the_straight_stretch_at_the_beginning() -> None:
     t = np.arange(60.0)
     rng = np.random.default_rng(0)

@@ -17,6 +17,7 @@ from seatrial.data.guess.logs import _gapped, _of_one, _ship_column, read_tables
 from seatrial.data.guess.naming import meanings
 from workbooks import write_workbook
 
+KNOT = 1852.0 / 3600.0
 SCHEMA = 'schema = "seatrial-mapping/1"\n'
 
 
@@ -85,15 +86,54 @@ def test_the_guess_divides_ships_and_its_import_takes_it(tmp_path: Path) -> None
     ("Heading", 91.0, ()), ("rpm", 511.0, ()), ("roll", -999.0, ("-999.0",)), ("rudder", 9999.0, ("9999.0",)),
 ])  # fmt: skip
 def test_a_number_that_stands_for_none_is_a_gap(name: str, value: float, words: tuple[str, ...]) -> None:
-    found = _gapped(column([10.0, value, 12.0, 60.0], name, means=tuple(meanings(name))))
+    (found,) = _gapped([column([10.0, value, 12.0, 60.0], name, means=tuple(meanings(name)))])
     assert found.missing == words
     assert np.isnan(found.values).tolist() == [False, bool(words), False, False]
 
 
 def test_numbers_near_others_stay_and_a_column_of_none_alone_is_empty() -> None:
-    assert _gapped(column([350.0, 420.0, 511.0, 530.0], "Heading", means=tuple(meanings("Heading")))).missing == ()
-    assert _gapped(column([700.0, 999.0, 850.0], "rpm", means=tuple(meanings("rpm")))).missing == ()
-    assert _gapped(column([511.0, 511.0], "Heading", means=tuple(meanings("Heading")))).kind == "empty"
+    near, turned, none = _gapped([
+        column([350.0, 420.0, 511.0, 530.0], "Heading", means=tuple(meanings("Heading"))),
+        column([700.0, 999.0, 850.0], "rpm", means=tuple(meanings("rpm"))),
+        column([511.0, 511.0], "Heading", means=tuple(meanings("Heading"))),
+    ])  # fmt: skip
+    assert near.missing == turned.missing == ()
+    assert none.kind == "empty"
+
+
+@pytest.mark.parametrize(("sog", "gap"), [(102.3, True), (9.0, False)])
+def test_a_course_of_360_is_none_where_the_speed_is_that_of_no_speed(sog: float, gap: bool) -> None:
+    course = column([10.0, 360.0, 12.0], "COG", means=tuple(meanings("COG")))
+    speed = column([8.0, sog, 8.2], "SOG", means=tuple(meanings("SOG")))
+    assert np.isnan(_gapped([course, speed])[0].values).tolist() == [False, gap, False]
+
+
+def speed_and_course(**more: list[object]) -> dict[str, list[object]]:
+    """Rows of the turning ship as AIS tells them, in knots, without a heading."""
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+    course = np.degrees(true["psi"] + np.arctan2(true["v_m"], true["u"])) % 360.0
+    return {"t [s]": list(true.t), "LAT": list(latitude), "LON": list(longitude),
+            "SOG": list(np.hypot(true["u"], true["v_m"]) / KNOT), "COG": list(course), **more}  # fmt: skip
+
+
+def test_speed_and_course_over_ground_are_channels_where_no_heading_is(tmp_path: Path) -> None:
+    log = table(tmp_path / "ais.csv", speed_and_course())
+    found = guess(log)
+    assert '[channels.U_G]\ncolumn = "SOG"\nunit = "kn"' in found.text
+    (one,) = trials(log, found.text.replace(SCHEMA, ""))
+    true = truth(dt=2.0)
+    assert one["U_G"] == pytest.approx(np.hypot(true["u"], true["v_m"]))
+    off = one["gamma_G"] - true["psi"] - np.arctan2(true["v_m"], true["u"])
+    assert np.sin(off) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_gaps_in_every_third_row_hide_no_unit(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    heading = [511.0 if k % 3 == 1 else one for k, one in enumerate(np.degrees(true["psi"]) % 360.0)]
+    found = guess(table(tmp_path / "ais.csv", speed_and_course(Heading=heading)))
+    assert 'unit = "kn"' in found.text
+    assert not found.asks
 
 
 @pytest.mark.parametrize(("cells", "mark", "plain"), [

@@ -207,3 +207,23 @@ def test_a_guess_sees_all_names_where_the_rows_of_one_fill_its_beginning(
     monkeypatch.setattr("seatrial.data.guess.logs.read_text", lambda path: read_text(path, 100))
     found = guess(historian(tmp_path, False))
     assert 'column = "Rudder"' in found.text
+
+
+@pytest.mark.slow
+def test_paths_of_signal_k_are_in_si(tmp_path: Path) -> None:
+    """Speeds of 3 m/s would be as likely in knots, and a heading below 6.28 in degrees."""
+    t = np.arange(120)
+    said = {"navigation.headingTrue": 0.7 + 0.002 * t, "navigation.speedOverGround": 3.0 + 0.001 * t,
+            "navigation.courseOverGroundTrue": 0.7 + 0.002 * t, "steering.rudderAngle": 0.1 * np.sin(0.1 * t),
+            "navigation.rateOfTurn": np.full(120, 0.002)}  # fmt: skip
+    lines = ["timestamp,path,value"]
+    for k in t.tolist():
+        when = (START + timedelta(seconds=k)).strftime("%Y-%m-%dT%H:%M:%SZ")
+        lines += [f"{when},{path},{values[k]:.5f}" for path, values in said.items()]
+    path = tmp_path / "sk.csv"
+    path.write_text("\n".join(lines) + "\n")
+    text = guess(path).text
+    for unit in ('speed = "navigation.speedOverGround"\ncourse = "navigation.courseOverGroundTrue"\nunit = "m/s"',
+                 'column = "navigation.headingTrue"\nunit = "rad"', 'column = "navigation.rateOfTurn"\nunit = "rad/s"',
+                 'column = "steering.rudderAngle"\nunit = "rad"'):  # fmt: skip
+        assert unit in text

@@ -228,3 +228,8 @@ def test_a_guess_finds_the_zone_or_doubts(extra: str, head: str, zone: str, tmp_
     found = guess(tmp_path / "log.csv")
     assert (f'format = "utm"\nzone = "{zone}"' in found.text) == bool(zone)
     assert any('write [position] with format = "utm"' in one for one in found.doubts) == (not zone)
+
+
+@pytest.mark.parametrize("text", ["navigation.headingTrue", "steering.rudderAngle", "North East", "NE 5", "no entry"])
+def test_words_with_letters_of_sides_are_no_place(text: str) -> None:
+    assert halves(text) is None

@@ -1,7 +1,8 @@
 """Where the water and the wind carry the ship: closed turns, straight legs on several headings, and the wind on record.
 
 In a steady turn the velocities over ground of one whole circle add up to the current.  On straight legs the drift is
-the same to one side on every heading where the compass is wrong, and towards one point of the earth in a current.
+the same to one side on every heading where the compass is wrong, and towards one point of the earth in a current;
+where a turn tells the current, one leg is enough.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ _PART, _LEEWAY = 0.02, 0.08
 # Drift of a turning ship that its wind can cause at most, as a part of the speed of the wind; beyond, it is a current.
 _DRIVEN = 0.03
 _SURE = 6.0
+# Drift angle on a straight leg that no propeller causes [rad].
+_ASKEW = math.radians(3.0)
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ def drift_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
     if fault is not None and fault.key == "heading_bias":
         yield fault
         return
-    current = _of_turns(trials, turns) or fault
+    current = _beside_turns(trials, turns) or _of_turns(trials, turns) or fault
     if current is not None:
         yield current
 
@@ -183,9 +186,10 @@ def _windy(trial: Trial, speed: float) -> bool:
 
 def _leg(trial: Trial) -> _Leg | None:
     """The straight stretch at the beginning of a log."""
-    if not has(trial, "psi", "u", "r") or "v_m" not in trial or slides_unseen(trial):
+    if not has(trial, "psi", "u") or "v_m" not in trial or slides_unseen(trial):
         return None
-    length, r, u, v = length_of(trial) or 100.0, trial["r"], trial["u"], trial["v_m"]
+    length, u, v = length_of(trial) or 100.0, trial["u"], trial["v_m"]
+    r = trial["r"] if has(trial, "r") else _rate(trial, 2.0 * math.sqrt(length / G))
     delta = trial["delta"] if "delta" in trial else np.zeros(len(trial))
     known = np.isfinite(r) & np.isfinite(u) & np.isfinite(v) & np.isfinite(trial["psi"])
     bent = np.flatnonzero(known & ~((np.abs(r) * length < 0.02 * np.abs(u)) & ~(np.abs(delta) > math.radians(4.0))))
@@ -197,6 +201,15 @@ def _leg(trial: Trial) -> _Leg | None:
     sway = float(np.mean(v[rows])) - east * math.cos(psi) + north * math.sin(psi)
     error = max(float(np.std(v[rows])) / math.sqrt(rows.size), 0.002 * abs(speed), 1e-9)
     return _Leg(psi, speed, sway, error)
+
+
+def _rate(trial: Trial, span: float) -> Array:
+    """Rate of turn [rad/s] by the heading, over so many seconds."""
+    psi, half = unwrapped(trial["psi"]), 0.5 * span
+    known = np.isfinite(psi)
+    after, before = (np.interp(trial.t + step, trial.t[known], psi[known]) for step in (half, -half))
+    within = np.minimum(trial.t + half, trial.t[-1]) - np.maximum(trial.t - half, trial.t[0])
+    return np.where(known, (after - before) / within, np.nan)
 
 
 def _of_legs(legs: Sequence[_Leg]) -> Fault | None:
@@ -220,20 +233,49 @@ def _of_legs(legs: Sequence[_Leg]) -> Fault | None:
     headings = ", ".join(f"{math.degrees(leg.psi) % 360:.0f}" for leg in legs)
     if one_side < 0.3 * one_point and one_side < 0.2 * alone and abs(bias[0]) > max(0.012, _SURE * bias_error[0]):
         degrees = -math.degrees(float(bias[0]))
-        return Fault(
-            "warning", "psi", f"heading bias of {degrees:+.2f} deg (or magnetic heading, or a log that is askew)",
-            f"straight legs on headings {headings} deg drift {-degrees:+.2f} +- "
-            f"{math.degrees(float(bias_error[0])):.2f} deg to one side",
-            Remedy(steps=(Step(do="add", channels=("psi",), amount=(round(-degrees, 2),), unit="deg"),
-                          Step(do="rotate", channels=("u", "v_m"), amount=(round(-degrees, 2),)))),
-            "quality", "heading_bias",
-        )  # fmt: skip
+        return _askew(degrees, f"straight legs on headings {headings} deg drift {-degrees:+.2f} +- "
+                      f"{math.degrees(float(bias_error[0])):.2f} deg to one side")  # fmt: skip
     size = math.hypot(*drift)
     if one_point < 0.3 * one_side and one_point < 0.2 * alone and size > max(_PART * speed, _SURE * drift_error.max()):
         towards = math.degrees(math.atan2(drift[1], drift[0])) % 360.0
         return _current(size, towards, f"straight legs on headings {headings} deg drift {size:.3g} +- "
                         f"{drift_error.max():.1g} m/s towards {towards:.0f} deg")  # fmt: skip
     return None
+
+
+def _askew(degrees: float, evidence: str) -> Fault:
+    return Fault(
+        "warning", "psi", f"heading bias of {degrees:+.2f} deg (or magnetic heading, or a log that is askew)", evidence,
+        Remedy(steps=(Step(do="add", channels=("psi",), amount=(round(-degrees, 2),), unit="deg"),
+                      Step(do="rotate", channels=("u", "v_m"), amount=(round(-degrees, 2),)))),
+        "quality", "heading_bias",
+    )  # fmt: skip
+
+
+def _beside_turns(trials: Sequence[Trial], turns: dict[str, Drift]) -> Fault | None:
+    """Legs that go aside of their heading where the closed turn of the same log knows the water: the compass.
+
+    Told from one heading on, beyond what a propeller or a wind does to a ship that goes straight.
+    """
+    found = []
+    for trial in trials:
+        drift, leg = turns.get(trial.name), _leg(trial)
+        if drift is None or leg is None or _windy(trial, leg.speed) or leg.speed <= 0.0:
+            continue
+        north, east = drift.north - _logged_current(trial)[0], drift.east - _logged_current(trial)[1]
+        c, s = math.cos(leg.psi), math.sin(leg.psi)
+        ahead, aside = leg.speed - north * c - east * s, leg.sway + north * s - east * c
+        error = math.hypot(leg.error, drift.error)
+        if abs(aside) < max(_ASKEW * leg.speed, _SURE * error, _LEEWAY * _wind_speed(trial)):
+            return None
+        found.append((math.degrees(math.atan2(aside, ahead)), trial.name))
+    if not found:
+        return None
+    bias = float(np.median([one for one, _ in found]))
+    if any(abs(one - bias) > 0.5 * abs(bias) for one, _ in found):
+        return None
+    words = "; ".join(f"{name} goes {one:+.1f} deg aside of it" for one, name in found[:4])
+    return _askew(-bias, f"going straight, {words}, and the closed turn behind shows no such current")
 
 
 # -- the wind on record

@@ -311,6 +311,10 @@ def _velocity(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
     evidence = _told(verdict, first, _SPEED, "frame of speeds")
     file = {"file": quoted(first.file)} if first.file else {}
     if not _has_heading(found):
+        if pair[1] == "cog":
+            yield Entry("channels.U_G", _of(first, unit=quoted(unit)), Answer(f"{evidence}; over ground", tuple(doubts)))
+            course = quoted(verdict.best.choice["unit of course"])
+            yield Entry("channels.gamma_G", _of(second, unit=course), Answer(second.column.said))
         return
     if pair[1] == "cog":
         keys = {"speed": quoted(first.column.head), "course": quoted(second.column.head), "unit": quoted(unit),

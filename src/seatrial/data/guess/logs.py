@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import Array, DataError
 from ..formats import known_by_suffix
@@ -110,17 +112,17 @@ def _tables(paths: Sequence[Path]) -> tuple[list[Table], list[str]]:
 def _topic(base: Path, table: Table, context: bool) -> Topic:
     name = table.path.relative_to(base).as_posix()
     around = name.rpartition(".")[0] if context else ""
-    columns = _signed(tuple(map(_gapped, columns_of(table, around))))
+    columns = _signed(_gapped(columns_of(table, around)))
     clock = next(iter(clocks(columns)), None)
     if clock is None and len(table.columns[0]) > 2:
         turned = replace(table, columns=tuple(column[::-1] for column in table.columns))
-        columns = _signed(tuple(map(_gapped, columns_of(turned, around))))
+        columns = _signed(_gapped(columns_of(turned, around)))
         clock = next(iter(clocks(columns)), None)
         if clock is not None:
             answer = replace(clock.answer, evidence=f"{clock.answer.evidence}; the newest row comes first")
             keys = {**clock.keys, "sort": "true"}
             return Topic(name, turned, columns, replace(clock, keys=keys, answer=answer))
-        columns = _signed(tuple(map(_gapped, columns_of(table, around))))
+        columns = _signed(_gapped(columns_of(table, around)))
     return Topic(name, table, columns, clock)
 
 
@@ -174,17 +176,31 @@ def _of_one(table: Table, ship: str) -> Table:
 _SILENT = {"latitude": (91.0, 90.0), "longitude": (181.0, 180.0), "heading": (511.0, 360.0), "sog": (102.3, 102.2)}
 """What AIS sends for a quantity that it does not have, and the most that it can be: a heading may count turns."""
 
+_NO_COURSE = (360.0, 359.9)
+"""What AIS sends for a course that it does not have; of others it is north, so that one of the above is a witness."""
+
 _FILLS = (-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0, 999.9, -999.9, -32768.0)
 _APART = 0.3
 
 
-def _gapped(column: Column) -> Column:
-    """The column with the numbers that stand for no value as gaps, among its words of a gap."""
-    if column.kind != "number":
-        return column
-    role = column.means[0].role if column.means else ""
+def _gapped(columns: Sequence[Column]) -> tuple[Column, ...]:
+    """The columns with the numbers that stand for no value as gaps, among their words of a gap."""
+    of_ais = any(one.kind == "number" and np.isin(_silent(one)[0], one.values) for one in columns)
+    silent = (_NO_COURSE if of_ais and _role(one) == "cog" else _silent(one) for one in columns)
+    return tuple(_without(one, *none) if one.kind == "number" else one
+                 for one, none in zip(columns, silent, strict=True))  # fmt: skip
+
+
+def _role(column: Column) -> str:
+    return column.means[0].role if column.means else ""
+
+
+def _silent(column: Column) -> tuple[float, float]:
+    return _SILENT.get(_role(column), (math.nan, 0.0))
+
+
+def _without(column: Column, silent: float, most: float) -> Column:
     good = column.values[np.isfinite(column.values)]
-    silent, most = _SILENT.get(role, (np.nan, 0.0))
     none = {silent} if silent in good and (np.abs(good[good != silent]) <= most).all() else set[float]()
     for one in _FILLS:
         rest = np.abs(good[good != one])
@@ -361,17 +377,18 @@ def _onto(t: Array, own: Array, signal: Signal) -> Array:
 
 
 _ENOUGH, _REACHES = 20, 2.0
-"""Rows that hold all quantities, below which they are bridged; over how many steps of each."""
+"""Rows in a run that hold all quantities, below which they are bridged; over how many steps of each."""
 
 
 def bridged(t: Array, found: Mapping[str, Signal]) -> dict[str, Signal]:
     """Quantities on all rows near their own readings, where hardly a row holds all of them.
 
-    Instruments that speak in turn, each in rows of its own, are compared so; where rows hold all nothing is made up.
+    Instruments that speak in turn, each in rows of its own, are compared so, and those that every other row lacks;
+    where rows hold all nothing is made up.
     """
     known = {role: np.isfinite(one.values) for role, one in found.items()}
     known = {role: good for role, good in known.items() if good.sum() > 2}
-    if not known or np.logical_and.reduce([*known.values()]).sum() >= _ENOUGH:
+    if not known or _longest_run(np.logical_and.reduce([*known.values()])) >= _ENOUGH:
         return dict(found)
     out = dict(found)
     for role, good in known.items():
@@ -381,6 +398,12 @@ def bridged(t: Array, found: Mapping[str, Signal]) -> dict[str, Signal]:
         away = np.minimum(np.abs(t - own[near]), np.abs(t - own[near - 1]))
         out[role] = replace(found[role], values=np.where(away <= _REACHES * np.median(np.diff(own)), values, np.nan))
     return out
+
+
+def _longest_run(held: NDArray[np.bool_]) -> int:
+    """Rows of the longest stretch that holds."""
+    edges = np.flatnonzero(np.concatenate([[True], ~held, [True]]))
+    return int(np.diff(edges).max()) - 1
 
 
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc")

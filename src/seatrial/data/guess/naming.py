@@ -73,8 +73,18 @@ def unit_of(text: str) -> str:
     return _tables().units.get(plain, "") if plain else ""
 
 
+_SIGNAL_K = re.compile(r"(?:navigation|steering|environment|propulsion)\.[a-z]")
+_OF_SIGNAL_K = (("rateOfTurn", "rad/s"), ("revolutions", "Hz"), ("[sS]peed", "m/s"), ("depth", "m"),
+                ("heading|course|[aA]ngle|direction|attitude|Variation", "rad"))  # fmt: skip
+
+
 def unit_in_name(name: str) -> str:
-    """A unit as the last word of a name, ``"hdg_deg"`` or ``"speed kn"``, or a name that is one, ``"rpm"``."""
+    """A unit as the last word of a name, ``"hdg_deg"`` or ``"speed kn"``, or a name that is one, ``"rpm"``.
+
+    Paths of Signal K are in SI by its specification.
+    """
+    if _SIGNAL_K.match(name):
+        return next((unit for words, unit in _OF_SIGNAL_K if re.search(words, name)), "")
     words = tokens(name)
     for count in (2, 1):
         tail = "/".join(words[-count:])

@@ -28,8 +28,8 @@ _PARTS = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}[°ºd:\s-]+{_NUMBER}?\s*['’′m:\
 
 _POINT = re.compile(r"(?:SRID=\d+;)?\s*POINT\s*[ZM]*\s*\(\s*(\S+)\s+([^\s)]+)(?:\s+[^\s)]+)*\s*\)", re.IGNORECASE)
 _LETTERED = tuple((re.compile(form, re.IGNORECASE), turned) for form, turned in (
-    (r"([-+\d].*?[NS])[\s,;/]*([-+\d].*[EW])", False), (r"([NS].*?)[\s,;/]*([EW].*)", False),
-    (r"([-+\d].*?[EW])[\s,;/]*([-+\d].*[NS])", True), (r"([EW].*?)[\s,;/]*([NS].*)", True),
+    (r"([-+\d].*?[NS])[\s,;/]*([-+\d].*[EW])", False), (r"([NS][\s:]*\d.*?)[\s,;/]*([EW][\s:]*\d.*)", False),
+    (r"([-+\d].*?[EW])[\s,;/]*([-+\d].*[NS])", True), (r"([EW][\s:]*\d.*?)[\s,;/]*([NS][\s:]*\d.*)", True),
 ))  # fmt: skip
 _BARE = re.compile(r"[(\[]?\s*([-+]?\d+(?:\.\d*)?)\s*[,;/\s]\s*([-+]?\d+(?:\.\d*)?)\s*[)\]]?")
 _BARE_COMMA = re.compile(r"[(\[]?\s*([-+]?\d+(?:,\d*)?)(?:\s*[;/]\s*|\s+)([-+]?\d+(?:,\d*)?)\s*[)\]]?")

@@ -13,6 +13,7 @@ import pytest
 from seatrial.data import Array, Trial
 from seatrial.data.check.bounds import scale_faults, whirl_faults
 from seatrial.data.check.controls import rudder
+from seatrial.data.check.controls.effect import effect
 from seatrial.data.check.controls.numbered import numbered_faults
 from seatrial.data.check.controls.rudder import (
     _balance,
@@ -476,3 +477,16 @@ def test_revolutions_of_a_ship_of_unknown_length_screw_some_metres(turns: float,
     trial = Trial("a", t, {"u": np.full(400, 5.0), "n_P": np.full(400, turns)})
     found = list(shaft_faults([trial]))
     assert [one.key for one in found] == ["unit"] * told
+
+
+def test_a_yaw_that_is_explained_exactly_is_judged() -> None:
+    """Nothing is left over of it at any delay, and rounding leaves less: no logarithm is taken of that."""
+    t = np.arange(241.0)
+    r = np.gradient(np.radians(20.0 + np.maximum(t - 60.0, 0.0)), t)
+    rudder = np.where(t >= 60.0, math.radians(12.0), 0.0)
+    exact = log(241, length=None, u=5.0004, r=np.where(t < 60.0, np.nan, r), delta=rudder)
+    found = effect([exact])
+    assert found is not None
+    assert found.left.min() == pytest.approx(1e-9)
+    assert found.late == 0.0
+    assert not found.opposed

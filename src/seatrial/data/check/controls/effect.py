@@ -38,7 +38,7 @@ class Effect:
 
     Attributes:
         lags: by which the yaw follows the rudder that was logged [s]; below zero the log is late.
-        left: shape of `lags`.
+        left: shape of `lags`; a ten-millionth of a percent at least, what rounding leaves of an exact log.
         gain: of the rudder, b; above zero to starboard.
         windows: how many, each overlapping its neighbours by three quarters.
     """
@@ -75,7 +75,7 @@ class Effect:
 
     def _better(self, left: float, other: float, more: float) -> bool:
         """Whether one explains more by a factor, or leaves half, and is likelier; of four windows one is new."""
-        sure = self.windows / 8.0 * math.log(other / max(left, 1e-9)) > _SURE
+        sure = self.windows / 8.0 * math.log(other / left) > _SURE
         return sure and (1.0 - left > more * (1.0 - other) or left < 0.5 * other)
 
 
@@ -96,10 +96,10 @@ def effect(trials: Sequence[Trial]) -> Effect | None:
             sums += np.column_stack([np.broadcast_to(part.sum(axis=-1), lags.shape) for part in parts])
     rr, rd, dd, rg, dg, gg = sums.T
     free = rr * dd - rd**2
-    if windows < 12 or not (free > 1e-9 * rr * dd).all():
+    if windows < 12 or not (free > 1e-9 * rr * dd).all() or not (gg > 0).all():
         return None
     a, b = (rg * dd - dg * rd) / free, (dg * rr - rg * rd) / free
-    return Effect(lags, (gg - a * rg - b * dg) / gg, b, windows)
+    return Effect(lags, np.maximum((gg - a * rg - b * dg) / gg, 1e-9), b, windows)
 
 
 def ahead(trial: Trial) -> NDArray[np.bool_]:
