@@ -11,6 +11,7 @@ from pathlib import Path
 from shlex import quote
 
 from .n2k.layouts import frame_of
+from .n2k.recorder import recorded
 
 _LOOKED, _LINES = 1 << 16, 200
 _MOST = 0.5
@@ -74,11 +75,7 @@ _MAGIC: tuple[tuple[int, bytes, Known], ...] = (
     (0, b"BZh", Known("packed by bzip2", way="bunzip2 it")),
     (0, b"7z\xbc\xaf\x27\x1c", Known("packed by 7-Zip", way="unpack it")),
 )  # fmt: skip
-_RECORDER = Known("a log of a voyage recorder of Yacht Devices (.DAT)", way="the YDVR Converter makes text of it")
-_SERVICE, _LEAST, _ORDER = b"\xff\xff\xff\xff", 59392, 59904
-"""Identifier of its service records, the least number of a group, and that of an order for a group."""
-_RECORDS, _PAUSE = 24, 3000
-"""Records that are looked at, and the longest pause between two [ms]."""
+_RECORDER = Known("a log of a voyage recorder of Yacht Devices (.DAT)", "n2k")
 _LOGGED = re.compile(r"\d{13};(A;|I;\{)")
 """A line of a server of Signal K that is a frame or a delta, and no sentence."""
 _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
@@ -127,32 +124,8 @@ def recognise(path: Path) -> Known | None:
         return known
     if b"\0" in head:
         # packets of a receiver may stand behind remarks, or among sentences
-        return _UBLOX if head.count(_UBX) > _PACKETS else _RECORDER if _recorded(head) else None
+        return _UBLOX if head.count(_UBX) > _PACKETS else _RECORDER if recorded(head) else None
     return _by_lines(head.decode("utf-8-sig", "replace"))
-
-
-def _recorded(head: bytes) -> bool:
-    """Whether these are records of a voyage recorder of Yacht Devices: milliseconds of the minute, 29 bits, and bytes.
-
-    A record has 8 bytes, an order for a group 3, and a fast packet its sequence, its length and so many.
-    """
-    ends, kinds = {0}, set[bytes]()
-    for _ in range(_RECORDS):
-        ends = {end for at in ends for end in _after(head, at)}
-        kinds |= {head[at + 2 : at + 6] for at in ends}
-    return bool(ends) and len(kinds - {_SERVICE}) > 1
-
-
-def _after(head: bytes, at: int) -> list[int]:
-    """Where the record at a byte may end, if one may begin there and the next one soon after."""
-    service, number = head[at + 2 : at + 6] == _SERVICE, int.from_bytes(head[at + 2 : at + 6], "little")
-    group = number >> 8 & 0x3FFFF
-    if at + 8 > len(head) or not (service or (number >> 29 == 0 and group >= _LEAST)):
-        return []
-    sizes = (3,) if group & 0x3FF00 == _ORDER else (8,) if service else (8, 2 + head[at + 7])
-    now = int.from_bytes(head[at : at + 2], "little")
-    ends = [at + 6 + size for size in sizes]
-    return [end for end in ends if (int.from_bytes(head[end : end + 2], "little") - now) % 60000 < _PAUSE]
 
 
 def _since_1970(head: bytes) -> bool:

@@ -186,6 +186,7 @@ def test_a_leg_beside_a_turn_is_silent_for_a_sound_compass() -> None:
     assert keys(leg_and_turn(2.5)) == []  # what a propeller or a wind may do
     assert keys(leg_and_turn(0.0, -0.3, 0.4)) == ["current"]
     assert keys(leg_and_turn(6.0, U_T=10.0, gamma_T=0.0)) == []  # a wind that may do it
+    assert keys(leg_and_turn(5.0, 0.6, -0.8)) == ["current"]  # a wind may drift the ship 1 m/s: .44 are its half
     assert keys(leg_and_turn(6.0), leg_and_turn(0.0)) == []  # the compass was sound in one of them
     assert keys(leg_and_turn(6.0), leg_and_turn(-6.0)) == []
 

@@ -266,7 +266,8 @@ def _beside_turns(trials: Sequence[Trial], turns: dict[str, Drift]) -> Fault | N
         c, s = math.cos(leg.psi), math.sin(leg.psi)
         ahead, aside = leg.speed - north * c - east * s, leg.sway + north * s - east * c
         error = math.hypot(leg.error, drift.error)
-        if abs(aside) < max(_ASKEW * leg.speed, _SURE * error, _LEEWAY * _wind_speed(trial)):
+        windy = 0.5 * math.hypot(north, east)  # a drift of the turn may be that of a wind, which a leg feels otherwise
+        if abs(aside) < max(_ASKEW * leg.speed, _SURE * error, _LEEWAY * _wind_speed(trial), windy):
             return None
         found.append((math.degrees(math.atan2(aside, ahead)), trial.name))
     if not found:

@@ -1,6 +1,6 @@
 """Logs of NMEA 2000: lines of candump, canboat, Actisense, Yacht Devices, iKonvert, SeaSmart, Airmar or PCAN-View.
 
-Lines of JSON (`n2k.spoken`) are brought into canboat's form first.
+Lines of JSON (`n2k.spoken`) and records of Yacht Devices (`n2k.recorder`) are brought into a form of lines first.
 
 The stamps of the lines are the time; where they go back the log is cut into pieces, a trial each.  A log that has only
 the hour, or seconds since its start, gets its date from groups 126992, 129029 or 129033 where it has them.  A source
@@ -21,7 +21,7 @@ import numpy as np
 
 from .. import Array, DataError, Trial
 from ..instruments import Heard, trial_by
-from ..n2k import spoken
+from ..n2k import recorder, spoken
 from ..n2k.frames import Frames, frames, joined
 from ..n2k.groups import FAST, PGNS, all_said, finished, said
 from ..n2k.layouts import Clock, Frame, Packets, frame_of, sender
@@ -46,8 +46,8 @@ _LONG = 60.0
 """A piece of a log whose clock goes back is a trial where it is at least so long [s]."""
 _MANY = 50
 """Pieces of a log at most."""
-_BLOCK = 1_000_000
-"""Bytes that are read at a time."""
+_BLOCK, _HEAD = 1_000_000, 65_536
+"""Bytes that are read at a time, and those that tell records of a device from lines."""
 _BOM = b"\xef\xbb\xbf \r\n"
 _GLUED = re.compile(r"(?<=.)(?=[!$]PDGY,)")
 """Where an iKonvert begins a line without having ended the one before."""
@@ -240,6 +240,11 @@ def _blocks(path: Path) -> Iterator[bytes]:
     """
     try:
         with existing(path).open("rb") as file:
+            if recorder.recorded(file.read(_HEAD)):
+                file.seek(0)
+                yield from recorder.lines(file.read())
+                return
+            file.seek(0)
             rest = b""
             while chunk := file.read(_BLOCK):
                 chunk = rest + chunk

@@ -312,7 +312,8 @@ def _velocity(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
     file = {"file": quoted(first.file)} if first.file else {}
     if not _has_heading(found):
         if pair[1] == "cog":
-            yield Entry("channels.U_G", _of(first, unit=quoted(unit)), Answer(f"{evidence}; over ground", tuple(doubts)))
+            over = Answer(f"{evidence}; over ground", tuple(doubts))
+            yield Entry("channels.U_G", _of(first, unit=quoted(unit)), over)
             course = quoted(verdict.best.choice["unit of course"])
             yield Entry("channels.gamma_G", _of(second, unit=course), Answer(second.column.said))
         return
