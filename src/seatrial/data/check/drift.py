@@ -189,7 +189,7 @@ def _leg(trial: Trial) -> _Leg | None:
     if not has(trial, "psi", "u") or "v_m" not in trial or slides_unseen(trial):
         return None
     length, u, v = length_of(trial) or 100.0, trial["u"], trial["v_m"]
-    r = trial["r"] if has(trial, "r") else _rate(trial, 2.0 * math.sqrt(length / G))
+    r = trial["r"] if has(trial, "r") else _rate(trial, 2.0 * math.sqrt(length / GRAVITY))
     delta = trial["delta"] if "delta" in trial else np.zeros(len(trial))
     known = np.isfinite(r) & np.isfinite(u) & np.isfinite(v) & np.isfinite(trial["psi"])
     bent = np.flatnonzero(known & ~((np.abs(r) * length < 0.02 * np.abs(u)) & ~(np.abs(delta) > math.radians(4.0))))
