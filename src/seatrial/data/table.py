@@ -23,6 +23,9 @@ _LONGEST = 1e10
 _NAMED = 8
 """Columns that an error names."""
 
+_BLOCK = 500
+"""Rows that are read at once."""
+
 _LOOKED = 65536
 """Bytes at the beginning of a file in which a binary one has a zero."""
 
@@ -131,6 +134,40 @@ def numbers(
     """
     kept = [k for k in range(first, len(lines)) if lines[k].strip()]
     flat: list[float] = []
+    for k in range(0, len(kept), _BLOCK):
+        some = kept[k : k + _BLOCK]
+        flat += _plain([lines[k] for k in some], len(columns), delimiter) or _told(
+            path, lines, some, columns, delimiter, gaps)  # fmt: skip
+    table = np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))
+    infinite = np.argwhere(np.isinf(table))
+    if infinite.size:
+        row, column = infinite[0]
+        raise DataError(
+            f"{path}: column '{columns[column]}', line {kept[row] + 1}: infinite; "
+            "give a finite number, or leave the cell empty for a gap"
+        )
+    return table, [k + 1 for k in kept]
+
+
+def _plain(rows: Sequence[str], count: int, delimiter: str | None) -> list[float]:
+    """Numbers of rows that hold nothing else, split and read at once; empty where one does, or lacks a cell."""
+    if delimiter is None or any(row.count(delimiter) != count - 1 for row in rows):
+        return []
+    text = delimiter.join(rows)
+    if "_" in text or not text.isascii():
+        return []
+    try:
+        return list(map(float, text.split(delimiter)))
+    except ValueError:
+        return []
+
+
+def _told(
+    path: str | Path, lines: Sequence[str], kept: Sequence[int], columns: Sequence[str], delimiter: str | None,
+    gaps: Container[str],
+) -> list[float]:  # fmt: skip
+    """Numbers of some lines, cell by cell where they hold more than numbers."""
+    flat: list[float] = []
     for k in kept:
         cells = lines[k].split(delimiter)
         if len(cells) != len(columns):
@@ -143,15 +180,7 @@ def numbers(
             flat += list(map(float if lines[k].isascii() and "_" not in lines[k] else decimal, cells))
         except ValueError:
             flat.extend(_number(path, k, *pair, gaps) for pair in zip(columns, cells, strict=True))
-    table = np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))
-    infinite = np.argwhere(np.isinf(table))
-    if infinite.size:
-        row, column = infinite[0]
-        raise DataError(
-            f"{path}: column '{columns[column]}', line {kept[row] + 1}: infinite; "
-            "give a finite number, or leave the cell empty for a gap"
-        )
-    return table, [k + 1 for k in kept]
+    return flat
 
 
 def decimal(text: str) -> float:

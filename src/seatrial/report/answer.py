@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from scipy.special import stdtrit
 
 from ..data import Array
 from ..identify import Fit
@@ -125,8 +126,6 @@ def _farther(ours: Sequence[Array], theirs: Sequence[Array]) -> bool:
     Student's t of the differences of squares, one-sided at 97.5 %: near a steady turn both predict to within the noise
     of two fixes, and either may come out ahead.  A single start has no scatter, and is taken by its error.
     """
-    from scipy.stats import t as student
-
     first, second = (np.concatenate([np.zeros(0), *one]) for one in (ours, theirs))
     if first.size != second.size:
         return False
@@ -135,7 +134,7 @@ def _farther(ours: Sequence[Array], theirs: Sequence[Array]) -> bool:
     worse, count = (first - second)[known], int(known.sum())
     if ratio <= 1.0 + TIE or count == 1 or ratio > _CLEARLY:
         return ratio > 1.0 + TIE
-    return bool(worse.mean() > student.ppf(0.975, count - 1) * worse.std(ddof=1) / math.sqrt(count))
+    return bool(worse.mean() > stdtrit(count - 1, 0.975) * worse.std(ddof=1) / math.sqrt(count))
 
 
 def _root(squares: Sequence[Array]) -> float | None:

@@ -304,7 +304,10 @@ def _breaks(values: Array, wide: float) -> list[int]:
     calm[1:-1] = np.median(np.stack([values[:-2], values[1:-1], values[2:]]), axis=0)
     starts, low, high = [0], math.inf, -math.inf
     for k, value in enumerate(calm.tolist()):
-        low, high = min(low, value), max(high, value)
+        if value < low:
+            low = value
+        if value > high:
+            high = value
         if high - low > wide:
             starts.append(k)
             low = high = value
