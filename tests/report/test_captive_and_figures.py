@@ -93,15 +93,15 @@ def test_loads_are_drawn_over_what_a_kind_varies_in_its_order(monkeypatch: pytes
         computed, measured = left.lines
         x, label = captive._abscissa(one, rows, kind)
         order = np.argsort(x, kind="stable")
-        assert right.get_xlabel() == label
-        np.testing.assert_allclose(measured.get_xdata(), x[order])
-        np.testing.assert_allclose(measured.get_ydata(), one.runs.loads["Y"][rows][order])
-        np.testing.assert_allclose(computed.get_ydata(), one.runs.loads["Y"][rows][order] + 0.5)
-        np.testing.assert_allclose(right.lines[1].get_ydata(), -0.5)
-        assert list(right.lines[0].get_ydata()) == [0.0, 0.0]
+        assert right.x.name == label
+        np.testing.assert_allclose(measured.x, x[order])
+        np.testing.assert_allclose(measured.y, one.runs.loads["Y"][rows][order])
+        np.testing.assert_allclose(computed.y, one.runs.loads["Y"][rows][order] + 0.5)
+        np.testing.assert_allclose(right.lines[1].y, -0.5)
+        assert list(right.lines[0].y) == [0.0, 0.0]
         misfit = 1.25 if "drift" in kind or "yaw" in kind or kind.startswith("PMM") else 0.5
-        span = right.patches[0].get_extents().transformed(right.transData.inverted())
-        assert (span.y0, span.y1) == pytest.approx((-misfit, misfit))
+        ((_, heights),) = right.areas[0].parts
+        assert (heights.min(), heights.max()) == pytest.approx((-misfit, misfit))
     drift = np.array([k.startswith("drift") for k in one.runs.kinds])
     x, label = captive._abscissa(one, drift, "drift")
     np.testing.assert_allclose(x, np.degrees(one.runs.beta[drift]))

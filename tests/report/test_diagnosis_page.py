@@ -98,13 +98,13 @@ def test_the_rudder_and_the_revolutions_are_drawn_below_the_motion():
     controls = {"delta_1": 0.2 + 0.0 * t, "delta_2": -0.2 + 0.0 * t, "n_P": 1.5 + 0.0 * t, "n_P_cmd": 1.6 + 0.0 * t}
     _, axes = figures.motion_canvas(weaving().having(**controls))
     rudders, shaft = axes[len(figures.MOTION):]
-    assert [line.get_label() for line in rudders.lines[:2]] == ["delta_1", "delta_2"]
-    assert rudders.lines[0].get_ydata()[0] == pytest.approx(np.degrees(0.2))
-    assert [text.get_text() for text in rudders.texts] == ["stbd", "port"]
-    assert rudders.texts[0].get_position()[1] > rudders.texts[1].get_position()[1]
-    assert shaft.get_ylabel() == "n_P [1/s]"
-    assert [line.get_label() for line in shaft.lines] == ["n_P"]
-    low, high = shaft.get_ylim()
+    assert [line.label for line in rudders.lines[:2]] == ["delta_1", "delta_2"]
+    assert rudders.lines[0].y[0] == pytest.approx(np.degrees(0.2))
+    assert [one.text for one in rudders.texts] == ["stbd", "port"]
+    assert rudders.texts[0].height > rudders.texts[1].height
+    assert shaft.y.name == "n_P [1/s]"
+    assert [line.label for line in shaft.lines] == ["n_P"]
+    low, high = shaft.y.ends
     assert high - low >= 0.1 * 1.5
 
 

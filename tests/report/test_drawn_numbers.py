@@ -21,7 +21,8 @@ from seatrial.data import Trial
 from seatrial.report import figures, identifiability
 from seatrial.report.campaign import distribution, rare, shares
 from seatrial.report.campaign.shown import Unit
-from seatrial.report.drawing import Frame, _short, _ticks
+from seatrial.report.canvas.frame import Frame
+from seatrial.report.canvas.ticks import plain, rounded
 from seatrial.report.identifiability import band, correlations, restarts, tracks
 from seatrial.report.judging import bands as judged
 from seatrial.report.judging import coverage, fans, tested
@@ -56,7 +57,7 @@ def axes(svg: str, left: float) -> tuple[Callable[[Any], Any], Callable[[Any], A
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 4.0), (-3.0, 17.0), (0.012, 0.019), (-250.0, 1800.0), (0.0, 1.0)])
 def test_ticks_are_round_within_the_range_and_told_apart(low: float, high: float) -> None:
-    found = _ticks(low, high)
+    found = rounded(low, high)
     steps = np.diff(found)
     size = steps[0] / 10.0 ** math.floor(math.log10(steps[0]) + 1e-9)
     assert min(abs(size - one) for one in (1.0, 2.0, 5.0)) < 1e-6
@@ -64,7 +65,7 @@ def test_ticks_are_round_within_the_range_and_told_apart(low: float, high: float
     assert low - 1e-9 <= found[0] < low + steps[0]
     assert high + 1e-9 >= found[-1] > high - steps[0]
     assert 2 <= len(found) <= 5
-    said = [_short(value, low, high) for value in found]
+    said = plain(found)
     assert len(set(said)) == len(found)
     np.testing.assert_allclose([float(one.replace("−", "-")) for one in said], found, atol=0.3 * steps[0])
 
@@ -256,7 +257,7 @@ def test_what_is_off_the_track_is_across_the_course_of_the_fit(monkeypatch: pyte
 
 @pytest.fixture
 def kept(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Figures of Matplotlib as they are handed on."""
+    """Figures as they are handed on."""
     found: list[Any] = []
     monkeypatch.setattr(figures, "svg", lambda drawn, name: found.append(drawn) or "")
     return found
@@ -267,20 +268,22 @@ def test_pages_of_coverage_draw_shares_of_the_samples_and_novelty(kept: list[Any
     train, trial = np.radians([0.0, 1.0, 2.0, 3.0, math.nan, 10.0]), np.radians([20.0, 0.0])
     coverage.histogram("delta", train, trial)
     (ax,) = kept[0].axes
-    stairs = {one.get_label(): one.get_data() for one in ax.patches}
-    edges = stairs["training"].edges
+    (x, filled), outline = ax.areas[0].parts[0], ax.lines[0]
+    edges = x[::2]
+    assert (ax.areas[0].label, outline.label) == ("training", "trials")
     assert (edges[0], edges[-1]) == pytest.approx((0.0, 20.0))
-    assert stairs["training"].values.sum() == pytest.approx(100.0)
-    np.testing.assert_allclose(stairs["training"].values, np.histogram([0, 1, 2, 3, 10], edges)[0] * 20.0)
-    np.testing.assert_allclose(stairs["trials"].values, np.histogram([20, 0], edges)[0] * 50.0)
+    assert filled[1:-1:2].sum() == pytest.approx(100.0)
+    for share, pool, each in ((filled, [0, 1, 2, 3, 10], 20.0), (outline.y, [20, 0], 50.0)):
+        assert (share[0], share[-1]) == (0.0, 0.0), "an area stands on the axis"
+        np.testing.assert_allclose(share[1:-1], np.repeat(np.histogram(pool, edges)[0] * each, 2))
     t = np.arange(1500.0)
     found: Any = SimpleNamespace(name="x", t=t, novelty=0.001 * t, share=0.3)
     coverage.novelty(found)
     line = kept[1].axes[0].lines[0]
-    np.testing.assert_allclose(line.get_ydata(), 0.001 * line.get_xdata())
-    assert 300 <= len(line.get_xdata()) <= 600
-    assert line.get_xdata()[-1] > 1490
-    top = kept[1].axes[0].get_ylim()
+    np.testing.assert_allclose(line.y, 0.001 * line.x)
+    assert 300 <= len(line.x) <= 600
+    assert line.x[-1] > 1490
+    top = kept[1].axes[0].y.ends
     assert top[0] == 0.0
     assert top[1] > 1.499
 
@@ -298,18 +301,18 @@ def test_bands_of_a_manoeuvre_are_the_quantiles_of_its_draws(kept: list[Any]) ->
     degree = math.degrees(1.0)
     for ax, name, factor, top in zip(kept[0].axes, ("psi", "u", "v_m", "r"), (degree, 1.0, 1.0, degree),
                                      (0.01 * 29, 1.0, 0.1, 0.02), strict=True):  # fmt: skip
-        np.testing.assert_allclose(ax.lines[0].get_ydata(), factor * run[name])
-        corners = ax.collections[0].get_paths()[0].vertices
+        np.testing.assert_allclose(ax.lines[0].y, factor * run[name])
+        corners = np.column_stack(ax.areas[0].parts[0])
         last = corners[np.isclose(corners[:, 0], 29.0), 1]
         base = 1.0 if name == "u" else 0.0
         assert last.min() == pytest.approx(factor * (base + 0.05 * top), rel=1e-6)
         assert last.max() == pytest.approx(factor * (base + 0.95 * top), rel=1e-6)
     judged._fan(found, 0.9, run)
     (ax,) = kept[1].axes
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), found.tracks[0, :, 0])
-    np.testing.assert_allclose(ax.lines[59].get_ydata(), found.tracks[-1, :, 0])
-    np.testing.assert_allclose(ax.lines[59].get_xdata(), found.tracks[-1, :, 1])
-    np.testing.assert_allclose(ax.lines[60].get_xdata(), run["y"])
+    np.testing.assert_allclose(ax.lines[0].y, found.tracks[0, :, 0])
+    np.testing.assert_allclose(ax.lines[59].y, found.tracks[-1, :, 0])
+    np.testing.assert_allclose(ax.lines[59].x, found.tracks[-1, :, 1])
+    np.testing.assert_allclose(ax.lines[60].x, run["y"])
 
 
 @pytest.mark.parametrize(
@@ -343,8 +346,8 @@ def test_planes_are_drawn_with_their_hull_inside_the_box_of_ranges(monkeypatch: 
     found = Grounds(covered=ranges, tested=planes)
     assert tested.picture(found) == "drawn"
     first = drawn[0].axes[0]
-    assert (first.get_xlabel(), first.get_ylabel()) == ("surge speed [m/s]", "rate of turn [°/s]"), "motion comes first"
-    hull, box = (np.column_stack([line.get_xdata(), line.get_ydata()]) for line in first.lines)
+    assert (first.x.name, first.y.name) == ("surge speed [m/s]", "rate of turn [°/s]"), "motion comes first"
+    hull, box = (np.column_stack([line.x, line.y]) for line in first.lines)
     np.testing.assert_allclose(hull, [[x, math.degrees(y)] for x, y in (*diamond, diamond[0])])
     assert (box[:, 0].min(), box[:, 0].max()) == (0.0, 2.0)
     assert box[:, 1].max() == pytest.approx(math.degrees(0.1))
@@ -364,15 +367,15 @@ def test_a_fan_is_drawn_about_the_prediction_with_a_gap_at_each_restart(kept: li
     off = {"psi": 0.02, "u": 0.03}
     for ax, name in zip(kept[0].axes, ("x", "y", "psi", "u", "v_m", "r"), strict=True):
         factor, k = (degree if name in ("psi", "r") else 1.0), names.index(name)
-        middle, seen = ax.lines[0].get_ydata(), ax.lines[1].get_ydata()
+        middle, seen = ax.lines[0].y, ax.lines[1].y
         assert np.flatnonzero(np.isnan(middle)).tolist() == [0, 20]
         np.testing.assert_allclose(middle[1:20], factor * predicted[name][1:20])
         np.testing.assert_allclose(seen, factor * (predicted[name] + off.get(name, 0.0)))
-        heights = np.concatenate([path.vertices for path in ax.collections[0].get_paths()])
+        heights = np.concatenate([np.column_stack(part) for part in ax.areas[0].parts])
         last = heights[np.isclose(heights[:, 0], 39.0), 1]
         assert np.ptp(last) == pytest.approx(2.0 * factor * half[0, k])
         assert 0.5 * (last.min() + last.max()) == pytest.approx(factor * predicted[name][39])
-    assert [ax.get_xlabel() for ax in kept[0].axes][-1] == "time t [s]"
+    assert [ax.x.name for ax in kept[0].axes][-1] == "time t [s]"
 
 
 def test_widths_of_bands_are_told_in_degrees_and_shares_in_percent() -> None:

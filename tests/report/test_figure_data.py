@@ -11,10 +11,10 @@ import re
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from seatrial.report import figures, page
 from seatrial.report.blocks import figure, table
+from seatrial.report.canvas.panels import Figure
 from seatrial.report.figure_data import taken, with_data
 from seatrial.report.page import Page, Section
 
@@ -31,8 +31,8 @@ def drawn() -> Figure:
     upper.plot(t, np.where(t > 5.0, np.nan, np.cos(t)))
     upper.axhline(0.5)
     upper.set(xlabel="t [s]", ylabel="r [°/s]")
-    lower.bar([1.0, 2.0], [3.0, 4.0])
-    lower.scatter([0.25], [7.0], label="peaks")
+    lower.plot([0.25], [7.0], "o", label="peaks")
+    lower.plot([0.25, 0.5], [7.0, 6.0], color="#000")
     return fig
 
 
@@ -46,8 +46,8 @@ def test_the_file_holds_what_is_drawn_and_no_rules() -> None:
     assert math.isclose(float(measured[30]["y"]), math.sin(3.0), rel_tol=1e-5)
     assert len([row for row in rows if row["series"] == "line 2"]) == 51  # gaps are left out
     assert not [row for row in rows if row["series"] == "line 3"]
-    assert [(row["x"], row["y"]) for row in rows if row["series"] == "bars 1"] == [("1", "3"), ("2", "4")]
-    assert [(row["x"], row["y"]) for row in rows if row["series"] == "peaks"] == [("0.25", "7")]
+    below = [row for row in rows if row["panel"] == "panel 2 over t [s]"]
+    assert [(row["series"], row["x"], row["y"]) for row in below] == [("peaks", "0.25", "7")]
 
 
 @pytest.mark.slow
@@ -59,7 +59,7 @@ def test_a_figure_has_a_link_named_by_its_caption_and_the_drawing_keeps_no_copy(
 
 
 def test_a_figure_without_numbers_has_no_link() -> None:
-    assert "href" not in page.html(figure(with_data("<svg></svg>", Figure()), "nothing"))
+    assert "href" not in page.html(figure(with_data("<svg></svg>", Figure(1, 1, (1.0, 1.0), shared=True)), "nothing"))
     assert "href" not in page.html(figure("<svg></svg>", "a drawing by hand"))
 
 

@@ -506,10 +506,10 @@ def test_estimates_far_away_are_drawn_on_a_logarithmic_axis(monkeypatch: pytest.
             fits={"full": SimpleNamespace(free=(Free("hull.a", 0.0),))})
         rivals.estimates([case])
         (ax,) = kept[-1].axes
-        assert ax.get_xscale() == scale
-    told = [label.get_text() for label in ax.get_xticklabels()]
+        assert ax.x.scale == scale
+    told = [words for _, words in ax.x.ticks]
     assert told == ["-30", "-10", "-3", "-1", "0", "1", "3", "10", "30"]
-    assert [label.get_text() for label in ax.get_yticklabels()] == ["a"]
+    assert [words for _, words in ax.y.ticks] == ["a"]
 
 
 @pytest.mark.slow
@@ -547,9 +547,9 @@ def test_a_control_that_hardly_moves_has_an_axis_of_a_tenth_of_it() -> None:
     own = dict.fromkeys(("x", "y", "psi", "u", "v_m", "r"), 0.0 * t)
     trial = Trial("a", t, {**own, "n_P": 1.5 + 0.001 * np.sin(t), "delta": 0.1 * np.sin(t)})
     rudder, shaft = figures.motion_canvas(trial)[1][-2:]
-    low, high = shaft.get_ylim()
+    low, high = shaft.y.ends
     assert high - low == pytest.approx(0.15, abs=2e-3)
-    low, high = rudder.get_ylim()
+    low, high = rudder.y.ends
     assert high - low == pytest.approx(1.2 * 1.1 * 2 * math.degrees(0.1), rel=0.02)
 
 

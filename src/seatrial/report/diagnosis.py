@@ -15,7 +15,7 @@ from ..identify.diagnosis.findings import LACKING, Diagnosis
 from ..models import unit
 from . import figures
 from .blocks import Body, Verdict, bullets, figure, heading, number, soft, table
-from .drawing import Frame, label, whole
+from .canvas.frame import Frame, label, whole
 
 _LAGS = 20
 # Causes that the first lines of a page name beside the likeliest.

@@ -44,31 +44,16 @@ def taken(svg: str) -> tuple[str, str]:
 
 def _rows(figure: Any) -> Iterator[tuple[str, ...]]:
     for number, ax in enumerate(figure.axes, 1):
-        below = next((one.get_xlabel() for one in ax.get_shared_x_axes().get_siblings(ax) if one.get_xlabel()), "x")
-        panel = f"{ax.get_ylabel() or f'panel {number}'} over {ax.get_xlabel() or below}"
-        for name, points in _series(ax):
-            known = np.asarray(points, dtype=float).reshape(-1, 2)
-            for x, y in known[np.isfinite(known).all(axis=1)].tolist():
-                yield panel, name, f"{x:.{_DIGITS}g}", f"{y:.{_DIGITS}g}"
+        panel = f"{ax.y.name or f'panel {number}'} over {ax.x.name or 'x'}"
+        for name, x, y in _series(ax):
+            known = np.isfinite(x) & np.isfinite(y)
+            for one, two in zip(x[known].tolist(), y[known].tolist(), strict=True):
+                yield panel, name, f"{one:.{_DIGITS}g}", f"{two:.{_DIGITS}g}"
 
 
-def _series(ax: Any) -> Iterator[tuple[str, Any]]:
-    """Lines, marks and bars of a panel; rules across it are no data."""
-    for k, line in enumerate(ax.get_lines(), 1):
-        points = _numbers(line.get_xydata())
-        label = str(line.get_label())
-        rule = label.startswith("_") and len(points) <= 2 and line.get_marker() == "None"
-        if len(points) and not rule:
-            yield (f"line {k}" if label.startswith("_") else label), points
-    for k, marks in enumerate(ax.collections, 1):
-        points = _numbers(marks.get_offsets()) if marks.get_offset_transform() is ax.transData else np.empty((0, 2))
-        label = str(marks.get_label())
-        if len(points):
-            yield (f"marks {k}" if label.startswith("_") else label), points
-    for k, bars in enumerate(ax.containers, 1):
-        drawn = [bar for bar in bars if hasattr(bar, "get_height")]
-        yield f"bars {k}", [(bar.get_x() + bar.get_width() / 2, bar.get_y() + bar.get_height()) for bar in drawn]
-
-
-def _numbers(points: Any) -> Any:
-    return np.ma.filled(np.ma.asarray(points, dtype=float), np.nan).reshape(-1, 2)
+def _series(ax: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Lines and marks of a panel; rules across it, and what only shows a direction, are no data."""
+    for k, line in enumerate(ax.lines, 1):
+        hidden = not line.label or line.label.startswith("_")
+        if line.x.size and not (hidden and (line.across or (line.x.size <= 2 and not line.mark))):
+            yield (f"line {k}" if hidden else line.label), line.x, line.y

@@ -6,9 +6,7 @@ small; lines differ in dashes and marks too, so that a page is readable without 
 
 from __future__ import annotations
 
-import io
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -18,7 +16,9 @@ from ..data import Array, Trial, unwrapped
 from ..models import unit
 from ..validate import Comparison
 from ..validate.metrics import pairs, segments
-from .figure_data import with_data
+from .canvas.panels import BLUE, GREEN, GREY, GRID, INK, ORANGE, PINK, RULE, SKY, VERMILION, Axes, Figure
+from .canvas.panels import SOFT as SOFT
+from .canvas.svg import svg as svg
 
 Styles = Mapping[str, tuple[str, Any]]
 """Colour and dashes by label."""
@@ -26,9 +26,7 @@ Styles = Mapping[str, tuple[str, Any]]
 _POINTS = 600
 _SIZE = (5.2, 4.6)
 _WIDE = 1.25
-# Okabe and Ito's palette.
-BLUE, VERMILION, GREEN, PINK, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
-INK, SOFT, GREY, RULE, GRID, TINT = "#111", "#5d6871", "#8a8a8a", "#b5bcc2", "#e4e7ea", "#eef2f5"
+TINT = "#eef2f5"
 OCHRE = "#b07d00"  # an orange dark enough for text
 LINES: tuple[tuple[str, Any, str], ...] = (
     (BLUE, "-", "o"), (VERMILION, (0, (6, 2)), "s"), (GREEN, (0, (3, 1.5)), "^"), (PINK, (0, (1, 1)), "D"),
@@ -80,13 +78,13 @@ def track(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
         ax.plot(_broken(east, gaps), _broken(north, gaps), color=color, ls=dashes, lw=1.5, label=c.label)
     measured_track(ax, measured)
     _ship_ticks(ax, measured["psi"], x, y)
-    ax.locator_params(nbins=6)
+    ax.x.bins = ax.y.bins = 6
     frame(ax, [(c.predicted["y"], c.predicted["x"]) for c in comparisons], (y, x))
     legend_below(figure, ax)
     return svg(figure, f"track {name}")
 
 
-def measured_track(ax: Any, measured: Trial) -> None:
+def measured_track(ax: Axes, measured: Trial) -> None:
     """The measured track with its start, and the names of the axes: north over east."""
     x, y = measured["x"], measured["y"]
     step, first = _every(x.size), np.flatnonzero(np.isfinite(x + y))[:1]
@@ -95,8 +93,8 @@ def measured_track(ax: Any, measured: Trial) -> None:
     ax.set(xlabel="east y [m]", ylabel="north x [m]")
 
 
-def motion_canvas(measured: Trial, more: int = 0) -> tuple[Any, tuple[Any, ...]]:
-    """Axes for `MOTION` and `more` channels, and below them the controls of the trial: rudders, azimuths, revolutions.
+def motion_canvas(measured: Trial, more: int = 0) -> tuple[Figure, tuple[Axes, ...]]:
+    """Panels for `MOTION` and `more` channels, and below them the controls: rudders, azimuths, revolutions.
 
     A control that is logged both as ordered and as it was is drawn as it was.
     """
@@ -110,18 +108,18 @@ def motion_canvas(measured: Trial, more: int = 0) -> tuple[Any, tuple[Any, ...]]
             colour, dashes, _ = LINES[k % len(LINES)]
             ax.plot(measured.t[::step], factor * measured[name][::step], color=colour if len(names) > 1 else INK,
                     ls=dashes, lw=1.2, label=name)  # fmt: skip
-        low, high = ax.get_ylim()
+        low, high = ax.y.ends
         spare = max(_STILL * max(abs(low), abs(high)) - (high - low), 0.2 * (high - low))
-        ax.set_ylim(low - 0.5 * spare, high + 0.5 * spare)
+        ax.set_ylim((low - 0.5 * spare, high + 0.5 * spare))
         ax.set_ylabel(f"{names[0]} {label[label.index('[') :]}" if len(names) == 1 else label)
         if len(names) > 1:
-            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7, handlelength=1.6)
+            ax.legend("beside", size=7.0)
         if all(name.startswith("delta") for name in names):
-            low, high = ax.get_ylim()
-            ax.set_ylim(min(low, -0.25 * high), max(high, -0.25 * low))
+            low, high = ax.y.ends
+            ax.set_ylim((min(low, -0.25 * high), max(high, -0.25 * low)))
             ax.axhline(0.0, color=RULE, lw=0.8, zorder=1)
-            for height, side, up in ((1.0, "stbd", "top"), (0.0, "port", "bottom")):
-                ax.text(1.01, height, side, transform=ax.transAxes, fontsize=7, color=SOFT, va=up)
+            ax.text("stbd", 1.0)
+            ax.text("port", 0.0)
     return figure, axes
 
 
@@ -132,7 +130,7 @@ def _controls(measured: Trial, kind: str) -> list[str]:
     return sorted(name for name in kept if np.isfinite(measured[name]).any())
 
 
-def measured_motion(ax: Any, measured: Trial, channel: str, factor: float) -> Array:
+def measured_motion(ax: Axes, measured: Trial, channel: str, factor: float) -> Array:
     """One measured channel over time, the heading continuous; returns what is drawn."""
     values = factor * (unwrapped(measured[channel]) if channel == "psi" else measured[channel])
     step = _every(values.size)
@@ -157,7 +155,7 @@ def series(comparisons: Sequence[Comparison], styles: Styles, name: str) -> str:
             t, drawn = _broken(c.measured.t[rows], gaps), _broken(values[rows], gaps)
             ax.plot(t, drawn, color=color, ls=dashes, lw=1.3)
         if channel in measured and np.isfinite(measured[channel]).any():
-            ax.set_ylim(*_limits(measured_motion(ax, measured, channel, factor), curves))
+            ax.set_ylim(_limits(measured_motion(ax, measured, channel, factor), curves))
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
     return svg(figure, f"series {name}")
@@ -177,10 +175,9 @@ def horizon(
         ax.plot(ends, values, color=color, ls=dashes, lw=1.6, marker="o", ms=3.5, label=label)
     ax.set(xscale="log", yscale="log")
     ticks = sorted({end for points in curves.values() for end in points})
-    ax.set_xticks(ticks, [f"{end:g}" for end in ticks], minor=False)
-    ax.set_xticks([], minor=True)
+    ax.set_xticks(ticks, [f"{end:g}" for end in ticks])
     ax.set(xlabel="time since restart, each point from the one before to [s]", ylabel=what)
-    ax.legend(loc="best", frameon=False)
+    ax.legend()
     return svg(figure, f"horizon {what}")
 
 
@@ -193,7 +190,7 @@ def convergence(history: Array) -> str:
     if np.nanmin(history[:, 1]) > 0:
         ax.set_yscale("log")
     ax.set(xlabel="iteration", ylabel="loss [-]")
-    ax.legend(loc="best", frameon=False)
+    ax.legend()
     return svg(figure, "convergence")
 
 
@@ -215,113 +212,30 @@ def lines(
     return svg(figure, title)
 
 
-def canvas(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Any, tuple[Any, ...]]:
-    """A figure in the style of the reports, and its axes one above the other over one abscissa."""
+def canvas(rows: int, size: tuple[float, float] = _SIZE) -> tuple[Figure, tuple[Axes, ...]]:
+    """A figure, and its panels one above the other over one abscissa."""
     figure, axes = panels(rows, 1, size)
     return figure, tuple(axes[:, 0])
 
 
-def panels(rows: int, columns: int, size: tuple[float, float], *, shared: bool = True) -> tuple[Any, Any]:
-    """A figure in the style of the reports, and its axes, shape (rows, columns); `shared`: a column over one abscissa.
-
-    One column is placed by `svg`, as that asks for the texts once; several are by Matplotlib, which asks six times.
-    """
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
-    with rc_context(STYLE):
-        figure = Figure(figsize=size, layout="constrained" if columns > 1 else None)
-        axes = figure.subplots(rows, columns, sharex="col" if shared else False, squeeze=False)
-    return figure, axes
+def panels(rows: int, columns: int, size: tuple[float, float], *, shared: bool = True) -> tuple[Figure, Any]:
+    """A figure, and its panels, shape (rows, columns); `shared`: a column over one abscissa."""
+    figure = Figure(rows, columns, size, shared=shared)
+    return figure, figure.grid
 
 
-def legend_below(figure: Any, ax: Any) -> None:
-    """A legend under the axes, with as many columns as its longest label leaves room for."""
-    handles, labels = ax.get_legend_handles_labels()
-    longest = max(map(len, labels), default=0)
+def legend_below(figure: Figure, ax: Axes) -> None:
+    """A legend under the panels, with as many columns as its longest label leaves room for."""
+    longest = max((len(one.label) for one in ax.named), default=0)
     columns = next(count for count, length in ((3, 15), (2, 28), (1, longest)) if longest <= length)
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
+    figure.legend(ax.named, columns)
 
 
-def rows_of(figure: Any, ax: Any, names: Sequence[str], what: str, columns: int) -> None:
+def rows_of(figure: Figure, ax: Axes, names: Sequence[str], what: str, columns: int) -> None:
     """Name the rows of a drawing of marks from the top, and its abscissa; a legend below."""
     ax.set_yticks(range(len(names)), names)
     ax.set(ylim=(len(names) - 0.5, -0.5), xlabel=what)
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=columns, handletextpad=0.1,
-                  columnspacing=1.0, frameon=False)  # fmt: skip
-
-
-def _literal(figure: Any) -> None:
-    """Draw texts as written: "$" starts no formula; powers of ten along an axis stay formulas."""
-    from matplotlib.text import Text
-    from matplotlib.ticker import LogFormatter
-
-    powers = {label for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)
-              if isinstance(axis.get_major_formatter(), LogFormatter)
-              for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks())
-              for label in (tick.label1, tick.label2)}  # fmt: skip
-    for words in figure.findobj(Text):
-        if words not in powers:
-            words.set_parse_math(False)
-
-
-def _placed(figure: Any) -> None:
-    """Leave room around one column of axes for their texts; a letter is about as wide as .64 of its height."""
-    wide, high = figure.get_size_inches()
-    axes = figure.axes
-    named = [any(ax.get_ylabel() for ax in axes), any(ax.get_xlabel() for ax in axes)]
-    texts = [ax.yaxis.get_major_formatter().format_ticks(_within(ax.yaxis)) for ax in axes]
-    powers = any(ax.yaxis.get_major_formatter().get_offset() for ax in axes)  # such as 1e6, above its axis
-    ticks = max(map(_wide, texts)) + 0.05
-    left = ticks + 0.14 + 0.2 * named[0]
-    beside = max((_wide([text.get_text()], text.get_fontsize()) for ax in axes for text in ax.texts
-                  if text.get_transform() == ax.transAxes and text.get_position()[0] > 1.0), default=0.0)  # fmt: skip
-    for legend in (one for ax in axes if (one := ax.get_legend()) and one.get_bbox_to_anchor().x0 >= ax.bbox.x1):
-        texts = legend.get_texts()
-        beside = max(beside, _wide([text.get_text() for text in texts], texts[0].get_fontsize()) + 0.5)
-    below = sum(0.12 + 0.2 * math.ceil(len(one.get_texts()) / one._ncols) for one in figure.legends)
-    figure.subplots_adjust(
-        left=left / wide, right=1.0 - (beside + 0.12) / wide, bottom=(below + 0.28 + 0.2 * named[1]) / high,
-        top=1.0 - (0.1 + 0.2 * bool(axes[0].get_title()) + 0.1 * powers) / high, hspace=0.2 if powers else 0.12,
-    )  # fmt: skip
-    for ax in axes if len(axes) > 1 else ():
-        ax.yaxis.set_label_coords(-(ticks + 0.14) / wide / ax.get_position().width, 0.5)
-
-
-def _within(axis: Any) -> Any:
-    """Ticks that are in view."""
-    low, high = sorted(axis.get_view_interval())
-    places = np.asarray(axis.get_majorticklocs())
-    return places[(places >= low) & (places <= high)]
-
-
-def _wide(texts: Sequence[str], size: float = 10.0) -> float:
-    """Width of the widest of some texts [in]."""
-    lines = [line for text in texts for line in text.split("\n")]
-    # a power of ten is a formula of three letters
-    return 0.64 * size / 72.0 * max((3 if line.startswith("$") else len(line) for line in lines), default=0)
-
-
-def svg(figure: Any, salt: str) -> str:
-    """The figure as it goes into a page; `salt` keeps the names within it the same from run to run."""
-    from matplotlib import rc_context
-
-    _literal(figure)
-    if figure.get_layout_engine() is None:
-        _placed(figure)
-    out = io.StringIO()
-    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-    with rc_context({**STYLE, "svg.hashsalt": salt}):
-        figure.savefig(out, format="svg", metadata=nothing, transparent=True)
-    text = out.getvalue()
-    text = text[text.index("<svg") :]
-    # Inline in a page the name spaces are implied, the fixed size and the groups' names are in the way.
-    text = re.sub(r' (?:xmlns(?::xlink)?|version)="[^"]*"', "", text)
-    text = re.sub(r'(<svg[^>]*?) width="[^"]*"| height="[^"]*pt"', r"\1", text, count=2)
-    text = re.sub(r'<g id="[A-Za-z0-9_.]+_\d+">', "<g>", text)
-    # Coordinates need no more than two decimals; the figures on the axes keep theirs.
-    text = re.sub(r'(?:\bd|transform|x|y|points)="[^"]*"', lambda m: re.sub(r"(\d+\.\d\d)\d+", r"\1", m[0]), text)
-    return with_data(text, figure)
+    figure.legend(ax.named, columns)
 
 
 def _every(samples: int) -> int:
@@ -340,7 +254,7 @@ def _broken(values: Array, gaps: Any) -> Array:
     return np.insert(values, gaps, np.nan)
 
 
-def _ship_ticks(ax: Any, psi: Array, x: Array, y: Array) -> None:
+def _ship_ticks(ax: Axes, psi: Array, x: Array, y: Array) -> None:
     """A short line over the bow at some fifteen places of the measured track."""
     rows = np.flatnonzero(np.isfinite(x + y + psi))
     rows = rows[:: max(1, rows.size // 15)]
@@ -348,10 +262,10 @@ def _ship_ticks(ax: Any, psi: Array, x: Array, y: Array) -> None:
     for i in rows:
         ends_x, ends_y = length * math.cos(psi[i]), length * math.sin(psi[i])
         line = [y[i], y[i] + ends_y], [x[i], x[i] + ends_x]
-        ax.plot(*line, color="#8a929a", lw=5, solid_capstyle="butt", zorder=1.5)
+        ax.plot(*line, color="#8a929a", lw=5, zorder=1.5)
 
 
-def frame(ax: Any, others: Sequence[tuple[Array, Array]], truth: tuple[Array, Array]) -> None:
+def frame(ax: Axes, others: Sequence[tuple[Array, Array]], truth: tuple[Array, Array]) -> None:
     """Equal scale with the whole of `truth` in view, and of the others what stays near; each abscissa, ordinate."""
     ax.set_aspect("equal", adjustable="box")
     size = max(float(np.nanmax(v) - np.nanmin(v)) for v in truth)

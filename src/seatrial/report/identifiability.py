@@ -20,7 +20,7 @@ from ..identify.posterior.verdicts import capped
 from ..models import STATES
 from . import figures
 from .blocks import Body, Line, bullets, figure, gallery, heading, joined, line, number, soft, table
-from .drawing import Frame, label, whole
+from .canvas.frame import Frame, label, whole
 from .page import Section, text
 
 # Ends within this share of the best objective are as good as it.

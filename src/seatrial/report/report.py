@@ -38,7 +38,7 @@ from .blocks import (
     table,
     tiles,
 )
-from .drawing import label, whole
+from .canvas.frame import label, whole
 from .evidence import PUBLISHED, TIE, Evidence, caveats
 from .judging import fans, fitness
 from .page import Page, ReportError, Section, plain, write

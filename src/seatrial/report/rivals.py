@@ -242,7 +242,7 @@ def steps(scores: Mapping[str, Score], names: Mapping[str, str], dt: float, what
         for who, score in scores.items():
             ax.plot(HORIZONS, factor * score.steps[name], lw=1.4, ms=4, label=names[who], **STYLES[who])
         ax.set_ylabel(label)
-        ax.set_ylim(bottom=0.0)
+        ax.set_ylim((0.0, None))
     axes[-1].set_xlabel(f"steps predicted, {dt:g} s each")
     legend_below(drawn, axes[0])
     return svg(drawn, f"steps {what}")
@@ -261,10 +261,9 @@ def estimates(cases: Sequence[Case]) -> str:
                 label=case.name)  # fmt: skip
     farthest = max(float(np.abs(case.away).max()) for case in cases)
     if farthest > _FAR:
-        ax.set_xscale("symlog", linthresh=3.0, linscale=1.5)
+        ax.set_xscale("symlog", 3.0)
         ticks = [v for v in (0, 1, 3, 10, 30, 100, 300, 1000) if v < 2.0 * farthest]
         ax.set_xticks([-v for v in ticks[:0:-1]] + ticks, [f"{v:g}" for v in [-v for v in ticks[:0:-1]] + ticks])
-        ax.minorticks_off()
     names = [path.partition(".")[2] for path in paths]
     figures.rows_of(drawn, ax, names, "(estimate − truth) / sigma; within 3 is shaded", 4)
     return svg(drawn, "estimates")

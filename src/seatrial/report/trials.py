@@ -127,7 +127,7 @@ def _plane(found: Survey) -> str:
                             alpha=0.5, mew=0, label=kind if j == 0 else None)  # fmt: skip
     for ax, what in zip(axes[0], ("r [°/s]", "rudder δ [°]"), strict=True):
         ax.set(xlabel="u [m/s]", ylabel=what)
-    axes[0][0].legend(markerscale=3.0, loc="best")
+    axes[0, 0].legend()
     return figures.svg(drawn, "plane")
 
 
@@ -142,21 +142,14 @@ def _drawn(name: str, entry: Entry) -> str:
         for k, own in enumerate(values.values()):
             colour, dashes, _ = figures.LINES[k % len(figures.LINES)]
             ax.plot(trial.t[rows], own[rows], color=colour if len(values) > 1 else figures.INK, ls=dashes, lw=1.1)
-        ax.set_ylabel(label, fontsize=8)
-        ax.tick_params(labelsize=8)
-        ax.locator_params(axis="y", nbins=4)
+        ax.set_ylabel(label)
+        ax.y.size, ax.y.bins = 8.0, 4
     axes[-1, -1].set_xlabel("time t [s]")
-    drawn.align_ylabels(axes[:, -1])
     if tracked:
-        grid = axes[0, 0].get_gridspec()
-        for ax in axes[1:, 0]:
-            ax.remove()
-        ax = axes[0, 0]
-        ax.set_subplotspec(grid[:, 0])
-        ax.tick_params(labelbottom=True)
+        ax = drawn.tall(0)
         figures.measured_track(ax, trial)
         figures.frame(ax, (), (trial["y"], trial["x"]))
-        ax.locator_params(nbins=5)
+        ax.x.bins = ax.y.bins = 5
     return figures.svg(drawn, f"trial {name}")
 
 

@@ -303,7 +303,7 @@ def objectives(tuning: Tuning) -> str:
         ax.axhline(sum(untuned.values()), color=figures.GREY, ls=figures.BASELINE[1], lw=1.2, label="untuned")
         ax.axvline(tuning.best.ratio, color=figures.ORANGE, alpha=0.35, lw=6, zorder=0.5)
         ax.set(yscale="log", ylabel=f"J, {title}")
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+        ax.legend("beside")
     axes[-1].set_xticks(ratios, [f"{r:g}" for r in ratios])
     axes[-1].set_xlabel("range a_r (the chosen one shaded)")
     return svg(drawn, "objectives")
@@ -320,14 +320,14 @@ def positions(ranges: Sequence[Range]) -> str:
         for filled in (True, False):
             some = stuck == filled
             ax.plot(r.position[some], rows[some], mark, color=colour, ms=6, mfc=colour if filled else "white",
-                    ls="none", label=f"a_r {r.ratio:g}" if not filled else None, clip_on=False)  # fmt: skip
+                    ls="none", label=f"a_r {r.ratio:g}" if not filled else None)  # fmt: skip
     for end in (-1.0, 1.0):
         ax.axvline(end, color="#555", lw=1.0)
     ax.axvline(0.0, color=figures.RULE, lw=1.0)
     for edge in range(1, len(paths)):
         ax.axhline(edge - 0.5, color=figures.GRID, lw=0.8)
-    ax.grid(False)
-    ax.set_xlim(-1.05, 1.05)
+    ax.grid_shown = False
+    ax.set_xlim((-1.05, 1.05))
     figures.rows_of(drawn, ax, paths, "place in the range (filled: at its end)", 5)
     return svg(drawn, "positions")
 
@@ -340,7 +340,7 @@ def tracks(measured: Trial, predicted: Mapping[str, Trial]) -> str:
             ax.plot(predicted[label]["y"], predicted[label]["x"], color=colour, ls=dashes, lw=1.3, label=label)
     figures.measured_track(ax, measured)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    ax.legend("beside")
     return svg(drawn, f"tracks {measured.name}")
 
 

@@ -101,16 +101,16 @@ def test_the_drawing_of_a_use_has_bars_from_end_to_end(monkeypatch: pytest.Monke
     monkeypatch.setattr(fitness.figures, "svg", lambda drawn, name: kept.append(drawn) or "")
     fitness._drawn(Fitness("p", "berthing", LIMITS, 2.0))
     (ax,) = kept[0].axes
-    lines = [(line.get_marker(), np.column_stack([line.get_xdata(), line.get_ydata()]).tolist()) for line in ax.lines]
-    bars = [points for mark, points in lines if mark == "None" and len(points) == 2 and points[0][1] == points[1][1]]
+    lines = [(line.mark, np.column_stack([line.x, line.y]).tolist()) for line in ax.lines]
+    bars = [points for mark, points in lines if not mark and len(points) == 2 and points[0][1] == points[1][1]]
     assert bars == [[[1.5, 2.0], [math.inf, 2.0]], [[0.25, 3.0], [1.5, 3.0]]], "none from zero on a logarithmic axis"
     marks = [points for mark, points in lines if mark == "o"]
     assert marks == [[[pytest.approx(0.5), 0.0]], [[2.0, 2.0]], [[0.5, 3.0]]]
     assert lines[-1][1] == [[1.0, 0], [1.0, 1]], "the limit"
-    assert [one.get_text() for one in ax.get_yticklabels()] == ["way", "stop", "turn", "drift"]
-    low, high = ax.get_ylim()
+    assert [words for _, words in ax.y.ticks] == ["way", "stop", "turn", "drift"]
+    low, high = ax.y.ends
     assert low < 0.0 < 3.0 < high < 4.0
-    assert ax.get_xscale() == "log"
+    assert ax.x.scale == "log"
 
 
 ROWS = (
@@ -137,17 +137,17 @@ def test_criteria_have_bands_shares_and_their_place_over_the_limit(monkeypatch: 
     ]
     assert items(one.html) == ["calm only", "advance (port), stopping: wide", "overshoot (port): no rudder"]
     (ax,) = kept[0].axes
-    found = {(line.get_label(), tuple(np.round(line.get_xdata(), 9)), tuple(line.get_ydata())) for line in ax.lines}
-    assert ("_band", (0.6, 0.8), (0, 0)) in found
-    assert ("_band", (1.2, 1.2), (1, 1)) in found, "no band: the value itself"
-    assert ("_band", (0.8, 1.1), (2, 2)) in found
+    found = {(line.label, tuple(np.round(line.x, 9)), tuple(line.y)) for line in ax.lines}
+    assert ("", (0.6, 0.8), (0, 0)) in found
+    assert ("", (1.2, 1.2), (1, 1)) in found, "no band: the value itself"
+    assert ("", (0.8, 1.1), (2, 2)) in found
     assert {
         (PASS, (round(3.0 / 4.5, 9),), (0,)),
         (FAIL, (1.2,), (1,)),
         (UNDECIDED, (round(14 / 15, 9),), (2,)),
     } <= found
     assert any(points == (1.0, 1.0) for _, points, _ in found)
-    assert [one.get_text() for one in ax.get_yticklabels()] == ["advance (starboard)", "advance (port)", "stopping"]
+    assert [words for _, words in ax.y.ticks] == ["advance (starboard)", "advance (port)", "stopping"]
     told = one.document
     assert (told["L_over_V"]["value"], told["speed"]["value"], told["n_P"]["value"]) == (12.5, 8.0, 1.5)
     assert told["criteria"][0]["band"] == {"low": 2.7, "high": 3.6, "met": 0.996, "draws": 200}
@@ -284,11 +284,11 @@ def test_the_limit_of_novelty_is_one_and_in_view(monkeypatch: pytest.MonkeyPatch
         one = judged("a", 0.1, {"u": 1.0})
         coverage.novelty(Coverage("a", one.t, factor * one.novelty, 0.1, {}, {}))
         (ax,) = kept[-1].axes
-        assert list(ax.lines[1].get_ydata()) == [1.0, 1.0]
-        assert ax.get_ylim() == pytest.approx((0.0, top))
+        assert list(ax.lines[1].y) == [1.0, 1.0]
+        assert ax.y.ends == pytest.approx((0.0, top))
     for values in ((np.full(3, 2.0), np.full(2, 2.0)), (np.full(3, math.nan), np.zeros(0))):
         coverage.histogram("u", *values)
-        edges = kept[-1].axes[0].patches[0].get_data().edges
+        edges = np.unique(kept[-1].axes[0].areas[0].parts[0][0])
         assert len(edges) == 41
         assert edges[-1] - edges[0] == pytest.approx(1.0)
 

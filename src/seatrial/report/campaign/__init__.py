@@ -14,7 +14,7 @@ from ...campaign.analysis.proportion import runs_to_exclude
 from ...campaign.analysis.sensitivity import Sensitivity
 from ...campaign.analysis.spread import Histogram
 from ..blocks import Body, bullets, entries, fields, figure, gallery, lead, line, note, number, soft, table, tiles
-from ..drawing import Frame, label, whole
+from ..canvas.frame import Frame, label, whole
 from ..figures import BLUE, GRID, INK, LINES, SOFT, VERMILION
 from ..page import Page, Section
 from .shown import Unit, Units, bound, share, unit, worded

@@ -10,7 +10,7 @@ import numpy as np
 from ...campaign import Criterion
 from ...campaign.rare import Rare
 from ..blocks import Body, entries, fields, figure, gallery, joined, lead, line, note, number, table, tiles
-from ..drawing import Frame
+from ..canvas.frame import Frame
 from ..figures import BLUE, VERMILION
 from ..page import Page, Section
 from .shown import Unit, valued, worded

@@ -124,7 +124,7 @@ def _motion(found: Bands, level: float, run: Trial) -> str:
     every = max(1, len(run) // 600)
     for ax, (name, label, factor) in zip(axes, figures.MOTION, strict=True):
         low, high = found.band(name, level)
-        ax.fill_between(found.t, factor * low, factor * high, color=figures.SKY, alpha=0.6, lw=0)
+        ax.fill_between(found.t, factor * low, factor * high, color=figures.SKY, alpha=0.6)
         ax.plot(run.t[::every], factor * run[name][::every], color=figures.INK, lw=1.1)
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")

@@ -77,7 +77,7 @@ def histogram(name: str, train: Array, trial: Array) -> str:
         ax.stairs(share, edges, fill=label == "training", color=colour, alpha=0.45 if label == "training" else 1.0,
                   ls="-" if label == "training" else dashes, lw=1.4, label=label)  # fmt: skip
     ax.set(xlabel=f"{_LABELS.get(own, text(own))}{over and ', mean over '}{past}", ylabel="samples [%]")
-    ax.legend(frameon=False)
+    ax.legend()
     return figures.svg(drawn, f"histogram {name}")
 
 
@@ -87,7 +87,7 @@ def novelty(found: Coverage) -> str:
     step = max(1, math.ceil(found.t.size / 600))
     ax.plot(found.t[::step], found.novelty[::step], color=figures.BLUE, lw=1.3)
     ax.axhline(1.0, color=figures.GREY, lw=1.0, ls=figures.BASELINE[1])
-    ax.set_ylim(0.0, max(1.2, 1.05 * float(found.novelty.max())))
+    ax.set_ylim((0.0, max(1.2, 1.05 * float(found.novelty.max()))))
     ax.set(xlabel="time t [s]", ylabel="distance over limit [-]")
     return figures.svg(drawn, f"novelty {found.name}")
 

@@ -17,7 +17,7 @@ from ...encounters import Tracks
 from ...encounters.rules import Judged, Limits, Role
 from .. import figures
 from ..blocks import Body, figure, number, table
-from ..drawing import Frame, label, whole
+from ..canvas.frame import Frame, label, whole
 
 NAMES = {
     Role.NONE: "no risk", Role.HEAD_ON: "head-on", Role.OVERTAKING: "overtakes", Role.GIVE_WAY: "gives way",

@@ -96,7 +96,7 @@ def fan(made: Fan, measured: Trial) -> str:
         low, high = (np.where(breaks, np.nan, factor * edge) for edge in made.edges[name])
         middle = np.where(breaks, np.nan, factor * made.predicted[name])
         values = unwrapped_to(made, measured) if name == "psi" else measured[name]
-        ax.fill_between(t[::every], low[::every], high[::every], color=figures.SKY, alpha=0.6, lw=0, label="band")
+        ax.fill_between(t[::every], low[::every], high[::every], color=figures.SKY, alpha=0.6, label="band")
         ax.plot(t[::every], middle[::every], color=figures.BLUE, lw=1.0, label="predicted")
         ax.plot(measured.t[::every], factor * values[::every], color=figures.INK, lw=1.1, label="measured")
         ax.set_ylabel(label)

@@ -108,7 +108,7 @@ def _drawn(found: ImoTable) -> str:
         own = [(k, row) for k, row in enumerate(rows) if row.verdict == verdict]
         for k, row in own:
             low, high = (edge / row.limit for edge in _ends(row))
-            ax.plot([low, high], [k, k], color=colour, lw=5, alpha=0.45, solid_capstyle="butt", label="_band")
+            ax.plot([low, high], [k, k], color=colour, lw=5, alpha=0.45)
         if own:
             ax.plot([(row.value or 0.0) / row.limit for _, row in own], [k for k, _ in own], mark, color=colour, ms=6,
                     label=verdict)  # fmt: skip

@@ -17,7 +17,7 @@ from ...encounters.meeting import Meeting
 from ...encounters.rules.geometry import Bools, wrapped
 from .. import figures
 from ..blocks import Body, figure
-from ..drawing import Frame, label
+from ..canvas.frame import Frame, label
 
 CELLS = 12
 _RATIOS = (0.25, 2.0)

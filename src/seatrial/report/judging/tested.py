@@ -63,14 +63,14 @@ def picture(found: Grounds) -> str:
         ends = [*one.corners, one.corners[0]]
         (left, right), (low, high) = found.covered[one.x], found.covered[one.y]
         across, above = [along * end[0] for end in ends], [up * end[1] for end in ends]
-        ax.fill(across, above, color=figures.SKY, alpha=0.6, lw=0)
+        ax.fill(across, above, color=figures.SKY, alpha=0.6)
         ax.plot(across, above, color=figures.BLUE, lw=1.0)
         ax.plot([along * end for end in (left, right, right, left, left)],
                 [up * end for end in (low, low, high, high, low)], color=figures.GREY, lw=1.0,
                 ls=figures.BASELINE[1])  # fmt: skip
         ax.set(xlabel=f"{x} [{x_unit or '-'}]", ylabel=f"{y} [{y_unit or '-'}]")
     for ax in axes.ravel()[len(chosen) :]:
-        ax.set_axis_off()
+        ax.shown = False
     return figures.svg(drawn, "tested together")
 
 

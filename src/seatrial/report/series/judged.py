@@ -253,8 +253,6 @@ def _cost(found: Table) -> Body:
 
 
 _SMALL = (4.6, 3.0)
-# Along a logarithmic axis: up to which ratio of its ends every tick has a number, and up to which these have.
-_SHORT, _LONG, _ROUND = 2.5, 100.0, ("2.0", "3.0", "5.0")
 
 
 def validation(standing: Standing) -> str:
@@ -269,11 +267,10 @@ def validation(standing: Standing) -> str:
         best = int(np.nanargmin(seen))
         ax.plot(epochs[best], seen[best], "o", color=colour, mfc="white", ms=5)
     ax.set_yscale("log")
-    _in_digits(ax.yaxis)
     ax.set_xlabel("epoch")
-    ax.xaxis.get_major_locator().set_params(integer=True)
+    ax.x.whole = True
     ax.set_ylabel("validation loss [-]")
-    ax.legend(loc="best", ncols=2, frameon=False)
+    ax.legend(columns=2)
     return svg(drawn, f"validation {standing.key}")
 
 
@@ -306,26 +303,8 @@ def bars(names: Sequence[str], values: Mapping[str, Sequence[float]], what: str)
         colour, _, mark = figures.LINES[k % len(figures.LINES)]
         ax.plot(found, places, mark, color=colour, ms=5, ls="none", label=label, alpha=0.9)
     ax.set_xscale("log")
-    _in_digits(ax.xaxis)
     figures.rows_of(drawn, ax, names, what, 3)
     return svg(drawn, f"bars {what}")
-
-
-def _in_digits(axis: Any) -> None:
-    """Plain numbers along a logarithmic axis; between the powers of ten where these are few."""
-    from matplotlib.ticker import FuncFormatter
-
-    low, high = axis.get_view_interval()
-
-    def digits(value: float, _: object = None) -> str:
-        return f"{value:.6g}"
-
-    def between(value: float, _: object = None) -> str:
-        shown = high < _SHORT * low or (high < _LONG * low and f"{value:e}"[:3] in _ROUND)
-        return digits(value) if shown else ""
-
-    axis.set_major_formatter(FuncFormatter(digits))
-    axis.set_minor_formatter(FuncFormatter(between))
 
 
 def _measured(standings: Sequence[Standing], test: str) -> Any:
@@ -449,8 +428,6 @@ def seconds(row: Row) -> dict[str, float]:
 
 def picture(drawn: Lines) -> str:
     """Tests as rows of panels, kinds as columns; one logarithmic axis of errors a row."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     tests, kinds = list(drawn), list(next(iter(drawn.values())))
     sheet, axes = panels(len(tests), len(kinds), (2.5 * len(kinds) + 0.6, 2.1 * len(tests) + 0.6))
     for i, test in enumerate(tests):
@@ -461,7 +438,7 @@ def picture(drawn: Lines) -> str:
                 if points:
                     x, y, bar = zip(*points, strict=True)
                     ax.errorbar(x, y, [0.0 if math.isnan(b) else b for b in bar], color=colour, ls=dashes, marker=mark,
-                                ms=4, lw=1.4, capsize=2, label=label)  # fmt: skip
+                                ms=4, lw=1.4, label=label)  # fmt: skip
             if i == len(tests) - 1:
                 ax.set_xlabel(f"{kind} [s]")
             if j == 0:
@@ -469,13 +446,6 @@ def picture(drawn: Lines) -> str:
         seen = [p[1] for by in drawn[test].values() for points in by.values() for p in points if p[1] > 0.0]
         for ax in axes[i] if seen else ():
             ax.set_yscale("log")
-            ax.set_ylim(0.8 * min(seen), 1.25 * max(seen))
-            ax.yaxis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
-            ax.yaxis.set_major_formatter(FuncFormatter(_digits))
-            ax.yaxis.set_minor_formatter(NullFormatter())
-    sheet.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+            ax.set_ylim((0.8 * min(seen), 1.25 * max(seen)))
+    sheet.legend(axes[0, 0].named, 3)
     return svg(sheet, "learning curves")
-
-
-def _digits(value: float, _position: int) -> str:
-    return f"{value:.6g}"

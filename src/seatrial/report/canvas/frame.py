@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from html import escape
 from typing import Any
 
 import numpy as np
 
-from ..data import Array
-from . import figures
-from .page import text
+from ...data import Array
+from .panels import GRID, INK, SOFT
+from .ticks import plain, rounded
 
 
 class Frame:
@@ -74,38 +75,26 @@ class Frame:
     def elements(self, parts: Sequence[str], x: str, y: str, *, scale: bool = True) -> list[str]:
         """The same as elements of a larger drawing, with or without numbers along the ordinate."""
         right, low = self.left + self.width, self.top + self.height
-        frame = [f'<path d="M{self.left} {self.top}V{low}H{right}" fill="none" stroke="{figures.SOFT}"/>']
-        for value in _ticks(*self.x):
+        frame = [f'<path d="M{self.left} {self.top}V{low}H{right}" fill="none" stroke="{SOFT}"/>']
+        across, up = rounded(*self.x), rounded(*self.y)
+        for value, words in zip(across, plain(across), strict=True):
             a = self.at(value, self.y[0])[0]
-            frame.append(label(a, low + 12, _short(value, *self.x), figures.SOFT, anchor="middle"))
-        for value in _ticks(*self.y):
+            frame.append(label(a, low + 12, words, SOFT, anchor="middle"))
+        for value, words in zip(up, plain(up), strict=True):
             b = self.at(self.x[0], value)[1]
-            frame.append(f'<line x1="{self.left}" x2="{right}" y1="{b:.1f}" y2="{b:.1f}" stroke="{figures.GRID}"/>')
+            frame.append(f'<line x1="{self.left}" x2="{right}" y1="{b:.1f}" y2="{b:.1f}" stroke="{GRID}"/>')
             if scale:
-                frame.append(label(self.left - 4, b + 3, _short(value, *self.y), figures.SOFT, anchor="end"))
+                frame.append(label(self.left - 4, b + 3, words, SOFT, anchor="end"))
         middle = f"translate(10 {self.top + self.height / 2:.0f}) rotate(-90)"
-        names = [label(self.left + self.width / 2, low + 25, x, figures.INK, anchor="middle"),
-                 f'<g transform="{middle}">{label(0, 0, y, figures.INK, anchor="middle")}</g>']  # fmt: skip
+        names = [label(self.left + self.width / 2, low + 25, x, INK, anchor="middle"),
+                 f'<g transform="{middle}">{label(0, 0, y, INK, anchor="middle")}</g>']  # fmt: skip
         return [*frame, *parts, *names]
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    rough = (high - low) / 4.0
-    size = 10.0 ** math.floor(math.log10(rough))
-    step = next(m * size for m in (1.0, 2.0, 5.0, 10.0) if m * size >= rough * (1 - 1e-9))
-    return [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
-
-
-def _short(value: float, low: float, high: float) -> str:
-    """Label of a tick, with as many decimals as distinguish it from its neighbour."""
-    decimals = max(0, -math.floor(math.log10((high - low) / 4.0 * 1.0001)))
-    return f"{0.0 if abs(value) < 1e-9 * (high - low) else value:.{decimals}f}".replace("-", "−")
 
 
 def label(x: float, y: float, words: str, colour: str, *, anchor: str = "start", weight: int = 400) -> str:
     """A text at a place of the drawing."""
     return (f'<text x="{x:.1f}" y="{y:.1f}" font-size="10" fill="{colour}" text-anchor="{anchor}" '
-            f'font-weight="{weight}">{text(words)}</text>')  # fmt: skip
+            f'font-weight="{weight}">{escape(words)}</text>')  # fmt: skip
 
 
 def whole(width: float, height: float, parts: Sequence[str]) -> str:
