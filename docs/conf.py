@@ -16,6 +16,7 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ex
 exclude_patterns = ["site"]
 
 html_theme = "pydata_sphinx_theme"
+html_title = f"seatrial {release}"  # with "documentation" behind it the header of a phone was wider than the phone
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_math_renderer = "mathml"
