@@ -65,9 +65,10 @@ class KeepClear:
         overtaking = np.abs(alpha) > 112.5 * _DEG
         ahead = (np.abs(beta) <= 5.0 * _DEG) & (np.abs(alpha) <= 5.0 * _DEG)
         gives = (beta > 0.0) & (beta < 112.5 * _DEG)
-        self._clear = rules & (ahead | gives & ~overtaking)
+        before = scene.above(0)[1:] > 0  # Rule 18
+        self._clear = rules & (ahead | (gives | before) & ~overtaking)
         self._overtakes, self._bow = rules & overtaking, _MARGIN * float(limits.bow.of(longest))
-        stands = rules & ~overtaking & ~ahead & ~gives
+        stands = rules & ~overtaking & ~ahead & ~gives & ~before
         self._to_port = stands & (beta < 0.0)
         self._horizon, alone = (float(one.of(longest)) for one in (limits.horizon, limits.alone))
         self._act = np.where(stands, alone, self._horizon)

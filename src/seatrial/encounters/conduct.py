@@ -47,6 +47,7 @@ class Scene:
         x, y, psi: place of midship [m] and heading [rad].
         north, east: velocity over ground [m/s].
         L: lengths [m], shape (ships,).
+        ranks: of the ships by their kind (Rule 18), of as many as have one above others.
     """
 
     t: float
@@ -56,6 +57,12 @@ class Scene:
     north: Array
     east: Array
     L: Array
+    ranks: tuple[int, ...] = ()
+
+    def above(self, ship: int) -> NDArray[np.intp]:
+        """Rank of each ship over that of one, shape (ships,)."""
+        whole = np.array((*self.ranks, *[0] * (len(self.L) - len(self.ranks))), dtype=np.intp)
+        return whole - whole[ship]
 
     @cached_property
     def bow(self) -> tuple[Array, Array]:
@@ -191,6 +198,10 @@ class Watch:
         doubt = [may[:, one] for one in (Role.OVERTAKING, Role.HEAD_ON, Role.OVERTAKEN)]
         crossing = np.where(b > 0.0, int(Role.GIVE_WAY), int(Role.STAND_ON))
         role = np.select(doubt, [int(Role.OVERTAKING), int(Role.HEAD_ON), int(Role.OVERTAKEN)], crossing)
+        if scene.ranks:  # Rule 18, but for who overtakes
+            above, free = scene.above(self._ship)[ships], role != Role.OVERTAKING
+            role = np.where(free & (above < 0), int(Role.STAND_ON), role)
+            role = np.where(free & (above > 0), int(Role.YIELDS), role)
         self.role[rows, ships] = role
         must = np.isin(role, MUST_ACT)
         self._until[rows, ships] = np.where(must, self._act_at[rows, ships], self._help_at[rows, ships])

@@ -58,6 +58,7 @@ class Sea:
         L: length of the other ships [m]; that of the own ship unless given.
         limits: of the rules, which everybody has in mind.
         around: wind, current and waves of each run, shape (runs, channels), or one row for all.
+        ranks: of the ships by their kind (Rule 18), as of `Scene`.
     """
 
     duration: float
@@ -65,6 +66,7 @@ class Sea:
     L: float | None = None
     limits: Limits = field(default_factory=Limits)
     around: Array = field(default_factory=lambda: np.array([CALM]))
+    ranks: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +77,13 @@ class Sailed:
         tracks: of them.
         runs: their numbers among the meetings.
         failed: numbers of those whose model blew up or left its validity.
+        silent: since when the stack gave no orders [s], of `runs`; NaN where it did to the end.
     """
 
     tracks: Tracks
     runs: NDArray[np.intp]
     failed: NDArray[np.intp]
+    silent: Array
 
 
 def sail(
@@ -93,6 +97,7 @@ def sail(
         ship: the own ship, in continuous time, with a rudder and revolutions.
         meeting: one, or many with an axis of runs.
         stack: who steers it: a conduct by name, a conduct, or a function that makes a master from the first scene.
+            Where its orders are no numbers it is silent, and the last ones hold.
         traffic: conducts of the others; each other ship of each run has one of them, drawn.
         seed: of that draw, and of when the others look.
         draws: values of parameters of the ship, shape (runs,) each.
@@ -101,36 +106,66 @@ def sail(
     Raises:
         RequestError: a conduct that is none, a ship that cannot be steered so, or times that do not fit.
     """
-    rows = _rows(sea)
-    known = [_conduct(one) for one in traffic]
-    runs, targets = np.atleast_2d(meeting.x).shape
-    L = np.array([ship.L_pp, *[sea.L or ship.L_pp] * targets], dtype=np.float64)
-    fleet = _Fleet(ship, meeting, L, sea, draws or {})
-    scene = fleet.scene(0.0)
-    master = _master(stack, scene, fleet.first[:, 0], sea.limits)
-    if chosen is None:
-        chosen = np.random.default_rng(seed).integers(len(known), size=(runs, targets))
-    watches = [Watch(known, chosen[:, k], k + 1, scene, fleet.first[:, k + 1], sea.limits) for k in range(targets)]
-    phase = int(np.random.default_rng((seed, 1)).integers(round(LOOK / STEP)))
-    kept, orders = [fleet.motion], master.look(scene)
-    keep, look = round(sea.every / STEP), round(LOOK / STEP)
+    rows, keep = _rows(sea), round(sea.every / STEP)
+    under = Sailing(ship, meeting, sea, traffic, seed, draws, chosen)
+    master = _master(stack, under.scene, under.fleet.first[:, 0], sea.limits)
+    kept = [under.fleet.motion]
     for k in range(1, (rows - 1) * keep + 1):
-        if (k + phase) % look == 0 or k == 1:
-            for number, watch in enumerate(watches):
-                fleet.order(number + 1, watch.look(scene))
-        fleet.order(0, orders)
-        fleet.advance()
-        scene = fleet.scene(k * STEP)
-        orders = master.look(scene)
+        under.advance(master.look(under.scene))
         if k % keep == 0:
-            kept.append(fleet.motion)
-    whole: Array = np.stack(kept, axis=-1)
-    x, y, psi, u, v_m = whole
-    good = np.isfinite(x).all(axis=(1, 2)) & fleet.valid
-    B = np.array([float(ship.model.breadth) or _BREADTH * ship.L_pp, *(_BREADTH * L[1:])])
-    t = np.linspace(0.0, (rows - 1) * sea.every, rows)
-    tracks = Tracks(t, x[good], y[good], psi[good], u[good], v_m[good], L, B)
-    return Sailed(tracks, np.flatnonzero(good), np.flatnonzero(~good))
+            kept.append(under.fleet.motion)
+    return under.ended(np.linspace(0.0, (rows - 1) * sea.every, rows), np.stack(kept, axis=-1))
+
+
+class Sailing:
+    """Encounters under way, a `STEP` at a time; arguments as of `sail`.
+
+    Attributes:
+        scene: all ships now.
+        fleet: what moves them.
+        silent: since when the own ship had no orders [s]; NaN where it has them.
+    """
+
+    def __init__(
+        self, ship: Ship, meeting: Meeting, sea: Sea, traffic: Sequence[str], seed: int = 0,
+        draws: Mapping[str, Array] | None = None, chosen: NDArray[np.intp] | None = None,
+    ) -> None:  # fmt: skip
+        known = [_conduct(one) for one in traffic]
+        runs, targets = np.atleast_2d(meeting.x).shape
+        L = np.array([ship.L_pp, *[sea.L or ship.L_pp] * targets], dtype=np.float64)
+        self.fleet = fleet = _Fleet(ship, meeting, L, sea, draws or {})
+        self.scene = scene = fleet.scene(0.0)
+        self._L, self._breadth = L, float(ship.model.breadth) or _BREADTH * ship.L_pp
+        if chosen is None:
+            chosen = np.random.default_rng(seed).integers(len(known), size=(runs, targets))
+        self._watches = [Watch(known, chosen[:, k], k + 1, scene, fleet.first[:, k + 1], sea.limits)
+                         for k in range(targets)]  # fmt: skip
+        self._phase = int(np.random.default_rng((seed, 1)).integers(round(LOOK / STEP)))
+        self._k, self._orders = 0, Orders(scene.psi[:, 0].copy(), np.ones(runs))
+        self.silent = np.full(runs, np.nan)
+
+    def advance(self, orders: Orders) -> None:
+        """One step under orders of the own ship; the others look when it is their time."""
+        self._k += 1
+        if (self._k + self._phase) % round(LOOK / STEP) == 0 or self._k == 1:
+            for number, watch in enumerate(self._watches):
+                self.fleet.order(number + 1, watch.look(self.scene))
+        given = np.isfinite(orders.psi) & np.isfinite(orders.speed)
+        if not given.all():
+            self.silent = np.where(given, self.silent, np.fmin(self.silent, self.scene.t))
+            orders = Orders(*(np.where(given, new, old) for new, old in zip(orders, self._orders, strict=True)))
+        self._orders = orders
+        self.fleet.order(0, orders)
+        self.fleet.advance()
+        self.scene = self.fleet.scene(self._k * STEP)
+
+    def ended(self, t: Array, motion: Array) -> Sailed:
+        """What became of the runs, from their motion at times, shape (5, runs, ships, rows)."""
+        x, y, psi, u, v_m = motion
+        good = np.isfinite(x).all(axis=(1, 2)) & self.fleet.valid
+        B = np.array([self._breadth, *(_BREADTH * self._L[1:])])
+        tracks = Tracks(t, x[good], y[good], psi[good], u[good], v_m[good], self._L, B)
+        return Sailed(tracks, np.flatnonzero(good), np.flatnonzero(~good), self.silent[good])
 
 
 def _rows(sea: Sea) -> int:
@@ -229,7 +264,7 @@ class _Fleet:
         self.first = np.column_stack([speed, places[3]])
         self.valid = np.ones(runs, dtype=bool)
         steps, U = substeps(ship, STEP), float(speed[0])
-        self._L, self._turns = L, approach(ship, U)[1]
+        self._L, self._ranks, self._turns = L, sea.ranks, approach(ship, U)[1]
         policy = _policy(ship, others, U, self._turns, STEP / steps)
         system, values = closed_loop(ship, policy, STEP / steps), loop_values(ship, policy)
         for name in draws:
@@ -284,7 +319,7 @@ class _Fleet:
         """All ships now, as they are."""
         x, y, psi, u, v_m = self.motion
         c, s = np.cos(psi), np.sin(psi)
-        scene = Scene(t, x, y, psi, u * c - v_m * s, u * s + v_m * c, self._L)
+        scene = Scene(t, x, y, psi, u * c - v_m * s, u * s + v_m * c, self._L, self._ranks)
         scene.__dict__.update(bow=(c, s))
         return scene
 

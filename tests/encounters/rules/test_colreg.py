@@ -233,7 +233,7 @@ def test_every_direction_has_a_role_and_its_mirror_the_opposite_one() -> None:
     a, b = np.meshgrid(*[np.radians(np.arange(-179.5, 180.0, 3.0))] * 2)
     turned = b + math.pi - a
     here, there = classes(b, a, turned, limits), classes(-b, -a, -turned, limits)
-    exchanged = here[..., [0, 1, 2, 4, 3, 5, 6]]
+    exchanged = here[..., [0, 1, 2, 4, 3, 5, 6, 7]]
     np.testing.assert_array_equal(there, exchanged)
     apart = (np.abs(a) > np.radians(117.6)) & (np.abs(b) > np.radians(117.6))  # each astern of the other
     np.testing.assert_array_equal(here.any(axis=-1), ~apart)

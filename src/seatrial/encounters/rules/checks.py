@@ -100,7 +100,7 @@ def apparent(view: View) -> Check:
 
 def distance(view: View) -> Check:
     """Rule 8(d): passing at a safe distance, until past and clear and without coming back."""
-    return Check("8(d)", (Role.HEAD_ON, Role.GIVE_WAY, Role.UNSEEN), view.met.exists,
+    return Check("8(d)", (Role.HEAD_ON, Role.GIVE_WAY, Role.UNSEEN, Role.YIELDS), view.met.exists,
                  _least(view) / view.limits.passing.of(view.pair.lengths[..., 0]) - 1.0)  # fmt: skip
 
 
@@ -135,7 +135,7 @@ def crossing_ahead(view: View) -> Check:
 
 def giving_way(view: View) -> Check:
     """Rule 16: early and substantial action to keep well clear."""
-    return Check("16", (Role.GIVE_WAY, Role.OVERTAKING), view.due,
+    return Check("16", (Role.GIVE_WAY, Role.OVERTAKING, Role.YIELDS), view.due,
                  np.minimum(early(view).margin, apparent(view).margin))  # fmt: skip
 
 
@@ -157,9 +157,10 @@ def standing_on(view: View) -> Check:
 
 
 def stand_on_to_port(view: View) -> Check:
-    """Rule 17(c): in a crossing, no alteration to port for a ship on the own port side."""
+    """Rule 17(c): in a crossing of ships of one rank, no alteration to port for a ship on the own port side."""
     held = view.met.during(len(view.pair.t)) & ~view.excused & (np.arange(len(view.pair.t)) <= view.at.row[..., None])
     port = np.where(held, -view.own.course, 0.0).max(axis=-1)
+    held = held & view.met.alike
     return Check("17(c)", (Role.STAND_ON,), np.asarray(held.any(axis=-1)), 1.0 - port / view.limits.detectable.value)
 
 
@@ -178,6 +179,13 @@ def last_moment(view: View) -> Check:
     return Check("17(b)", (Role.STAND_ON, Role.OVERTAKEN), found, margin)
 
 
+def keeping_out(view: View) -> Check:
+    """Rule 18: action that can be detected, of either kind, for a ship that goes before it by its kind."""
+    turned = np.maximum(view.own.starboard, view.own.port) / view.limits.detectable.value
+    size = np.maximum(turned, view.own.slowed / view.limits.slowing.value)
+    return Check("18", (Role.YIELDS,), view.due, size - 1.0)
+
+
 def unseen(view: View) -> Check:
     """Rule 19(d): in restricted visibility no turn to port for a ship ahead, nor towards one abeam or abaft the beam.
 
@@ -191,6 +199,18 @@ def unseen(view: View) -> Check:
                  1.0 - wrong / view.limits.detectable.value)  # fmt: skip
 
 
+def close_quarters(view: View) -> Check:
+    """Rule 19(e): speed less by `halving` before a close approach to a ship forward of the beam that cannot be avoided.
+
+    It cannot where the ships would still pass nearer than `passing` when `alone` is left.
+    """
+    dcpa, tcpa = view.pair.approach
+    near = (dcpa < view.limits.passing.of(view.pair.lengths)) & (tcpa > 0.0)
+    ahead = np.abs(view.pair.beta) < 0.5 * np.pi
+    found, _ = view.first(near & ahead & (tcpa < view.limits.alone.of(view.pair.lengths)))
+    return Check("19(e)", (Role.UNSEEN,), found, view.own.slowed / view.limits.halving.value - 1.0)
+
+
 def _least(view: View) -> Array:
     """Least distance from the beginning on [m], with the one ahead where the record ends before they are clear."""
     rows = np.arange(len(view.pair.t))
@@ -202,6 +222,6 @@ def _least(view: View) -> Array:
 
 CHECKS: tuple[Callable[[View], Check], ...] = (
     early, apparent, distance, overtaking, head_on, crossing_ahead, giving_way, standing_on, stand_on_to_port,
-    last_moment, unseen,
+    last_moment, keeping_out, unseen, close_quarters,
 )  # fmt: skip
 """The checks of a pair of ships, in the order of the rules."""

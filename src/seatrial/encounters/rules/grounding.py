@@ -50,8 +50,8 @@ def grounding(
     Args:
         tracks: in metres north and east of the datum of the chart.
         chart: with depths.
-        draughts: of the ships, squat and allowances included [m].
-        safety: depth that each ship takes for safe, no less than its draught [m].
+        draughts: of the ships, or of the first of them, squat and allowances included [m].
+        safety: depth that each takes for safe, no less than its draught [m].
 
     Raises:
         ChartError: a chart without depths.
@@ -59,10 +59,11 @@ def grounding(
     """
     if np.isinf(chart.depth) and not (chart.areas or chart.banks):
         raise ChartError(f"{chart.name}: no depths; grounding is judged on a chart with depth areas")
-    count = len(tracks.L)
-    fits = len(draughts) == len(safety) == count
+    count = len(draughts)
+    fits = 0 < count == len(safety) <= len(tracks.L)
     if not fits or any(not 0.0 < d <= s for d, s in zip(draughts, safety, strict=True)):
-        raise RequestError(f"{count} ships need as many draughts above zero, and safety depths no less than these")
+        raise RequestError(f"{len(tracks.L)} ships have as many draughts at most, above zero, and as many safety "
+                           "depths, no less")  # fmt: skip
     return tuple(_one(tracks, k, chart, draughts[k], safety[k]) for k in range(count))
 
 

@@ -71,6 +71,11 @@ class Limits:
         steady, keeping: change of course [rad] and share of speed that a stand-on ship may show (Rule 17(a)(i)).
         alone: time to the closest approach after which the stand-on ship may act [s] (Rule 17(a)(ii)).
         extremis: the same at which its action has to be under way, in ship lengths at its own speed (Rule 17(b)).
+        stopping: distance within which a ship stops, in its lengths (Rule 6).
+        sight: share of the visibility within which it has to (Rule 6).
+        channel: distance from the axis of a fairway within which a ship is in it [m] (Rule 9).
+        flow: difference from the direction of traffic that goes with it or along it [rad] (Rules 9, 10).
+        crossing: the least at which a lane is crossed [rad] (Rule 10(c)).
     """
 
     passing: Limit = Limit(0.5 * MILE, "length", f"{PRACTICE}: 0.5 NM in coastal waters, 1 NM in the open sea")
@@ -94,6 +99,11 @@ class Limits:
     keeping: Limit = Limit(0.1, "not", PRACTICE)
     alone: Limit = Limit(360.0, "time", PRACTICE)
     extremis: Limit = Limit(4.5, "not", "MSC.137(76), 5.3.1: advance of a hard turn up to 4.5 lengths")
+    stopping: Limit = Limit(15.0, "not", "MSC.137(76), 5.3.4: track reach of a full astern stop up to 15 lengths")
+    sight: Limit = Limit(0.5, "not", f"{PRACTICE}: stop within half the visibility")
+    channel: Limit = Limit(300.0, "length", f"{PRACTICE}: a channel of two ship lengths in width")
+    flow: Limit = Limit(30.0 * DEG, "not", f"{PRACTICE}: joining and leaving a lane at a small angle")
+    crossing: Limit = Limit(70.0 * DEG, "not", f"{PRACTICE}: nearly at right angles")
 
     def changed(self, values: Mapping[str, float], source: str) -> Limits:
         """The same with other values (SI units and radians, for a ship of `L_REFERENCE`) of one source.

@@ -6,8 +6,10 @@ Sectors are of headings, which lights show; the approach is of velocities over g
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +25,11 @@ _CLEAR = 1.05
 
 
 class Role(IntEnum):
-    """The part of one ship towards one other; UNSEEN in restricted visibility, where there are no others (Rule 19)."""
+    """The part of one ship towards one other.
+
+    UNSEEN in restricted visibility, where there are no others (Rule 19); YIELDS to a ship that goes before it by its
+    kind (Rule 18).
+    """
 
     NONE = 0
     HEAD_ON = 1
@@ -32,10 +38,22 @@ class Role(IntEnum):
     STAND_ON = 4
     OVERTAKEN = 5
     UNSEEN = 6
+    YIELDS = 7
 
 
-MUST_ACT = (Role.HEAD_ON, Role.OVERTAKING, Role.GIVE_WAY, Role.UNSEEN)
+MUST_ACT = (Role.HEAD_ON, Role.OVERTAKING, Role.GIVE_WAY, Role.UNSEEN, Role.YIELDS)
 """Parts that ask for action."""
+
+KINDS: Mapping[str, int] = MappingProxyType({
+    "power-driven": 0, "sailing": 1, "fishing": 2, "restricted": 3, "not under command": 3,
+})  # fmt: skip
+"""Rank of a ship by its kind (Rule 18(a) to (c)): who has the lower one keeps out of the way of the higher.
+
+One that is constrained by its draught (18(d)) is not impeded, which is no part of its own: it counts as power-driven.
+"""
+
+STATUS: Mapping[int, str] = MappingProxyType({2: "not under command", 3: "restricted", 7: "fishing", 8: "sailing"})
+"""Kinds by the navigational status of AIS (ITU-R M.1371-5, table 45); all others are power-driven."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +67,7 @@ class Encounter:
         tcpa: time to the closest approach at the beginning [s].
         accepted: of each role whether it may be meant, shape (..., roles).
         role: the one to assume: by Rules 13(c) and 14(c) where there is doubt, else by the side of the other ship.
+        alike: whether both are of one rank, so that Rules 14 and 15 hold.
     """
 
     exists: Bools
@@ -58,6 +77,7 @@ class Encounter:
     tcpa: Array
     accepted: Bools
     role: NDArray[np.intp]
+    alike: bool = True
 
     def during(self, rows: int) -> Bools:
         """Rows of the encounter, shape (..., rows)."""
@@ -65,7 +85,9 @@ class Encounter:
         return (k >= self.begins[..., None]) & (k <= self.ends[..., None]) & self.exists[..., None]
 
 
-def encounter(pair: Pair, limits: Limits, *, restricted: bool = False) -> Encounter:
+def encounter(
+    pair: Pair, limits: Limits, *, restricted: bool = False, ranks: tuple[int, int] = (0, 0)
+) -> Encounter:  # fmt: skip
     """When risk of collision begins between two ships, the role of the own ship in it, and when it is over.
 
     Risk (Rule 7): on the present velocities the ships pass nearer than `passing` within `horizon`.  Past and clear:
@@ -84,14 +106,29 @@ def encounter(pair: Pair, limits: Limits, *, restricted: bool = False) -> Encoun
     ends = np.where(over, past.argmax(axis=-1), len(pair.t) - 1)
     beta, alpha, psi, other = (taken(one, begins) for one in (pair.beta, pair.alpha, pair.own.psi, pair.other.psi))
     accepted = classes(beta, alpha, wrapped(other - psi), limits)
+    alike = restricted or ranks[0] == ranks[1]
     if restricted:
         accepted = np.broadcast_to(np.arange(len(Role)) == Role.UNSEEN, accepted.shape)
+    elif not alike:
+        accepted = by_rank(accepted, ranks[0] < ranks[1])
     accepted = accepted & exists[..., None]
     crossing = np.where(beta > 0.0, int(Role.GIVE_WAY), int(Role.STAND_ON))
+    if not alike:
+        crossing = np.full_like(crossing, int(Role.YIELDS if ranks[0] < ranks[1] else Role.STAND_ON))
     assumed = (Role.UNSEEN, Role.OVERTAKING, Role.HEAD_ON, Role.OVERTAKEN)
     cases = [~exists, *(accepted[..., one] for one in assumed)]
     role = np.select(cases, [int(Role.NONE), *map(int, assumed)], crossing)
-    return Encounter(exists, begins, ends, over & exists, taken(tcpa, begins), accepted, role)
+    return Encounter(exists, begins, ends, over & exists, taken(tcpa, begins), accepted, role, alike)
+
+
+def by_rank(accepted: Bools, yields: bool) -> Bools:
+    """Roles that may be meant between ships of two ranks (Rule 18), of those between ships of one."""
+    found = np.zeros_like(accepted)
+    found[..., Role.OVERTAKING], found[..., Role.OVERTAKEN] = (accepted[..., one] for one in (
+        Role.OVERTAKING, Role.OVERTAKEN))  # fmt: skip
+    met = accepted[..., [Role.HEAD_ON, Role.GIVE_WAY, Role.STAND_ON]].any(axis=-1)
+    found[..., Role.YIELDS if yields else Role.STAND_ON] = met
+    return found
 
 
 def classes(beta: Array, alpha: Array, turned: Array, limits: Limits) -> Bools:

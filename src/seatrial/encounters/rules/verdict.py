@@ -6,7 +6,7 @@ of them.  Contact between other ships is told, and never the own ship's.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
 from types import MappingProxyType
@@ -72,7 +72,8 @@ def motion(tracks: Tracks, ship: int) -> Motion:
 
 
 def judge(
-    tracks: Tracks, limits: Limits | None = None, *, restricted: bool = False, own: bool = False
+    tracks: Tracks, limits: Limits | None = None, *, restricted: bool = False, own: bool = False,
+    ranks: Sequence[int] = (),
 ) -> tuple[Judged, ...]:
     """Judge every ship towards every other, the own ship first.
 
@@ -81,6 +82,7 @@ def judge(
         limits: thresholds; those of coastal waters unless given.
         restricted: whether visibility is (Rule 19 in place of Rules 11 to 18).
         own: judge the own ship only.
+        ranks: of the ships (Rule 18), in order; those that are left out have none above others.
 
     Raises:
         RequestError: ships that touch in the first row, one of which is judged.
@@ -93,7 +95,9 @@ def judge(
         pairs[i, j] = pairs[j, i].swapped if i > j else Pair(tracks.t, ships[i], ships[j])
         gaps[i, j] = gaps[j, i] if i > j else touch(pairs[i, j])
         _apart(pairs[i, j], tracks.names[i], tracks.names[j])
-    met = {key: encounter(pair, limits, restricted=restricted) for key, pair in pairs.items()}
+    whole = (*ranks, *[0] * (len(ships) - len(ranks)))
+    met = {(i, j): encounter(pair, limits, restricted=restricted, ranks=(whole[i], whole[j]))
+           for (i, j), pair in pairs.items()}  # fmt: skip
     rows = len(tracks.t)
     return tuple(
         _judged(key, pairs, met, _busy(key, met, rows), gaps[key], limits) for key in sorted(pairs)

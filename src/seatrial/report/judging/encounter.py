@@ -14,7 +14,7 @@ import numpy as np
 
 from ...data import Array
 from ...encounters import Tracks
-from ...encounters.rules import Judged, Limits, Role
+from ...encounters.rules import OPEN_WATER, Judged, Limits, Role, Waters
 from .. import figures
 from ..blocks import Body, figure, number, table
 from ..canvas.frame import Frame, label, whole
@@ -22,6 +22,7 @@ from ..canvas.frame import Frame, label, whole
 NAMES = {
     Role.NONE: "no risk", Role.HEAD_ON: "head-on", Role.OVERTAKING: "overtakes", Role.GIVE_WAY: "gives way",
     Role.STAND_ON: "stands on", Role.OVERTAKEN: "is overtaken", Role.UNSEEN: "restricted visibility",
+    Role.YIELDS: "yields (Rule 18)",
 }  # fmt: skip
 """Roles in words."""
 
@@ -32,14 +33,24 @@ _WIDTH, _INSET, _MARKS = 560, 190, 10
 Where = tuple[int, ...]
 
 
-def shown(tracks: Tracks, judged: Sequence[Judged], limits: Limits, where: Where = ()) -> Body:
+def shown(
+    tracks: Tracks, judged: Sequence[Judged], limits: Limits, where: Where = (), waters: Waters = OPEN_WATER
+) -> Body:  # fmt: skip
     """Table and drawing of one run of the tracks; `where` is its place among them."""
-    return (*verdicts(tracks, judged, where), *figure(drawn(tracks, judged, limits, where), _CAPTION, least=_WIDTH))
+    caption = _CAPTION if waters.chart is None else f"{_CAPTION} {_CHARTED}"
+    picture = drawn(tracks, judged, limits, where, waters)
+    return (*verdicts(tracks, judged, where), *figure(picture, caption, least=_WIDTH))
 
 
 _CAPTION = (
     "Tracks with north up and equal scales; marks of one number are of one time [min]. A diamond: an action begins. "
     "A thin line: closest approach. Inset: other ships relative to the own one, circle of the safe distance."
+)
+
+_LAND, _SHOAL, _SAFE, _DEEP, _LANE = "#d9c79a", "#8fb8d9", "#c3dcec", "#eef5fa", "#b55ab5"
+_CHARTED = (
+    "Chart: land, water too shallow for the draught (dark), short of the safety depth (pale), deeper; crosses are "
+    "dangers, dashed lines lanes and fairways. Depths without tide."
 )
 
 
@@ -69,11 +80,14 @@ def _row(tracks: Tracks, one: Judged, where: Where) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def drawn(tracks: Tracks, judged: Sequence[Judged], limits: Limits, where: Where = ()) -> str:
+def drawn(
+    tracks: Tracks, judged: Sequence[Judged], limits: Limits, where: Where = (), waters: Waters = OPEN_WATER
+) -> str:  # fmt: skip
     """The drawing of one run, SVG."""
     x, y, psi = (np.asarray(one[where]) for one in (tracks.x, tracks.y, tracks.psi))
     frame = _equal(x, y)
-    parts = [frame.line(y[k], x[k], _COLOURS[k % 7], width=1.6, dash=_DASHES[k % 7]) for k in range(len(x))]
+    parts = _sea(frame, waters)
+    parts += [frame.line(y[k], x[k], _COLOURS[k % 7], width=1.6, dash=_DASHES[k % 7]) for k in range(len(x))]
     every = _every(tracks.t)
     hull = max(0.012 * (frame.y[1] - frame.y[0]), 0.5 * float(tracks.L.max()))
     for k in range(len(x)):
@@ -87,6 +101,41 @@ def drawn(tracks: Tracks, judged: Sequence[Judged], limits: Limits, where: Where
     body = [*frame.elements(parts, "east [m]", "north [m]"), *names,
             f'<g transform="translate({size:.0f} 0)">{"".join(inset)}</g>']  # fmt: skip
     return whole(size + _INSET + 60, max(frame.top + frame.height + frame.bottom, _INSET + 60), body)
+
+
+def _sea(frame: Frame, waters: Waters) -> list[str]:
+    """The chart within the frame, each area over those before it."""
+    chart = waters.chart
+    if chart is None:
+        return []
+    left, top, width, height = frame.left, frame.top, frame.width, frame.height
+
+    def colour(depth: float) -> str:
+        shades = ((0.0, _LAND), (waters.draught, _SHOAL), (waters.safety or waters.draught, _SAFE))
+        return next((one for limit, one in shades if depth <= limit), _DEEP)
+
+    def path(line: Array, closed: bool = True) -> str:
+        points = " ".join("{:.1f},{:.1f}".format(*frame.at(float(east), float(north))) for north, east in line)
+        return f"M{points}{'z' if closed else ''}"
+
+    def near(line: Array) -> bool:
+        (south, west), (north, east) = line.min(axis=0), line.max(axis=0)
+        return bool(north >= frame.y[0] and south <= frame.y[1] and east >= frame.x[0] and west <= frame.x[1])
+
+    found = [f'<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="{colour(chart.depth)}"/>']
+    found += [f'<path d="{" ".join(map(path, (one.outline, *one.holes)))}" fill="{colour(one.depth)}" '
+              f'fill-rule="evenodd" stroke="{_SHOAL}" stroke-width=".5"/>'
+              for one in chart.areas if near(one.outline)]  # fmt: skip
+    ways = [path(one.outline) for one in chart.lanes if near(one.outline)]
+    ways += [path(line, False) for line in chart.fairways if near(line)]
+    found += [f'<path d="{one}" fill="none" stroke="{_LANE}" stroke-width=".8" stroke-dasharray="6 3"/>'
+              for one in ways]  # fmt: skip
+    for spot in chart.dangers:
+        if near(np.array([[spot.x, spot.y]])):
+            a, b = frame.at(spot.y, spot.x)
+            found.append(f'<path d="M{a - 3:.1f} {b:.1f}h6M{a:.1f} {b - 3:.1f}v6" stroke="{figures.INK}"/>')
+    at = f'x="{left}" y="{top}" width="{width}" height="{height}" viewBox="{left} {top} {width} {height}"'
+    return [f'<svg {at}>{"".join(found)}</svg>']  # what is beyond its frame is cut off
 
 
 def _equal(x: Array, y: Array) -> Frame:
