@@ -1,6 +1,6 @@
 """Gymnasium environments: ships for reinforcement learning.
 
-Importing this room registers five environments, each as a single one and as a vector of ships in one kernel::
+Importing this room registers six environments, each as a single one and as a vector of ships in one kernel::
 
     import gymnasium
     import seatrial.envs
@@ -43,9 +43,10 @@ from .lanes import Lanes
 from .picture import Painter
 from .system import Work
 from .tasks import Berth, Course, Task, TaskError, Track, shown
+from .traffic import EncounterEnv, EncounterVectorEnv
 
-__all__ = ["IDS", "Berth", "Canal", "Course", "Quay", "Settings", "ShipEnv", "ShipVectorEnv", "Task", "TaskError",
-           "Track"]  # fmt: skip
+__all__ = ["IDS", "Berth", "Canal", "Course", "EncounterEnv", "EncounterVectorEnv", "Quay", "Settings", "ShipEnv",
+           "ShipVectorEnv", "Task", "TaskError", "Track"]  # fmt: skip
 
 Observation = NDArray[np.float32]
 Flags = NDArray[np.bool_]
@@ -266,3 +267,10 @@ for _id, (_ship, _task) in IDS.items():
             _id, entry_point="seatrial.envs:ShipEnv", vector_entry_point="seatrial.envs:ShipVectorEnv",
             kwargs={"ship": _ship, "task": _task}, order_enforce=True,
         )  # fmt: skip
+
+AMONG = "seatrial/Encounter-v0"
+"""The task among traffic, whose ships are in encounters and not in a kernel of their own."""
+
+if AMONG not in gymnasium.registry:
+    gymnasium.register(AMONG, entry_point="seatrial.envs:EncounterEnv",
+                       vector_entry_point="seatrial.envs:EncounterVectorEnv")  # fmt: skip

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from types import MappingProxyType
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Literal
 
 from ..core.errors import RunError
 from ..core.parameters import unknown
@@ -190,6 +190,7 @@ class OnWire:
         speakers: called after each tick for lines of other sources, which go out before the ship's own.
         sends: kinds of the ship's own sentences.
         said: those of the last tick.
+        asked: orders of links of other kinds so far, obeyed or refused.
         listeners: called with each valid sentence, whoever has command.
         log: file for the sentences sent, each with a TAG block that has its time; None: no log.
     """
@@ -238,6 +239,7 @@ class OnWire:
         self.listeners: list[Callable[[Message, Loop], None]] = []
         self._early: deque[Message] = deque(maxlen=_HELD)
         self.said: frozenset[str] = frozenset()
+        self.asked = 0
         if ticking:
             loop.after(self.tick)
         loop.keep(f"the wire of {ship}", self)
@@ -358,12 +360,19 @@ FIRST = 200_000_001
 """MMSI of the first other ship; no country has the digits 200, so it is never the MMSI of a real ship."""
 
 
+Answers = Literal["wire", "link", "clock"]
+"""What answers in lock step."""
+
+_LOOK = 0.002
+"""Longest wait between two looks for an answer [s of the clock]; a datagram ends it."""
+
+
 class Lockstep:
-    """Lock step with an autopilot on the wire: waits in the loop for an answer to each sentence of one kind.
+    """Lock step with an autopilot: waits in the loop for an answer to each sentence of one kind.
 
     That is ZDA unless another is named: it is the last of its tick, so whoever has it has all.  Where each answer is
-    one datagram, the order of everything is that of the simulated time, whatever the machines are doing: the run is the
-    same each time, and as fast as the autopilot answers.
+    one datagram or one order, the order of everything is that of the simulated time, whatever the machines are doing:
+    the run is the same each time, and as fast as the autopilot answers.
 
     Attributes:
         failure: why it gave up; empty while it did not.
@@ -372,8 +381,14 @@ class Lockstep:
         alive: whether an answer can still come.
     """
 
-    def __init__(self, loop: Loop, on_wire: OnWire, to: str = "ZDA", patience: float = 10.0) -> None:
+    def __init__(
+        self, loop: Loop, on_wire: OnWire, to: str = "ZDA", patience: float = 10.0, by: Answers = "wire"
+    ) -> None:  # fmt: skip
         """Wait after each tick in which a sentence `to` is sent, at most `patience` seconds of the clock.
+
+        Args:
+            by: what answers: a sentence on the wire, an order of a link of another kind, or nothing where another
+                clock keeps the step; the first meeting is on the wire whichever it is.
 
         Raises:
             WireError: the ship sends no such sentence, so that nothing would be waited for.
@@ -382,9 +397,11 @@ class Lockstep:
             raise WireError(f"the ship waits for an answer to each {to}, which it does not send; it sends "
                             f"{', '.join(sorted(on_wire.sends))}")  # fmt: skip
         self._on_wire, self._to, self._patience = on_wire, to, patience
-        self.failure, self.answers, self.waited = "", 0, 0.0
+        self.failure, self.answers, self.waited, self._asked = "", 0, 0.0, on_wire.asked
         self.alive: Callable[[], bool] = lambda: True
-        loop.after(self.tick)
+        self._by = by
+        if by != "clock":
+            loop.after(self.tick)
 
     def meet(self) -> None:
         """Wait for the first valid sentence, by which a wire over udp learns where to send.
@@ -392,7 +409,7 @@ class Lockstep:
         Raises:
             RunError: none comes.
         """
-        if not self._answered():
+        if not self._answered("wire"):
             raise RunError(f"no valid sentence on {self._on_wire.wire.address} within {self._patience:g} s; the "
                            "autopilot has to send one before it hears any, or to be named with --to")  # fmt: skip
 
@@ -403,19 +420,22 @@ class Lockstep:
         """
         if self._to not in self._on_wire.said or self.failure or not self.alive():
             return
-        if self._answered():
+        if self._answered(self._by):
             self.answers += 1
         elif self.alive():
             self.failure = f"no answer within {self._patience:g} s at {loop.t:g} s; each {self._to} is to be answered"
             loop.stop()
 
-    def _answered(self) -> bool:
-        wire, begin = self._on_wire.wire, time.monotonic()
+    def _answered(self, by: Answers) -> bool:
+        wire, begin, before = self._on_wire.wire, time.monotonic(), self._asked
         while True:
             heard = wire.poll()
             self._on_wire.hold(heard)
+            self._asked = self._on_wire.asked
+            answer = bool(heard) if by == "wire" else self._asked != before
             now = time.monotonic()
-            if heard or now - begin > self._patience or not self.alive():
+            if answer or now - begin > self._patience or not self.alive():
                 self.waited += now - begin
-                return bool(heard)
+                return answer
+            wire.wait(_LOOK)  # gives way to the autopilot, and to the threads of links
             wire.wait(min(0.2, self._patience))

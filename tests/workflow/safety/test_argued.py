@@ -13,14 +13,15 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.core.records import to_json
 from seatrial.encounters.meeting import drawn
-from seatrial.encounters.rules import Role
+from seatrial.encounters.rules import OPEN_WATER, Role, Waters
 from seatrial.encounters.sensing import Ais, Sensing
+from seatrial.environment.chart import Chart
 from seatrial.report.page import write
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety.argued import verified
-from seatrial.workflow.safety.claimed import PART, Case, CaseFile, Part
+from seatrial.workflow.safety.claimed import PART, Case, CaseFile, Part, Where
 
 
 def signed(folder: Path, *, sensors: Sensing | None = None, failed: bool = True) -> Case:
@@ -102,9 +103,25 @@ def test_what_was_not_tried_follows_what_was() -> None:
     tried: Any = type("S", (), {"hit": (3, 38)})()
     blind = Case(CaseFile(claim="c", ship="s"), "d", (), "")
     seeing = Case(CaseFile(claim="c", ship="s", sensors=Sensing(ais=Ais())), "d", (), "")
-    assert argued._not_tried(blind, tried)[0].startswith("35 of 38 cells")
-    assert "sees everybody as they are" in argued._not_tried(blind, tried)[1]
-    assert "clutter" in argued._not_tried(seeing, tried)[1]
+    assert argued._not_tried(blind, tried, OPEN_WATER)[0].startswith("35 of 38 cells")
+    assert "sees everybody as they are" in argued._not_tried(blind, tried, OPEN_WATER)[1]
+    assert "clutter" in argued._not_tried(seeing, tried, OPEN_WATER)[1]
+    assert "land, depth and lanes: open water" in argued._not_tried(blind, tried, OPEN_WATER)
+    assert "restricted visibility" in argued._not_tried(blind, tried, OPEN_WATER)
+    charted = Waters(Chart("here", 20.0, lacks=("3 rocks have no depth",)), 10.0, None, 2000.0)
+    said = " ".join(argued._not_tried(blind, tried, charted))
+    assert "the chart: 3 rocks have no depth" in said
+    assert "open water:" not in said
+    assert "restricted visibility" not in said
+
+
+def test_where_a_case_is_is_told() -> None:
+    file = CaseFile(claim="c", ship="s", waters=Where(chart="here", at=(100.0, -20.0), psi=0.5 * np.pi))
+    found = Case(file, "d", (), "")
+    said = argued._where(found, Waters(Chart("here", 20.0, source="a survey"), 10.0, 14.0, 2000.0))
+    assert said == ("chart here (a survey), from 100 m north, −20.0 m east on 90.0°, draught 10.0 m, safety depth 14.0 "
+                    "m; visibility 2000 m: Rules 6 and 19 in place of 11 to 18")  # fmt: skip
+    assert argued._where(found, OPEN_WATER) == "open water, in sight of one another"
 
 
 def test_a_case_in_which_every_model_failed_has_numbers(tmp_path: Path) -> None:

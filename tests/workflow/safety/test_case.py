@@ -13,13 +13,14 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.encounters.conduct import CONDUCTS, Scene, Watch
 from seatrial.encounters.meeting import dnv, imazu
-from seatrial.encounters.rules import Role
+from seatrial.encounters.rules import Alone, Role
 from seatrial.encounters.sensing import Sensing
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety import case as module
 from seatrial.workflow.safety.case import case
-from seatrial.workflow.safety.claimed import CONTACT, Around, Case, CaseFile, Encountered, Met, Part
+from seatrial.workflow.safety.claimed import CONTACT, MUTE, Around, Case, CaseFile, Encountered, Met, Part
+from seatrial.workflow.safety.setting import alike
 
 TEXT = '''schema = "seatrial-case/1"
 claim = "it keeps clear"
@@ -61,7 +62,7 @@ def test_what_the_error_of_the_ship_adds_is_counted_by_pairs() -> None:
 @pytest.mark.parametrize("some", [imazu(5.0, 600.0), dnv(5.0)], ids=["imazu", "dnv"])
 def test_fixed_sets_have_as_many_ships_in_each_run_and_nobody_meets_those_added(some: Any) -> None:
     most = max(len(one.x) for one in some)
-    whole = module._alike(some, most)
+    whole = alike(some, most)
     assert whole.x.shape == (len(some), most)
     for k, one in enumerate(some):
         n = len(one.x)
@@ -73,15 +74,15 @@ def test_fixed_sets_have_as_many_ships_in_each_run_and_nobody_meets_those_added(
         assert (np.hypot(whole.x, whole.y)[k, n:] > 5e5).all()
 
 
-def test_a_run_that_failed_is_none_and_the_others_keep_their_places(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_failed_is_none_and_the_others_keep_their_places() -> None:
     def one(*broken: str) -> Any:
         return SimpleNamespace(ship=0, margins={"15": np.array([1.0, -1.0])}, contact=np.array([False, False]),
                                broken=lambda where: broken if where == (1,) else ())  # fmt: skip
 
-    monkeypatch.setattr(module, "judge", lambda tracks, own: [one("15")])
-    sailed: Any = SimpleNamespace(tracks=None, runs=np.array([0, 2]))
-    broken, applied = module._broken(sailed, slice(10, 13))
-    assert broken == ((), None, ("15",))
+    sailed: Any = SimpleNamespace(tracks=None, runs=np.array([0, 2]), silent=np.array([np.nan, 30.0]))
+    setup: Any = SimpleNamespace(judged=lambda tracks: (tracks, (one("15"),), Alone()))
+    broken, applied = module._broken(setup, sailed, slice(10, 13))
+    assert broken == ((), None, ("15", MUTE))
     assert applied == (("15",), (), ("15",))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from seatrial.data.nmea.sentences import decode
-from seatrial.workflow.safety.outside import Program
+from seatrial.workflow.safety.stacks import Stack
 
 PATH = Path(__file__).parents[3] / "examples" / "cases" / "keep_clear.py"
 
@@ -56,4 +56,4 @@ def test_a_turn_that_does_not_suffice_goes_on(stack: Any) -> None:
 def test_what_it_says_is_a_heading_to_steer(stack: Any) -> None:
     said = decode(stack.sentence("AGHTC,V,,,H,N,,,,,45.0,,,T,C"))
     assert (said.kind, said["steermode"], said["cmdheading"], said["headingref"]) == ("HTC", "H", 45.0, "T")
-    assert Program(command="python keep_clear.py {address}").answers == "ZDA"
+    assert Stack(command="python keep_clear.py {address}").answers == "ZDA"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,14 @@ import pytest
 
 from seatrial.core.errors import RequestError
 from seatrial.encounters.meeting import Meeting
+from seatrial.encounters.rules import Alone
 from seatrial.realtime.range.encounter import encountered
 from seatrial.realtime.range.scenario import Scenario, ordinary
 from seatrial.workflow.safety import case as module
 from seatrial.workflow.safety.case import case
 from seatrial.workflow.safety.claimed import CONTACT, MUTE, CaseFile
-from seatrial.workflow.safety.outside import Program, Ran, ran
+from seatrial.workflow.safety.outside import Ran, ran
+from seatrial.workflow.safety.stacks import Stack
 
 STACK = '''
 import functools, operator, socket, sys, time
@@ -48,7 +51,7 @@ def met() -> Scenario:
 
 def of(folder: Path, body: str, **more: Any) -> Ran:
     (folder / "stack.py").write_text(STACK.replace("BODY", body), encoding="utf-8")
-    return ran(met(), Program(command="python stack.py {address}", sends="HDT,ZDA", **more).wiring(folder))
+    return ran(met(), Stack(command="python stack.py {address}", sends="HDT,ZDA", **more).wiring(folder))
 
 
 @pytest.mark.slow
@@ -77,7 +80,7 @@ def test_a_run_in_lock_step_is_the_same_again(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_stack_that_never_speaks_is_silent_from_the_first(tmp_path: Path) -> None:
     (tmp_path / "mute.py").write_text("import time\ntime.sleep(30)\n", encoding="utf-8")
-    found = ran(met(), Program(command="python mute.py", sends="HDT,ZDA", patience=0.3).wiring(tmp_path))
+    found = ran(met(), Stack(command="python mute.py", sends="HDT,ZDA", patience=0.3).wiring(tmp_path))
     assert (found.spoke, found.silent) == (False, 0.0)
     assert found.tracks is not None
     assert abs(found.tracks.y[0]).max() < 1.0  # it goes straight on
@@ -87,17 +90,20 @@ def test_what_a_run_on_a_wire_is_counted_as() -> None:
     tracks: Any = object()
     judged: Any = type("J", (), {"ship": 0, "margins": {"16": np.array(-1.0)}, "contact": np.array(True),
                                  "broken": lambda self, where: ("16",)})()  # fmt: skip
-    other: Any = type("J", (), {"ship": 1, "margins": {"14": np.array(-1.0)}, "contact": np.array(True),
-                                "broken": lambda self, where: ("14",)})()  # fmt: skip
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "judge", lambda tracks, own: [judged] if own else [judged, other])
-        assert module._on_wire(Ran(tracks, 12.0, True, True), first=True) == (("16", CONTACT, MUTE), ("16",))
-        assert module._on_wire(Ran(tracks, None, True, True), first=False) == (("16", CONTACT), ("16",))
-        assert module._on_wire(Ran(tracks, 0.0, True, False), first=False) == (("16", CONTACT, MUTE), ("16",))
-        assert module._on_wire(Ran(tracks, None, False, True), first=False) == (None, ())  # out of its validity
-        assert module._on_wire(Ran(None, None, True, True), first=False) == (None, ())  # it blew up
-        with pytest.raises(RequestError, match="stack: no valid sentence"):
-            module._on_wire(Ran(tracks, 0.0, True, False), first=True)
+    by_itself = Alone({"10": np.array(-0.5)})
+    setup: Any = SimpleNamespace(judged=lambda tracks: (tracks, (judged,), by_itself))
+
+    def counted(one: Ran, first: bool = False) -> Any:
+        return module._on_wire(setup, one, first)
+
+    assert counted(Ran(tracks, 12.0, True, True), True) == (("10", "16", CONTACT, MUTE), ("10", "16"))
+    assert counted(Ran(tracks, None, True, True)) == (("10", "16", CONTACT), ("10", "16"))
+    assert counted(Ran(tracks, 0.0, True, False)) == (("10", "16", CONTACT, MUTE), ("10", "16"))
+    assert counted(Ran(tracks, None, False, True)) == (None, ())  # out of its validity
+    assert counted(Ran(None, None, True, True)) == (None, ())  # it blew up
+    with pytest.raises(RequestError, match="stack: no valid sentence"):
+        counted(Ran(tracks, 0.0, True, False), True)
+
 
 
 @pytest.mark.parametrize(("change", "said"), [
@@ -109,13 +115,13 @@ def test_what_a_run_on_a_wire_is_counted_as() -> None:
 ])  # fmt: skip
 def test_a_program_that_cannot_be_is_a_line(tmp_path: Path, change: dict[str, str], said: str) -> None:
     with pytest.raises(RequestError, match=said):
-        ran(met(), Program(**change).wiring(tmp_path))
+        ran(met(), Stack(**change).wiring(tmp_path))
 
 
 @pytest.mark.slow
 def test_a_case_with_a_program_counts_its_silence_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_TOGETHER_ON_WIRE", 1)
-    monkeypatch.setattr(module, "ran", lambda played, wiring: ran(replace(played, duration=80.0), wiring))
+    monkeypatch.setattr(module, "ran", lambda played, *how: ran(replace(played, duration=80.0), *how))
     (tmp_path / "stack.py").write_text(STACK.replace("BODY", STACKS["ends"]), encoding="utf-8")
     (tmp_path / "case.toml").write_text(
         'schema = "seatrial-case/1"\nclaim = "c"\nship = "kvlcc2"\ntraffic = ["ignores"]\n'
@@ -133,4 +139,4 @@ def test_a_case_with_a_program_counts_its_silence_and_goes_on(tmp_path: Path, mo
 
 def test_a_program_is_a_table_and_a_conduct_a_word() -> None:
     assert CaseFile(claim="c", ship="s").called == "rules"
-    assert CaseFile(claim="c", ship="s", stack=Program(command="python a.py")).called == "python a.py"
+    assert CaseFile(claim="c", ship="s", stack=Stack(command="python a.py")).called == "python a.py (nmea)"

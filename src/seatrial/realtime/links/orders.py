@@ -75,6 +75,7 @@ class Orders:
     def _order(self, kind: str, **fields: Value) -> None:
         """Order, where the ship takes orders of this sender now: a request is answered before the next tick."""
         conning = self._on_wire.conning
+        self._on_wire.asked += 1
         refused = conning.refusal(self.sender, self._loop.t)
         if why := refused or conning.missing(kind):
             conning.counts["refused" if refused else "unfit"] += 1

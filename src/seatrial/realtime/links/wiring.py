@@ -119,9 +119,12 @@ def where(port: Port | None) -> str | None:
 
 @contextmanager
 def running_beside(
-    wire: Wiring | None, port: Port | None, printed: Note
+    wire: Wiring | None, port: Port | None, printed: Note, link: str = ""
 ) -> Generator[Callable[[], bool] | None]:  # fmt: skip
     """Another program for as long as the ship runs; its standard output follows at the end.
+
+    Args:
+        link: where a link of another kind is, ``{link}`` in its command.
 
     Yields:
         Whether it still runs; None without a program.
@@ -134,7 +137,7 @@ def running_beside(
     if wire is None or command is None or at is None:
         yield None
         return
-    words = [word.replace("{address}", at) for word in shlex.split(command)]
+    words = [word.replace("{address}", at).replace("{link}", link) for word in shlex.split(command)]
     if words and words[0] == "python":  # the one that runs here, whatever the path holds
         words[0] = sys.executable
     with tempfile.TemporaryFile() as output:

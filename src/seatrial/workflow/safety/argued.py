@@ -16,11 +16,12 @@ from ...core.records import from_json, json_of, plain
 from ...core.version import __version__
 from ...encounters import Tracks
 from ...encounters.meeting import Meeting
-from ...encounters.rules import Judged, Limits
+from ...encounters.rules import OPEN_WATER, Judged, Limits, Waters
+from ...encounters.rules.waters import AGROUND, CONTOUR
 from ...models import unit
 from ...report.blocks import Body, bullets, fields, lead, number, soft, table
 from ...report.judging.encounter import shown
-from ...report.judging.requirements import numbers, verdict
+from ...report.judging.requirements import verdict
 from ...report.judging.space import Space, drawn, space
 from ...report.page import Page, Section
 from ...ships import Ship
@@ -28,7 +29,6 @@ from ...validate.requirements import Table
 from .. import Outcome, RequestError
 from ..contributing.published import standing
 from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Part, part_at, rare_at
-from .outside import Program
 from .rare import Rarely, told
 
 _PICTURES, _KINDS = 4, 12
@@ -50,7 +50,7 @@ def _percent(share: float) -> str:
 
 def _rules(found: Case) -> list[str]:
     said = {rule for part in found.parts for rules in part.judged for rule in rules}
-    silent = [MUTE] if isinstance(found.file.stack, Program) else []
+    silent = [MUTE] if found.file.foreign else []
     return [CONTACT, *silent, *sorted(said)]
 
 
@@ -60,7 +60,7 @@ def results(found: Case) -> Body:
     for rule in _rules(found):
         one = found.share(rule)
         low, high = one.interval
-        name = rule if rule in (CONTACT, MUTE) else f"Rule {rule}"
+        name = rule if rule in (CONTACT, MUTE, AGROUND, CONTOUR) else f"Rule {rule}"
         rows.append((name, str(one.runs), str(one.hits), _percent(one.value), _percent(low), _percent(high)))
     body = table(("", "runs", "broken", "share", "from", "to (95 %)"), rows) + bullets(_split(found))
     asked = found.file.rare
@@ -99,23 +99,27 @@ def document(found: Case) -> dict[str, object]:
     }  # fmt: skip
 
 
-def page(found: Case, ship: Ship, meeting: Meeting, path: Path, again: Again, table_: Table | None) -> Page:
+def page(
+    found: Case, ship: Ship, meeting: Meeting, path: Path, again: Again, table_: Table | None,
+    waters: Waters = OPEN_WATER,
+) -> Page:  # fmt: skip
     """The page of a case, in the order in which a surveyor asks.
 
     Args:
         path: of its file.
         table_: the ship by the requirements of collision avoidance; None where it could not be judged.
+        waters: where it was.
     """
     failed = np.array([bool(one) for one in found.broken], dtype=bool)
     tried = space(meeting, failed)
     return Page(f"Safety case: {found.file.claim}", (
         Section("", answer(found) + fields(document(found))),
-        Section("What is claimed, and of what", bullets(_asked(found, ship))),
+        Section("What is claimed, and of what", bullets(_asked(found, ship, waters))),
         Section("How many runs, and how sure", results(found)),
         Section("Which ship, and how good is its model", _ship(ship, found, table_)),
         Section("What failed", _failed(found)),
-        Section("Show me", _failures(found, again)),
-        Section("What was not tried", drawn(tried) + bullets(_not_tried(found, tried))),
+        Section("Show me", _failures(found, again, waters)),
+        Section("What was not tried", drawn(tried) + bullets(_not_tried(found, tried, waters))),
         Section("Who says", _says()),
         Section("Repeat it", bullets((
             f"seatrial case {path} -o FOLDER (the same to the last bit on one type of processor)",
@@ -125,7 +129,7 @@ def page(found: Case, ship: Ship, meeting: Meeting, path: Path, again: Again, ta
     ))  # fmt: skip
 
 
-def _asked(found: Case, ship: Ship) -> list[str]:
+def _asked(found: Case, ship: Ship, waters: Waters) -> list[str]:
     file, where = found.file, found.file.encounters
     return [
         f"claim: {file.claim}",
@@ -133,8 +137,22 @@ def _asked(found: Case, ship: Ship) -> list[str]:
         f"encounters: {where.set}" + (f", own ship as {', '.join(where.roles)}" if where.set == "drawn" else ""),
         f"wind {file.weather.wind[0]:g} to {file.weather.wind[1]:g} m/s, current {file.weather.current[0]:g} to "
         f"{file.weather.current[1]:g} m/s, from any direction",
-        "a run fails where a rule is broken, hulls touch, or a stack in a process of its own falls silent",
+        _where(found, waters),
+        "a run fails where a rule is broken, hulls touch, the ship runs aground or crosses its safety contour, or a "
+        "stack falls silent",
     ]  # fmt: skip
+
+
+def _where(found: Case, waters: Waters) -> str:
+    sight = (f"visibility {number(waters.visibility)} m: Rules 6 and 19 in place of 11 to 18" if waters.restricted
+             else "in sight of one another")  # fmt: skip
+    if waters.chart is None:
+        return f"open water, {sight}"
+    said = found.file.waters
+    safe = "" if waters.safety is None else f", safety depth {number(waters.safety)} m"
+    return (f"chart {waters.chart.name} ({waters.chart.source or 'no source named'}), from {number(said.at[0])} m "
+            f"north, {number(said.at[1])} m east on {number(math.degrees(said.psi))}°, draught "
+            f"{number(waters.draught)} m{safe}; {sight}")  # fmt: skip
 
 
 def _ship(ship: Ship, found: Case, table_: Table | None) -> Body:
@@ -150,7 +168,9 @@ def _ship(ship: Ship, found: Case, table_: Table | None) -> Body:
     rows = [(item.number, item.text, one.verdict) for item, one in table_.rows]
     judged = table(("item", "what Sawada et al. 2024, section 6.2, ask of a model for collision avoidance", ""), rows,
                    words=(1, 2))  # fmt: skip
-    return bullets(said) + fields({"requirements": numbers(table_)}, lead(verdict(table_)) + judged)
+    # without the evidence, among which is how fast this machine is: a case is the same bytes wherever it is run
+    kept = {"verdict": verdict(table_), "items": {item: judged_ for item, _, judged_ in rows}}
+    return bullets(said) + fields({"requirements": kept}, lead(verdict(table_)) + judged)
 
 
 def _valid(ship: Ship) -> str:
@@ -176,17 +196,27 @@ def _failed(found: Case) -> Body:
     return table(("rules broken together", "runs", "numbers, from 0"), rows, words=(0, 2)) + more
 
 
-def _not_tried(found: Case, tried: Space) -> list[str]:
+def _not_tried(found: Case, tried: Space, waters: Waters) -> list[str]:
     hit, possible = tried.hit
     seeing = ("reports that are worse than late, lost or noisy: clutter, false echoes, lies" if found.file.sensors
               else "errors, delays and gaps of sensors: the stack sees everybody as they are")  # fmt: skip
     return [
         f"{possible - hit} of {possible} cells of the encounter space in which ships can meet, above",
         seeing,
-        "land, depth, lanes and visibility: open water, in sight of one another",
+        *_beyond(waters),
         "own models of the other ships: they turn with lags of a ship of their length",
         "how often ships meet so at sea: shares are of these encounters, not of voyages",
     ]
+
+
+def _beyond(waters: Waters) -> list[str]:
+    """What of the waters is not in it."""
+    said = ["Rules 5 and 7: what a watch knows is not in tracks"]
+    if waters.chart is None:
+        return [*said, "land, depth and lanes: open water"] + ["restricted visibility"] * (not waters.restricted)
+    return [*said, "banks and shallow water as a ship feels them: it sails as in open water, judged on the chart",
+            "tide: depths are those of the chart",
+            *(f"the chart: {one}" for one in waters.chart.lacks)]  # fmt: skip
 
 
 def _says() -> Body:
@@ -222,7 +252,7 @@ def _signed(found: Case) -> Body:
     ))  # fmt: skip
 
 
-def _failures(found: Case, again: Again) -> Body:
+def _failures(found: Case, again: Again, waters: Waters) -> Body:
     """Drawings of the first runs that fail, sailed again."""
     wrong = [k for k, one in enumerate(found.broken) if one]
     if not wrong:
@@ -230,7 +260,7 @@ def _failures(found: Case, again: Again) -> Body:
     body: Body = soft(f"{len(wrong)} runs; the first {min(len(wrong), _PICTURES)} are drawn. Runs count from 0.")
     for run, tracks, judged, where in again(wrong[:_PICTURES]):
         rules = ", ".join(found.broken[run] or ())
-        body += lead(f"Run {run}: {rules}") + shown(tracks, judged, Limits(), where)
+        body += lead(f"Run {run}: {rules}") + shown(tracks, judged, Limits(), where, waters)
     return body
 
 

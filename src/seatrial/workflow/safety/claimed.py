@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 from ...campaign.analysis.proportion import Proportion
 from ...core.records import Limits, NotNegative, Positive, digest
 from ...encounters.sensing import Sensing
-from .outside import Program
 from .rare import Rarely, Seldom
+from .stacks import Stack
 
 SCHEMA, PART, RARE = "seatrial-case/1", "seatrial-case-part/1", "seatrial-case-rare/1"
 CONTACT, MUTE = "contact", "silent"
@@ -34,7 +34,8 @@ class Met:
 class Encountered:
     """What is met: drawn by role of the own ship towards each other one, a fixed set, ships given, or a table of AIS.
 
-    `duration` [s] is that of a run; by the latest meeting unless given.
+    `duration` [s] is that of a run; by the latest meeting unless given.  `kinds` are those of the ships that are met,
+    in order (Rule 18); power-driven unless given.
     """
 
     set: Literal["drawn", "imazu", "dnv", "given", "ais"] = "drawn"
@@ -44,6 +45,7 @@ class Encountered:
     runs: Annotated[int, Limits(least=1, most=1_000_000)] = 1000
     length: Positive | None = None
     duration: Positive | None = None
+    kinds: tuple[Literal["power-driven", "sailing", "fishing", "restricted", "not under command"], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +56,26 @@ class Around:
     wind_from: tuple[float, float] = (-math.pi, math.pi)
     current: tuple[NotNegative, NotNegative] = (0.0, 0.0)
     current_towards: tuple[float, float] = (-math.pi, math.pi)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Where:
+    """Where runs begin: open water in sight of one another unless given.
+
+    Attributes:
+        chart: of the library, or a file beside the case.
+        at, psi: place of the own ship north and east of its datum [m], and its course [rad].
+        draught: of the own ship, squat and allowances included [m]; that of its file unless given.
+        safety: depth that it takes for safe [m].
+        visibility: [m]; given, it is restricted.
+    """
+
+    chart: str | None = None
+    at: tuple[float, float] = (0.0, 0.0)
+    psi: float = 0.0
+    draught: Positive | None = None
+    safety: Positive | None = None
+    visibility: Positive | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,18 +90,19 @@ class Failed:
 class CaseFile:
     """A case as its file has it.
 
-    `stack` and `traffic` are conducts, a stack also FILE.py:NAME of one's own, or a program on a wire.  It sees all
+    `stack` and `traffic` are conducts, a stack also FILE.py:NAME of one's own, or a table of one.  It sees all
     ships as they are without `sensors`.  `rare` asks for a breach by levels; `as_fitted` draws no ship from the
     posterior, and `found` is of a failure that was kept.
     """
 
     claim: str
     ship: str
-    stack: str | Program = "rules"
+    stack: str | Stack = "rules"
     seed: Annotated[int, Limits(least=0)] = 1
     traffic: tuple[str, ...] = ("rules", "ignores", "late")
     encounters: Encountered = field(default_factory=Encountered)
     weather: Around = field(default_factory=Around)
+    waters: Where = field(default_factory=Where)
     sensors: Sensing | None = None
     rare: Seldom | None = None
     as_fitted: bool = False
@@ -88,7 +111,12 @@ class CaseFile:
     @property
     def called(self) -> str:
         """What steers the own ship, in a word or as a command."""
-        return self.stack.command if isinstance(self.stack, Program) else self.stack
+        return self.stack if isinstance(self.stack, str) else f"{self.stack.told} ({self.stack.speaks})"
+
+    @property
+    def foreign(self) -> bool:
+        """Whether it may fall silent, being no conduct."""
+        return not isinstance(self.stack, str) or ":" in self.stack
 
 
 @dataclass(frozen=True)

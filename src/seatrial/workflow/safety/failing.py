@@ -267,7 +267,8 @@ def _keep(file: CaseFile, path: Path, sailor: Sailor, failure: Failure, made: Pa
 
     one = replace(
         file, claim=f"{file.claim} (a failure: {', '.join(failure.broken)})", ship=beside(file.ship),
-        stack=beside(str(file.stack)), weather=weather, as_fitted=True, found=None,
+        stack=beside(file.stack) if isinstance(file.stack, str) else
+        replace(file.stack, file=beside(file.stack.file)), weather=weather, as_fitted=True, found=None,
         encounters=Encountered(set="given", ships=ships, length=file.encounters.length, duration=sailor.duration),
     )  # fmt: skip
     made.parent.mkdir(parents=True, exist_ok=True)

@@ -27,7 +27,7 @@ SHIPS = 4096
 _NO_PART = 10.0
 """Margin of a rule that does not apply in a run: farther off than any run that it applies to."""
 
-Breach = Literal["contact", "8(a)", "8(b)", "8(d)", "13", "14", "15", "16", "17(a)(i)", "17(b)", "17(c)"]
+Breach = Literal["contact", "8(a)", "8(b)", "8(d)", "13", "14", "15", "16", "17(a)(i)", "17(b)", "17(c)", "18"]
 
 Margin = Callable[[Array, Array | None], Array]
 """Of points of the cube and places among the ships, 0 to 1 (None: as fitted): how far each run is from the breach,
