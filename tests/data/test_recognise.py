@@ -28,6 +28,9 @@ NAMED = {
     b"\x0a\x0d\x0d\x0a": "pcapng", b"TDSm": "TDMS",
     b"!Boat,Utc,BSP\n!boat,0,1\n0,46352.5,1,6.2\n": "Expedition",
     b"2026-05-01 09:00:00.00: ATT {Yaw : 40.00}\n" * 4: "mavlogdump", b'"TOA5","a","b"\n': "Campbell",
+    b"<html><body><table>\n": "HTML", b'<?xml version="1.0"?>\n<kml xmlns="http://www.opengis.net/kml/2.2">\n': "KML",
+    b'{"ts": 1.5, "heading": 40.0}\n' * 4: "JSON",
+    b"GPRMC,073012.00,A,6326.4,N,01025.2,E,5.0,40.0,140524,,,A*6C\n" * 4: "without the $",
     b'{"class":"VERSION","release":"3.25"}\n' + b'{"class":"TPV","device":"/dev/ttyUSB0","mode":3}\n' * 4: "gpsd",
 }  # fmt: skip
 
@@ -56,7 +59,7 @@ def test_what_is_not_read_is_named_with_a_way_on(head: bytes, tmp_path: Path) ->
         guess(file)
 
 
-@pytest.mark.parametrize("content", [TABLE, TABLE.replace(",", ";"), "", "{}", "A 1 2\nB 2 3\n", "\0" * 100, "<html>"])
+@pytest.mark.parametrize("content", [TABLE, TABLE.replace(",", ";"), "", "{}", "A 1 2\nB 2 3\n", "\0" * 100, "<xml>"])
 def test_a_table_or_nothing_known_is_none_of_them(content: str, tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     file.write_text(content, encoding="utf-8")

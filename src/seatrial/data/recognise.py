@@ -94,10 +94,21 @@ _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
      way="export its GYR, POS and HCP records as a table")),
     (re.compile(r'"?TOA5"?,|"?TOB1"?,'), Known("a log of a Campbell logger", way="leave out its header but the names: "
                                               "seatrial import csv with skip in the mapping")),
+    (re.compile(r"[A-Z]{2}(GGA|RMC|GLL|VTG|ZDA|GNS|HDT|HDG|ROT|RSA|VHW|MWV),.*\*[0-9A-F]{2}\s*$"),
+     Known("a log of NMEA 0183 without the $ of its sentences", way="put it back: sed 's/^/$/' FILE > FILE.nmea")),
+    (re.compile(r'\s*[\[{].*"\w+"\s*:'), Known("JSON", way="make a table of it: python -c \"import polars; "
+                                             "polars.read_ndjson('FILE').write_csv('FILE.csv')\"")),
     (re.compile(r"\s*<(\?xml|gpx|trk|trkpt|trkseg|ele|time)\b.*"), Known("a GPX track", "gpx")),
 )  # fmt: skip
 
 
+_MARKED = (
+    ("<kml", Known("a KML file", way="gpsbabel -i kml -o gpx makes a GPX track of it")),
+    ("<trainingcenterdatabase", Known("a track of TCX", way="gpsbabel -i gtrnctr -o gpx makes a GPX track of it")),
+    ("<html", Known("a page of HTML", way="open it in a spreadsheet program and save it as .xlsx or CSV")),
+    ("<table", Known("a page of HTML", way="open it in a spreadsheet program and save it as .xlsx or CSV")),
+    ("<workbook", Known("a spreadsheet in XML of 2003", way="open it in a spreadsheet program and save it as .xlsx")),
+)
 _SENTENCE = re.compile(rb"[$!][A-Z0-9]{4,15},")
 """The address that a sentence of NMEA 0183 begins with, behind a stamp or not."""
 
@@ -140,6 +151,8 @@ def _by_lines(text: str) -> Known | None:
         return None
     if "<gpx" in text[:2000]:
         return _FORMS[-1][1]
+    if marked := next((known for mark, known in _MARKED if mark in text[:2000].lower()), None):
+        return marked
     if sum(_LOGGED.match(line) is not None for line in spoken) > _MOST * len(spoken):
         return Known("a log of Signal K", "signalk")
     if sum(frame_of(line.rstrip()) is not None for line in spoken) > _MOST * len(spoken):

@@ -21,7 +21,8 @@ _LETTERS = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*°?\s*(?P<le
 _SPOKEN = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(?P<unit>[^\d\s.,:-].{0,11}|1/\w+)")
 _SIDES = frozenset("NSEWPOLB")
 _PROBED = 200
-_BEFORE = re.compile(r"(?P<letters>[A-Za-z]{1,4})\s*(?P<number>[\d.,]+)")
+_BEFORE = re.compile(r"(?P<letters>[a-z]{1,4}|starboard|steuerbord|styrbord|backbord|babord|bakbord)"
+                     r"\s*(?P<number>[\d.,]+)", re.IGNORECASE)  # fmt: skip
 _DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)\s*['′m]?\s*"
                   r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|(?-i:s))?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
 _SPACED = re.compile(r"(\d{1,3})\s+(?=\d)")
@@ -35,6 +36,9 @@ _FORMS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("date", _DATE),
     ("clock", _CLOCK),
 )
+MIDSHIPS = ("midships", "midship", "amidships", "mid", "mittschiffs", "midtskips", "zero")
+"""Words for a rudder that is not over."""
+
 _GAP = ("", "nan", "na", "null")
 """Words that every reader takes for a gap."""
 
@@ -201,6 +205,10 @@ def _lettered(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str,
     values, letters = np.full(len(cells), math.nan), Counter[str]()
     for k, cell in enumerate(cells):
         plain = cell.strip()
+        if plain.lower() in MIDSHIPS:
+            values[k] = 0.0
+            letters.update([plain])
+            continue
         found = _LETTERS.fullmatch(plain) or _BEFORE.fullmatch(plain)
         value = number(found["number"], mark) if found else number(plain, mark)
         if value is not None:

@@ -326,7 +326,17 @@ def _days(columns: Sequence[Column]) -> list[Clock]:
         elif 0.0 <= middle < 367.0 and any(word in column.name.lower() for word in _OF_YEAR):
             doubt = "days of a year by its name; the year is not in the column, so that the trial has no date"
             found += _ranked(t, 2.8, {**keys, "unit": quoted("d")}, Answer("days", (doubt,)), (column.head,))
+        elif 0.0 <= np.nanmin(column.values) <= np.nanmax(column.values) <= 1.0 and (day := _day_of(columns)):
+            doubt = f"parts of a day beside the days in '{day.head}', which are not read: the trial has no date"
+            found += _ranked(t, 2.8, {**keys, "unit": quoted("d")}, Answer("days", (doubt,)), (column.head,))
     return found
+
+
+def _day_of(columns: Sequence[Column]) -> Column | None:
+    """The column of whole days as spreadsheets count them, by its name and size."""
+    low, high = _COUNTS["excel"]
+    return next((one for one in columns if one.kind == "number" and one.score("date") > 0.3
+                 and bool(((one.values >= low) & (one.values <= high)).all())), None)  # fmt: skip
 
 
 def _gps(columns: Sequence[Column]) -> list[Clock]:

@@ -89,6 +89,9 @@ def once_named(tables: Sequence[Table], entry: Entry) -> Entry:
     """The entry with a doubt where its column's name is that of another column too."""
     heads = [head for table in tables for head in set(table.heads) if table.heads.count(head) > 1]
     twice = [head for head in heads if quoted(head) in entry.keys.values()]
+    numbered = [head for table in tables for head in table.heads if f"{head} (2)" in table.heads]
+    if first := [head for head in numbered if quoted(head) in entry.keys.values()]:
+        return _doubting(entry, f"two columns are called {first[0]}: this is the first, {first[0]} (2) the other")
     if not twice:
         return entry
     return _doubting(entry, f"two columns are called {twice[0]}, and the import refuses that; rename one in the log")

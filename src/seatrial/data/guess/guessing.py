@@ -43,6 +43,9 @@ _REACH, _DELAY, _LONGEST = 2.5, 1.0, 30.0
 _ROWS, _FEW = 600, 400
 """Rows that the tests look at, and those of other trials for a second opinion."""
 
+_MOVING, _MOSTLY = 0.3, 0.9
+"""Part of the most speed at which a ship is under way, and part of such rows in which it goes astern throughout."""
+
 _EXCHANGED = 0.6
 """The heading is in the column of the course where its misses are below this part of those as named."""
 
@@ -169,6 +172,11 @@ def _entries(log: Log) -> Iterator[Entry]:
         yield entry
     yield from _second_opinion(log, verdict, exchanged)
     known = known_motion(verdict, _scaled(t, verdict), found)
+    if known.u is not None and (np.abs(known.u) > _MOVING * np.nanmax(np.abs(known.u), initial=0.0)).any():
+        going = known.u[np.abs(known.u) > _MOVING * np.nanmax(np.abs(known.u))]
+        if (going < 0.0).mean() > _MOSTLY:
+            doubt = "by its heading the ship goes astern: where it went ahead, the bow is the stern: offset = 180 (deg)"
+            yield Entry("", {}, Answer("", (doubt,)))
     angles = {verdict.best.choice[key] for key in ("unit of psi",) if key in verdict.best.choice}
     turned = not (
         verdict.sure("sense of psi") and verdict.sure("sense of r") and verdict.sure("frame of the quaternion")
@@ -302,7 +310,9 @@ def _layout_entry(log: Log) -> Entry:
         ("delimiter", layout.delimiter != "," and quoted(layout.delimiter), ""),
         ("decimal", layout.decimal != "." and quoted(layout.decimal), ""),
         ("thousands", layout.thousands and quoted(layout.thousands), "groups of three digits have a mark"),
-        ("skip", layout.skip and str(layout.skip), f"{layout.skip} lines before the header"),
+        ("skip", layout.skip and str(layout.skip),
+         f"{layout.skip} lines before the {'rows' if layout.named else 'header'}"),
+        ("columns", layout.named and listed(log.main.table.heads), "the header alone does not tell columns apart"),
         ("footer", layout.footer and str(layout.footer), f"{layout.footer} lines after the last row"),
         ("units_row", layout.units_row and "true", "the row below the header has units"),
         ("sheet", layout.sheet and quoted(layout.sheet), ""),

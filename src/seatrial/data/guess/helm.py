@@ -14,6 +14,7 @@ import numpy as np
 from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, quoted
+from .cells import MIDSHIPS
 from .roles import Signal
 
 _SURE = 6.0
@@ -175,7 +176,8 @@ def _sides(signal: Signal, sense: float, sure: float) -> tuple[dict[str, str], s
     """Letters of a rudder as signs, what they are, and the doubt about it."""
     letters = signal.column.letters
     turned = sense < 0 and sure > _SURE
-    signs = {letter: (-1 if letter.lower() in _PORT else 1) * (-1 if turned else 1) for letter in letters}
+    signs = {letter: (-1 if letter.lower() in _PORT else 1) * (-1 if turned else 1) * (letter.lower() not in MIDSHIPS)
+             for letter in letters}  # fmt: skip
     keys = {"letters": f"{{ {', '.join(f'{letter} = {sign}' for letter, sign in signs.items())} }}"}
     said = f"letters {', '.join(letters)} are port and starboard"
     if turned:
@@ -187,7 +189,7 @@ def _sides(signal: Signal, sense: float, sure: float) -> tuple[dict[str, str], s
     return keys, said, doubt if sure < _SURE else ""
 
 
-_PORT = ("p", "ps", "l", "bb", "bab", "port", "b", "hid")
+_PORT = ("p", "ps", "l", "bb", "bab", "port", "b", "hid", "backbord", "babord", "bakbord")
 
 
 def _lettered(signal: Signal) -> Array:

@@ -16,7 +16,7 @@ from .. import DataError
 from ..mapping.schema import Long
 from ..mapping.text import cells_of, texts_of
 from ..table import bytes_of
-from .naming import unit_of
+from .naming import in_letters, meanings, parted, unit_of
 
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
 NEUTRAL = ("", "nan", "na", "null", "n/a", "-", "--", "true", "false")
@@ -26,6 +26,12 @@ ROWS = 20_000
 """Rows that are looked at, at most."""
 
 _PROBED, _FOOT = 200, 30
+_WRITTEN, _HEAD = ("gb18030", "shift_jis", "euc-kr", "big5"), 2000
+"""Encodings of other letters, taken where names in the first characters are known."""
+
+_LIKE, _CLEARER = 6, 0.5
+"""Lines behind the first row that show that it is one; by how much of a quantity names of groups have to help."""
+
 _NUMBER = r"[+-]?(?:\d+(?:{mark}\d*)?|{mark}\d+)(?:[eE][+-]?\d+)?"
 _NUMBERS = {mark: re.compile(_NUMBER.format(mark=re.escape(mark))) for mark in ".,"}
 _BESIDE = r"\s*(?:°?\s*[A-Za-z]{1,5}|%|(?:°|[A-Za-z]{1,3}|1)/[A-Za-z]{1,3}|°)"
@@ -51,6 +57,7 @@ class Layout:
         sheet: of a file of several tables; empty for the first and for texts, "*" where all alike are trials.
         thousands: mark between groups of three digits in any of its cells.
         footer: lines after the last row.
+        named: whether the mapping gives the names of the columns, and the header is among the lines before the rows.
     """
 
     encoding: str = "utf-8-sig"
@@ -61,6 +68,7 @@ class Layout:
     sheet: str = ""
     thousands: str = ""
     footer: int = 0
+    named: bool = False
 
 
 @dataclass(frozen=True)
@@ -77,6 +85,7 @@ class Table:
         beside: other sheets of the file that are tables.
         apart: what else the file holds and is not read, in words.
         long: how it was made of a table with one value a row; None for one of a column a quantity.
+        over: cells of the line above the header.
     """
 
     path: Path
@@ -88,6 +97,46 @@ class Table:
     beside: tuple[str, ...] = ()
     apart: tuple[str, ...] = ()
     long: Long | None = None
+    over: tuple[str, ...] = ()
+
+
+def told_apart(table: Table) -> Table:
+    """The table with names that say which column is which, where its header alone does not.
+
+    Names of groups, as of merged cells, stand in the line above the header, each over the first of its columns; of
+    columns of one name that means something the later ones get a number.
+    """
+    heads = list(table.heads)
+    if len(table.over) == len(heads) and groups(table.over):
+        group, joined = "", list[str]()
+        for over, head in zip(table.over, heads, strict=True):
+            group = over or group
+            joined.append(f"{group} {head}".strip())
+        heads = joined if _said(joined) > _said(heads) + _CLEARER else heads
+    seen = Counter[str]()
+    for k, head in enumerate(heads):
+        seen[head] += 1
+        if head and seen[head] > 1 and meanings(parted(head)[0]):
+            heads[k] = f"{head} ({seen[head]})"
+    if tuple(heads) == table.heads:
+        return table
+    layout = replace(table.layout, named=True, skip=table.layout.skip + 1)
+    return replace(table, heads=tuple(heads), layout=layout)
+
+
+def groups(over: Sequence[str]) -> bool:
+    """Whether cells are names of groups of columns: words, and fewer of them than columns."""
+    filled = [cell for cell in over if cell]
+    return len(filled) > 1 and not any(map(is_value, filled)) and len(set(filled)) < len(over)
+
+
+def _said(heads: Sequence[str]) -> float:
+    """How many quantities names tell, each once."""
+    best: dict[str, float] = {}
+    for head in heads:
+        for one in meanings(parted(head)[0])[:1]:
+            best[one.role] = max(best.get(one.role, 0.0), one.score)
+    return sum(best.values())
 
 
 def decoded(path: Path) -> tuple[str, str]:
@@ -110,11 +159,14 @@ def _encoding(raw: bytes) -> str:
         return "utf-16-be"
     if 0 in head:
         return "utf-8"
-    try:
-        raw.decode("utf-8")
-    except UnicodeDecodeError:
-        return "cp1252"
-    return "utf-8-sig"
+    for encoding in ("utf-8-sig", *_WRITTEN):
+        try:
+            text = raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if encoding == "utf-8-sig" or in_letters(text[:_HEAD]) != text[:_HEAD]:
+            return encoding
+    return "cp1252"
 
 
 def is_value(cell: str, mark: str = ".") -> bool:
@@ -171,10 +223,11 @@ def read_text(path: Path, most: int = ROWS) -> Table:
     if share <= 0.0:
         raise DataError(f"{path}: no rows of numbers found; is it a table?")
     count = Counter(len(split_line(line, delimiter)) for line in middle).most_common(1)[0][0]
-    first = next((k for k, line in enumerate(lines) if _is_row(split_line(line, delimiter), count, mark)), None)
+    first = _first_row(lines, lambda line: _is_row(split_line(line, delimiter), count, mark))
     if first is None:
         raise DataError(f"{path}: no rows of numbers found; is it a table?")
     heads, skip, units = _header(path, lines, first, delimiter, count)
+    above_it = next((split_line(line, delimiter) for line in reversed(lines[:skip]) if line.strip()), [])
     foot, footer = _footer(lines, first, lambda line: split_line(line, delimiter), mark)
     above = {line.strip() for line in lines[skip:first]}
     rows = [cells for line in lines[first : min(first + most, foot)] if line.strip() and line.strip() not in above
@@ -185,7 +238,19 @@ def read_text(path: Path, most: int = ROWS) -> Table:
     grouped = any(ungrouped(column, mark) is not column for column in columns)
     layout = Layout(encoding, delimiter, mark, skip, 1 if units else 0, "", "," if mark == "." else ".")
     layout = replace(layout, thousands=layout.thousands if grouped else "", footer=footer)
-    return Table(path, layout, tuple(heads), tuple(units) or ("",) * count, columns, len(lines) - first > most)
+    units = units or [""] * count
+    return Table(path, layout, tuple(heads), tuple(units), columns, len(lines) - first > most, over=tuple(above_it))
+
+
+def _first_row(lines: list[str], is_row: Callable[[str], bool]) -> int | None:
+    """Number of the first row: one that most of the next lines are like, as a remark may look like a row."""
+    some = [k for k, line in enumerate(lines) if line.strip()]
+    for n, k in enumerate(some):
+        if is_row(lines[k]):
+            after = some[n + 1 : n + 1 + _LIKE]
+            if sum(is_row(lines[j]) for j in after) >= 0.8 * len(after):
+                return k
+    return None
 
 
 def _share(lines: list[str], delimiter: str, mark: str) -> float:

@@ -19,7 +19,7 @@ from ..sheets import ARRAYS, PARQUET, WORKBOOKS, packed, sheets_of
 from ..table import existing
 from .cells import Column, columns_of
 from .clock import Clock, clocks
-from .layout import ROWS, Layout, Table, is_value, read_text
+from .layout import ROWS, Layout, Table, groups, is_value, read_text, told_apart
 from .naming import tokens, unit_of
 from .roles import Signal, sided, signals, trial_column
 from .rows_of_names import widened
@@ -90,7 +90,7 @@ def find_log(src: Path) -> Log:
     for table in tables:
         kinds.setdefault(tuple(sorted(table.heads)), []).append(table)
     if len(kinds) == 1:
-        return _alike(base, tables, notes)
+        return _alike(base, [*map(told_apart, tables)], notes)
     folder, pattern, chosen = _trial_of(base, kinds)
     return _topics(folder, pattern, chosen, notes)
 
@@ -466,12 +466,14 @@ def _of_sheet(path: Path, sheet: str, rows: list[list[str]]) -> Table | None:
     said = sum(bool(unit_of(cell)) for cell in rows[head])
     if len(above) > 1 and said >= 0.6 * sum(bool(cell) for cell in rows[head]):
         units, head = rows[head], above[1]
-    named = [k for k, cell in enumerate(rows[head]) if cell]
+    over = rows[above[above.index(head) + 1]] if head != above[-1] else []
+    over = over if groups(over) else []
+    named = [k for k, cell in enumerate(rows[head]) if cell or over]
     body = [row for row in rows[first:] if any(row)]
     columns = tuple(tuple(row[k] for row in body[:ROWS]) for k in named)
     layout = Layout(skip=head, units_row=1 if units else 0, sheet=sheet)
     said = tuple(units[k] for k in named) if units else ("",) * len(named)
-    return Table(path, layout, tuple(rows[head][k] for k in named), said, columns)
+    return Table(path, layout, tuple(rows[head][k] for k in named), said, columns, over=tuple(over))
 
 
 def _cell(value: Any) -> str:

@@ -32,6 +32,7 @@ _TURN, _TURN_FINE = 730.0, 36_000.0
 """Whole numbers from there to there are hundredths of degrees on a circle, in which loggers keep angles."""
 _COURSE = 0.3  # weight of the angle between heading and course [rad]: drift and current are no fault
 _ABSURD = 5.0
+_ASTERN = 0.3  # what a ship that goes astern by its heading counts as [rad]
 _BAND, _FLOOR = 1.3, 0.03
 """Readings with a miss up to this factor and share above the best are as good as it."""
 
@@ -367,8 +368,14 @@ def speed_units(said: str) -> tuple[str, ...]:
 
 def _angles(raw: Array, said: str) -> tuple[str, ...]:
     """Units that an angle may be in: what the log says, else hundredths of degrees by size."""
-    other = said or ("cdeg" if _hundredths(raw) else "")
+    other = said or ("cdeg" if _hundredths(raw) else "gon" if _gons(raw) else "")
     return ("deg", "rad", *({other} - {"deg", "rad", ""}))
+
+
+def _gons(raw: Array) -> bool:
+    """Whether values fill a circle of 400 and none goes beyond."""
+    good = raw[np.isfinite(raw)]
+    return bool(good.size and good.min() >= 0.0 and 361.0 < good.max() <= 400.0)
 
 
 def _hundredths(raw: Array) -> bool:
@@ -438,4 +445,7 @@ def _aside(north: Array, east: Array, psi: Array) -> float | None:
     if good.sum() < 10:
         return None
     off = np.arctan2(east, north) - psi
-    return float(np.sqrt(np.mean(np.arctan2(np.sin(off), np.cos(off))[good] ** 2)))
+    off = np.abs(np.arctan2(np.sin(off), np.cos(off))[good])
+    if np.median(off) > 0.5 * np.pi:  # astern, or by a compass whose bow is the stern: no sense of turn tells that
+        return float(np.hypot(np.sqrt(np.mean((np.pi - off) ** 2)), _ASTERN))
+    return float(np.sqrt(np.mean(off**2)))

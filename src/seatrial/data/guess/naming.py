@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-_UNIT = re.compile(r"^(?P<name>.*?)\s*[\[(<{](?P<unit>[^\])>}]*)[\])>}]\s*$")
+_UNIT = re.compile(r"^(?P<name>.*?)\s*[\[(<{（](?P<unit>[^\])>}）]*)[\])>}）]\s*$")
 _SHORT = 2
 """Letters of a name that counts only where it is the whole name."""
 
@@ -41,6 +41,7 @@ class _Tables:
     roles: Mapping[str, tuple[tuple[str, ...], ...]]
     modifiers: Mapping[str, frozenset[str]]
     units: Mapping[str, str]
+    written: Mapping[str, str]
 
 
 @cache
@@ -48,7 +49,18 @@ def _tables() -> _Tables:
     said = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
     roles = {role: tuple(tuple(name.split()) for name in names) for role, names in said["roles"].items()}
     modifiers = {kind: frozenset(words) for kind, words in said["modifiers"].items()}
-    return _Tables(roles, modifiers, {word: unit for unit, words in said["units"].items() for word in words})
+    units = {word: unit for unit, words in said["units"].items() for word in words}
+    written = {word: said_so for said_so, words in said["written"].items() for word in words}
+    return _Tables(roles, modifiers, units, dict(sorted(written.items(), key=lambda pair: -len(pair[0]))))
+
+
+def in_letters(text: str) -> str:
+    """A text with words of names in Chinese, Japanese and Korean characters put into English ones."""
+    if text.isascii():
+        return text
+    for word, said in _tables().written.items():
+        text = text.replace(word, f" {said} ") if word in text else text
+    return text
 
 
 def parted(head: str) -> tuple[str, str]:
@@ -69,7 +81,8 @@ def parted(head: str) -> tuple[str, str]:
 
 def unit_of(text: str) -> str:
     """The unit's symbol that a text means; empty where it means none."""
-    plain = re.sub(r"\s+", " ", _plain(text.strip().strip("[]()<>{}").lower().replace("º", "°"))).strip()
+    plain = re.sub(r"\s+", " ", _plain(in_letters(text).strip().strip("[]()<>{}").lower().replace("º", "°"))).strip()
+    plain = re.sub(r"\s*/\s*", "/", plain)
     return _tables().units.get(plain, "") if plain else ""
 
 
@@ -96,7 +109,7 @@ def unit_in_name(name: str) -> str:
 
 def tokens(name: str) -> list[str]:
     """Words of a name in lower case without accents: ``"rudderAngle_PS"`` is rudder, angle, ps."""
-    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z]|[A-Z]{2,})|(?<=[A-Za-z]{2})(?=\d)", " ", name)
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z]|[A-Z]{2,})|(?<=[A-Za-z]{2})(?=\d)", " ", in_letters(name))
     plain = _plain(split)
     return re.findall(r"[a-z]+\d*|\d+", plain.lower())
 

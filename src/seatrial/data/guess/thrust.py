@@ -35,6 +35,9 @@ _WORDS = frozenset((
     "nozzle", "waterjet", "bucket", "engine", "actuator", "control", "controls", "cmd", "command", "ruder", "ror",
     "pedal", "lever", "bowthruster", "telegraph", "output", "outputs",
 ))  # fmt: skip
+_AHEAD, _ORDERS = frozenset(("ahead", "astern", "voraus", "zuruck", "zurueck", "forover", "akterover", "avant")), 30
+"""Words of an engine telegraph, and how many orders there may be."""
+
 _PARTS = re.compile(r"(?:servo|motor|thruster|thrust|rudder|pwm|esc|ch|chan|rc)\d*(?:raw|out|cmd|in)?|c\d{1,2}")
 _SIDES = ("port", "starboard")
 
@@ -114,6 +117,13 @@ def neglected(columns: Sequence[Column], text: str) -> Iterator[Entry]:
     """A doubt for each column that looks like a control and that no entry of the mapping takes."""
     for column in columns:
         words = set(tokens(column.name))
+        orders = sorted({cell.strip() for cell in column.cells} - {""}) if column.kind == "text" else []
+        if orders and len(orders) < _ORDERS and any(_AHEAD & set(tokens(cell)) for cell in orders):
+            values = ", ".join(f"{quoted(one)} = ..." for one in orders[:3])
+            doubt = (f"{column.said} has orders in words ({', '.join(orders[:4])}), and is left out; "
+                     f"[channels.n_P_cmd] or [channels.throttle] with letters = {{ {values} }} reads them")
+            yield Entry("", {}, Answer("", (doubt,)))
+            continue
         worded = column.kind == "text" and len({*column.cells} - {""}) > 2 and any(map(str.isdigit, column.cells[-1]))
         if quoted(column.head) in text or not (worded or (column.kind in ("number", "letters") and column.varies)):
             continue

@@ -56,7 +56,7 @@ def texts(table: Table, column: str) -> pl.Series:
 
 
 def lettered(table: Table, column: str, letters: Named[str, float], letter: str | None) -> Array:
-    """Numbers with a letter beside them, or in a column of its own, times the factor of the letter.
+    """Numbers with a letter beside them, or in a column of its own, times the factor of the letter; words alone.
 
     Raises:
         DataError: no number, an unknown letter, or none beside a number other than zero.
@@ -65,7 +65,10 @@ def lettered(table: Table, column: str, letters: Named[str, float], letter: str 
         values, beside = numbers(table, column), texts(table, letter)
     else:
         cells = texts(table, column)
+        # a word alone is once its factor, such as Midships = 0 and "HALF AHEAD" = 0.6
+        alone = cells.str.to_lowercase().is_in([name.lower() for name in letters]).fill_null(False)
         groups = [cells.str.extract(_LETTERED, k).fill_null("") for k in (1, 2, 3)]
+        groups = [cells.zip_with(alone, groups[0]), groups[1].set(alone, "1"), groups[2]]
         before, values = groups[0], _parsed(table, column, groups[1].set(groups[1] == "", None))
         _refuse_others(table, column, cells, np.isnan(values))
         beside = before + groups[2]

@@ -50,7 +50,8 @@ class Channel(Column, Sensor):
 
     Attributes:
         scale: factor of the column.
-        letters: factor by the letter beside the number, `{ P = -1, S = 1 }` for "12.3 S".
+        letters: factor by the letter beside the number, `{ P = -1, S = 1 }` for "12.3 S"; of a word alone the value,
+            `{ Midships = 0, "HALF AHEAD" = 0.6 }`.
         letter: column of the letter, where it is one of its own.
         despite: unit that the table gives, where it is wrong and `unit` is right.
     """

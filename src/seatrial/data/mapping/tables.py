@@ -270,6 +270,7 @@ _CELL = r"^([-+]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([^0-9\
 _SIDES = frozenset("NSEWPOLB")
 """Letters of a hemisphere or a side: 12.3 S is no time."""
 
+_TRUE = re.compile(r"^(°|deg)\s*T$")
 _LOOKED = 1000
 """Cells that are looked at; a logger that writes units writes them from the start."""
 
@@ -293,5 +294,6 @@ def _units(cells: pl.Series) -> list[str]:
 
 
 def _symbol(said: str) -> str:
-    """The symbol of a unit: RPM is rpm."""
+    """The symbol of a unit: RPM is rpm, and degrees true are degrees."""
+    said = _TRUE.sub(r"\1", said)
     return said if said in KNOWN else said.lower()

@@ -172,4 +172,7 @@ _LAYOUTS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Frame | None]],
      lambda m: _of_id("epoch", moment(m[1], m[2], m[3], m[4]), m[5], m[6])),
     (re.compile(r"\s*\d+\)\s+(\d+(?:\.\d*)?)\s+[RT]x\s+" + _ID + r"\s+(\d)\s+" + _HEX + "$"),
      lambda m: _of_id("start", float(m[1]) / 1000.0, m[2], m[4], m[3])),
+    # the same from version 2 on: type, perhaps a bus, and perhaps a reserved column
+    (re.compile(r"\s*\d+\s+(\d+\.\d+)\s+DT\s+(?:\d\s+)?" + _ID + r"\s+[RT]x\s+(?:-\s+)?(\d)\s+" + _HEX + "$"),
+     lambda m: _of_id("start", float(m[1]) / 1000.0, m[2], m[4], m[3])),
 )  # fmt: skip

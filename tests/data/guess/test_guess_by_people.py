@@ -1,0 +1,204 @@
+"""Tables as people make them: merged cells, names twice, other letters, words for orders, odd units and stamps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from turning_log import SCHEMA, fixes, table, trials, truth
+
+from seatrial.data import Trial
+from seatrial.data.guess import guess
+from seatrial.data.guess.layout import decoded, groups, read_text, told_apart
+from seatrial.data.guess.motion import _aside, _gons
+from seatrial.data.guess.naming import meanings, tokens, unit_of
+from workbooks import write_sheets
+
+KNOT = 1852.0 / 3600.0
+
+
+def rows_of(**more: list[object]) -> dict[str, list[object]]:
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+    course = np.degrees(true["psi"] + np.arctan2(true["v_m"], true["u"])) % 360.0
+    return {"Time [s]": list(true.t), "Lat": list(latitude), "Lon": list(longitude),
+            "SOG [kn]": list(np.hypot(true["u"], true["v_m"]) / KNOT), "COG": list(course), **more}  # fmt: skip
+
+
+def heading() -> list[object]:
+    return list(np.degrees(truth(dt=2.0)["psi"]) % 360.0)
+
+
+def rudder(factor: float = 1.0) -> list[object]:
+    return list(factor * np.degrees(truth(dt=2.0)["delta"]))
+
+
+def the(log: Path) -> Trial:
+    """The trial of the guess."""
+    (one,) = trials(log, answered(guess(log).text))
+    return one
+
+
+def answered(text: str) -> str:
+    """The text of a guess without its schema; the ship turns evenly, which tells no side of a rudder."""
+    return text.replace(SCHEMA, "").replace('sign = "?"', "sign = 1")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("book", [False, True])
+def test_names_of_groups_over_the_header_tell_columns_apart(book: bool, tmp_path: Path) -> None:
+    rows = rows_of(Heading=heading(), Angle=rudder())
+    over = ["", "GPS", "", "", "", "Gyro", "Rudder"]
+    if book:
+        cells = [list(map(str, row)) for row in zip(*rows.values(), strict=True)]
+        log = write_sheets(tmp_path / "log.xlsx", {"Run": [over, [*rows], *cells]})
+    else:
+        log = table(tmp_path / "log.csv", rows)
+        log.write_text(",".join(over) + "\n" + log.read_text())
+    found = guess(log)
+    assert 'columns = ["Time [s]", "GPS Lat"' in found.text
+    assert 'column = "Rudder Angle"' in found.text
+    one, true = the(log), truth(dt=2.0)
+    assert one["delta"] == pytest.approx(true["delta"])
+    assert np.sin(one["psi"] - true["psi"]) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_title_or_a_remark_over_the_header_is_no_name_of_a_group(tmp_path: Path) -> None:
+    assert groups(["", "GPS", "", "Gyro"])
+    assert not groups(["Sea trial of 14 May", "", "", ""])
+    assert not groups(["", "GPS", "", "12.5"])
+    assert not groups(["a", "b", "c", "d"])
+    log = table(tmp_path / "log.csv", rows_of(Heading=heading(), Rudder=rudder()))
+    log.write_text("Ship,Ann,Crew,Bo,,,\n" + log.read_text())
+    plain = read_text(log)
+    assert told_apart(plain) is plain  # the header alone tells as much
+
+
+@pytest.mark.slow
+def test_of_columns_of_one_name_the_later_ones_get_a_number(tmp_path: Path) -> None:
+    rows = rows_of(Heading=heading(), Rudder=rudder())
+    log = table(tmp_path / "log.csv", rows)
+    lines = log.read_text().splitlines()
+    twice = [f"{line},{'Heading' if k == 0 else float(line.split(',')[5]) - 4.0}" for k, line in enumerate(lines)]
+    log.write_text("\n".join(twice) + "\n")
+    found = guess(log)
+    assert any("two columns are called Heading: this is the first, Heading (2) the" in one for one in found.doubts)
+    assert np.sin(the(log)["psi"] - truth(dt=2.0)["psi"]) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("name", "role"), [
+    ("船首方位", "heading"), ("対地速力(kn)", "sog"), ("対地針路", "cog"), ("舵角", "delta"), ("纬度", "latitude"),
+    ("经度", "longitude"), ("对地航速", "sog"), ("对地航向", "cog"), ("航向", "heading"), ("主机转速", "n_P"),
+    ("转艏角速度", "r"), ("时间", "time"), ("艏向角", "heading"), ("선수방위", "heading"), ("相对风速", "U_A"),
+])  # fmt: skip
+def test_names_in_other_letters_are_known(name: str, role: str) -> None:
+    assert meanings(name.partition("(")[0])[0].role == role
+
+
+def test_units_in_other_letters_are_known() -> None:
+    said = {"节": "kn", "度": "deg", "度/秒": "deg/s", "ノット": "kn", "转/分": "rpm", "米/秒": "m/s", "秒": "s"}
+    assert {one: unit_of(one) for one in said} == said
+    assert tokens("Rudder angle") == ["rudder", "angle"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("encoding", "names"), [
+    ("gb18030", ("时间 (秒)", "纬度", "经度", "对地航速(节)", "对地航向", "船首向", "舵角(度)")),
+    ("shift_jis", ("時刻 (秒)", "緯度", "経度", "対地速力(kn)", "対地針路", "船首方位", "舵角(deg)")),
+])  # fmt: skip
+def test_tables_in_other_letters_come_in(encoding: str, names: tuple[str, ...], tmp_path: Path) -> None:
+    rows = dict(zip(names, rows_of(Heading=heading(), Rudder=rudder()).values(), strict=True))
+    log = table(tmp_path / "log.csv", rows, encoding=encoding)
+    assert decoded(log)[1] == encoding
+    one, true = the(log), truth(dt=2.0)
+    assert one["delta"] == pytest.approx(true["delta"])
+    assert one["u"] == pytest.approx(true["u"], abs=1e-6)
+    assert np.sin(one["psi"] - true["psi"]) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_german_letters_are_not_taken_for_chinese_ones(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_bytes("Zeit [s];Kurs über Grund [°];Länge\n1;2;3\n".encode("cp1252"))
+    assert decoded(log)[1] == "cp1252"
+
+
+@pytest.mark.slow
+def test_a_rudder_in_words_has_its_sides_and_its_middle(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    angle = np.where(true.t > 90.0, 0.0, true["delta"])
+    said = ["Midships" if a == 0 else f"{'Stbd' if a > 0 else 'Port'} {abs(np.degrees(a)):.1f}" for a in angle]
+    one = the(table(tmp_path / "log.csv", rows_of(Heading=heading(), Rudder=said)))
+    assert one["delta"] == pytest.approx(angle)
+
+
+@pytest.mark.slow
+def test_orders_in_words_are_named_and_letters_read_them(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    said = ["Half Ahead" if t < 60.0 else "FULL AHEAD" if t < 90.0 else "Stop" for t in true.t]
+    log = table(tmp_path / "log.csv", rows_of(Heading=heading(), Rudder=rudder(), EOT=said))
+    found = guess(log)
+    assert any("'EOT' has orders in words (FULL AHEAD, Half Ahead, Stop)" in one for one in found.doubts)
+    orders = '[channels.n_P_cmd]\ncolumn = "EOT"\nunit = "rpm"\n'
+    orders += 'letters = { "full ahead" = 90, "half ahead" = 60, stop = 0 }'
+    (one,) = trials(log, answered(found.text) + orders)
+    assert 60.0 * one["n_P_cmd"] == pytest.approx(np.select([true.t < 60.0, true.t < 90.0], [60.0, 90.0], 0.0))
+
+
+@pytest.mark.slow
+def test_degrees_true_are_degrees(tmp_path: Path) -> None:
+    said = [f"{a:07.3f}°T" for a in heading()]
+    one = the(table(tmp_path / "log.csv", rows_of(Heading=said, Rudder=rudder())))
+    assert np.sin(one["psi"] - truth(dt=2.0)["psi"]) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_gons_are_told_by_a_circle_of_400() -> None:
+    assert _gons(np.array([0.0, 399.9, np.nan]))
+    assert not _gons(np.array([0.0, 359.9]))
+    assert not _gons(np.array([0.0, 400.1]))
+    assert not _gons(np.array([-10.0, 380.0]))
+    assert not _gons(np.array([np.nan]))
+
+
+@pytest.mark.slow
+def test_headings_and_courses_in_gons_come_in(tmp_path: Path) -> None:
+    rows = rows_of(Heading=[a / 0.9 for a in heading()], Rudder=rudder())
+    log = table(tmp_path / "log.csv", {**rows, "COG": [a / 0.9 for a in rows["COG"]]})
+    one, true = the(log), truth(dt=2.0)
+    assert np.sin(one["psi"] - true["psi"]) == pytest.approx(0.0, abs=1e-9)
+    assert one["v_m"] == pytest.approx(true["v_m"], abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_ship_that_goes_astern_by_its_heading_is_a_doubt_and_no_other_sense_of_turn(tmp_path: Path) -> None:
+    astern = [(a + 180.0) % 360.0 for a in heading()]
+    found = guess(table(tmp_path / "log.csv", rows_of(Heading=astern, Rudder=rudder())))
+    assert any("the bow is the stern: offset = 180" in one for one in found.doubts)
+    assert "sign = -1\noffset" not in found.text
+    found = guess(table(tmp_path / "log.csv", rows_of(Heading=heading(), Rudder=rudder())))
+    assert not any("the bow is the stern" in one for one in found.doubts)
+
+
+def test_astern_counts_as_a_fixed_angle_beside_what_is_aside_of_it() -> None:
+    psi = np.full(30, 0.4)
+    for off, aside in ((0.1, 0.1), (np.pi - 0.4, 0.5), (np.pi, 0.3)):
+        assert _aside(np.cos(psi + off), np.sin(psi + off), psi) == pytest.approx(aside)
+
+
+@pytest.mark.slow
+def test_parts_of_a_day_beside_a_day_of_spreadsheets_are_a_clock(tmp_path: Path) -> None:
+    rows = rows_of(Heading=heading(), Rudder=rudder())
+    t = np.array(rows.pop("Time [s]"), dtype=np.float64)
+    when = {"Date": [45426] * t.size, "Time": [f"{(27012.25 + one) / 86400.0:.10f}" for one in t]}
+    log = table(tmp_path / "log.csv", {**when, **rows})
+    found = guess(log)
+    assert any("parts of a day beside the days in 'Date'" in one for one in found.doubts)
+    one = the(log)
+    assert one.t - one.t[0] == pytest.approx(t, abs=1e-4)
+
+
+def test_a_remark_that_looks_like_a_row_is_not_the_first(tmp_path: Path) -> None:
+    log = table(tmp_path / "log.txt", {"t": np.arange(6.0).tolist(), "psi": np.arange(1.0, 7.0).tolist()}, "\t")
+    log.write_text("Samples\t600\n***End***\n" + log.read_text())
+    assert read_text(log).heads == ("t", "psi")
+    assert read_text(log).layout.skip == 2
