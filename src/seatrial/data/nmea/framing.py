@@ -11,7 +11,7 @@ milliseconds since 1970.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,8 @@ SOURCES = "S15"
 Texts = NDArray[np.bytes_]
 # Codes of a TAG block: time, destination, group, line number, relative time, source, text, version.
 _CODES = "cdgnrstv"
+_FEW = 24
+"""Forms of TAG blocks of one width that are looked for one after the other."""
 MILLISECONDS = 10**11
 """A time above this many is in milliseconds: in seconds it would lie beyond the year 5000."""
 
@@ -145,6 +147,21 @@ def _tag(text: str) -> Tag:
     return Tag(said.get("s"), None if number is None else int(number), since)
 
 
+def _templates(plain: Bytes, start: Places, width: Places) -> Iterator[Places]:
+    """Texts that are the same but for what `plain` has made alike, group by group: a log has few of them."""
+    for size in np.unique(width).tolist():
+        left = np.flatnonzero(width == size)
+        table = rows_of(plain, start[left], size)
+        for _ in range(_FEW):
+            same = (table == table[0]).all(axis=1)
+            yield left[same]
+            left, table = left[~same], table[~same]
+            if not len(left):
+                break
+        else:
+            yield from (left[rows] for rows in alike(plain, start[left], width[left]))
+
+
 def tag_times(data: Bytes, start: Places, width: Places) -> tuple[Array, Places, Texts]:
     """Times of the TAG blocks that texts end with, many at a time [s], where each block begins, and its source.
 
@@ -158,7 +175,7 @@ def tag_times(data: Bytes, start: Places, width: Places) -> tuple[Array, Places,
     plain = mapped(data, NOUGHTS).copy()
     star = np.flatnonzero(data == ord("*"))
     plain[star + 1] = plain[star + 2] = 48
-    for rows in alike(plain, start, width):
+    for rows in _templates(plain, start, width):
         text = data[start[rows[0]] : start[rows[0]] + width[rows[0]]].tobytes()
         block = TAGGED.search(text)
         found = block and _BLOCK.fullmatch(text, block.start(), block.end())

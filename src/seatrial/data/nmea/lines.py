@@ -104,7 +104,12 @@ def _blocks(path: Path) -> Iterator[bytes]:
 
 
 def _plain(chunk: bytes) -> bytes:
-    chunk = chunk.replace(TOKEN, b"").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    chunk = chunk.replace(TOKEN, b"") if TOKEN in chunk else chunk
+    raw = np.frombuffer(chunk + b"\0", np.uint8)
+    ends = raw == ord("\r")
+    if ends.any():
+        alone = (raw[np.flatnonzero(ends) + 1] != ord("\n")).any()
+        chunk = chunk.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if alone else raw[:-1][~ends[:-1]].tobytes()
     return chunk if chunk.endswith(b"\n") or not chunk else chunk + b"\n"
 
 
@@ -236,10 +241,11 @@ class _Ear:
         times[tagged], begins, tags[tagged] = tag_times(data, *before[tagged].T)
         before[tagged, 1] = begins - before[tagged, 0]
         good = ~np.isinf(times)
-        slashes = np.flatnonzero(data == ord("\\"))
-        if len(slashes):  # blanks behind a TAG block
-            has = np.searchsorted(slashes, found.dollar) > np.searchsorted(slashes, found.begin)
-            good &= ~(has & (ends <= ord(" ")))
+        blank = np.flatnonzero((before[:, 1] > 0) & (ends <= ord(" ")))
+        if len(blank):  # behind a TAG block, perhaps
+            slashes = np.flatnonzero(data == ord("\\"))
+            first, last = (np.searchsorted(slashes, one[blank]) for one in (found.begin, found.dollar))
+            good[blank[last > first]] = False
         self._tagged |= bool(np.isfinite(times).any())
         bare = np.flatnonzero(np.isnan(times))
         if self._form is not None and len(bare):
@@ -283,7 +289,9 @@ class _Ear:
         values = np.stack([np.broadcast_to(one, len(stamp)) for one in said.values()])
         has = ~np.isnan(values)
         pattern = (1 << np.arange(len(values))) @ has
-        for one, tag in sorted(set(zip(pattern[pattern > 0].tolist(), tags[pattern > 0].tolist(), strict=True))):
+        some = slice(1) if (pattern == pattern[0]).all() and (tags == tags[0]).all() else slice(None)
+        each = zip(pattern[some].tolist(), tags[some].tolist(), strict=True)
+        for one, tag in sorted({pair for pair in each if pair[0] > 0}):
             rows, which = np.flatnonzero((pattern == one) & (tags == tag)), has[:, int(np.argmax(pattern == one))]
             names = tuple(name for name, there in zip(said, which.tolist(), strict=True) if there)
             place = (self._said.all + found.line[rows] + 1) * PIECES
