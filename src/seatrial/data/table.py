@@ -10,6 +10,7 @@ import difflib
 import math
 from collections.abc import Container, Generator, Iterable, Sequence
 from contextlib import contextmanager
+from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -151,7 +152,7 @@ def numbers(
 
 def _plain(rows: Sequence[str], count: int, delimiter: str | None) -> list[float]:
     """Numbers of rows that hold nothing else, split and read at once; empty where one does, or lacks a cell."""
-    if delimiter is None or any(row.count(delimiter) != count - 1 for row in rows):
+    if delimiter is None or {*map(str.count, rows, repeat(delimiter))} != {count - 1}:
         return []
     text = delimiter.join(rows)
     if "_" in text or not text.isascii():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -11,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import Trial
+from .. import Array, Trial
 from ..prepare import Remedy, Step, at_one_rate
 from .attitude.heel import heel_faults
 from .bounds import scale_faults, whirl_faults
@@ -20,6 +19,7 @@ from .controls.rudder import helm_faults
 from .controls.sense import sense_faults
 from .controls.shaft import shaft_faults
 from .drift import drift_faults
+from .relations import by_identity
 from .rows.drawn import line_faults
 from .rows.outliers import outlier_faults
 from .rows.still import still_faults
@@ -38,7 +38,6 @@ _COPIED = 0.5
 """Part of the rows of a recording that another one holds too; simulated runs without noise share their approach."""
 
 _Placed = list[tuple[int, Trial]]
-_KNOWN: dict[tuple[int, ...], tuple[tuple[weakref.ref[Trial], ...], tuple[Finding, ...]]] = {}
 
 
 @dataclass(frozen=True)
@@ -87,15 +86,11 @@ def check_folder(trials: Sequence[Trial]) -> tuple[Finding, ...]:
 
     They are kept as long as the trials live: a fit asks for them in its lint, before it starts and in its report.
     """
-    key = tuple(map(id, trials))
-    known = _KNOWN.get(key)
-    if known is None or any(kept() is not trial for kept, trial in zip(known[0], trials, strict=True)):
-        known = tuple(weakref.ref(trial, lambda _: _KNOWN.pop(key, None)) for trial in trials), _judged(trials)
-        _KNOWN[key] = known
-    return known[1]
+    return _judged(*trials)
 
 
-def _judged(trials: Sequence[Trial]) -> tuple[Finding, ...]:
+@by_identity
+def _judged(*trials: Trial) -> tuple[Finding, ...]:
     told: dict[str, list[Fault]] = {trial.name: [] for trial in trials}
     alike: dict[object, list[Trial]] = {}
     for trial in trials:
@@ -262,24 +257,39 @@ def _by_channels(trials: Sequence[Trial]) -> dict[tuple[str, ...], _Placed]:
 
 def _shared(names: list[str], some: _Placed, others: _Placed) -> Iterator[tuple[int, int, int, float]]:
     """Pairs of one group each: the rows of `some` are sorted once, those of each other trial are looked up."""
-    own = [_rows(trial, names) for _, trial in some]
+    own = [_rows(trial, tuple(names)) for _, trial in some]
     rows, owner = np.concatenate(own), np.repeat(np.arange(len(own)), [len(one) for one in own])
     order = np.argsort(rows, kind="stable")
     rows, owner = rows[order], owner[order]
     for place, other in others:
-        wanted = _rows(other, names)
+        wanted = _rows(other, tuple(names))
         first, last = np.searchsorted(rows, wanted, "left"), np.searchsorted(rows, wanted, "right")
-        held = [owner[a:b] for a, b in zip(first.tolist(), last.tolist(), strict=True) if a < b]
-        if not held:
+        alike = last - first
+        total = int(alike.sum())
+        if not total:
             continue
-        counts = np.bincount(np.concatenate(held), minlength=len(some))
+        # the places from `first` to `last` of each row, one after the other
+        held = owner[np.repeat(first - np.cumsum(alike) + alike, alike) + np.arange(total)]
+        counts = np.bincount(held, minlength=len(some))
         for k in np.flatnonzero(counts >= _FEWEST).tolist():
             yield some[k][0], place, int(counts[k]), float(counts[k] / len(wanted))
 
 
-def _rows(trial: Trial, names: list[str]) -> NDArray[np.uint64]:
-    """Hashes of the distinct complete rows, sorted."""
-    table = trial.stack(*names)
+@by_identity
+def _hashed(_trial: Trial) -> dict[tuple[str, ...], NDArray[np.uint64]]:
+    """What is known of the rows of a trial, by channels."""
+    return {}
+
+
+def _rows(trial: Trial, names: tuple[str, ...]) -> NDArray[np.uint64]:
+    """Hashes of the distinct complete rows, sorted: each set of trials asks for them again."""
+    known = _hashed(trial)
+    if names not in known:
+        known[names] = _mixed(trial.stack(*names))
+    return known[names]
+
+
+def _mixed(table: Array) -> NDArray[np.uint64]:
     table = table[np.isfinite(table).all(axis=1)]
     # nine digits: the same recording written by two programs is still the same
     bits = (np.round(table, 9) + 0.0).view(np.uint64).reshape(table.shape)

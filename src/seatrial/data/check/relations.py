@@ -9,10 +9,12 @@ Speeds u, v_m are those over ground.  Causes linear in their size are `CAUSES`; 
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -41,6 +43,25 @@ class Window:
     left: Array
     moved: Array
     columns: Mapping[str, Array]
+
+
+_Found = TypeVar("_Found")
+
+
+def by_identity(work: Callable[..., _Found]) -> Callable[..., _Found]:
+    """`work` on objects that never change, such as trials and their channels: done once for these while all live."""
+    known: dict[tuple[int, ...], tuple[tuple[weakref.ref[Any], ...], _Found]] = {}
+
+    @wraps(work)
+    def done(*some: Any) -> _Found:
+        key = tuple(map(id, some))
+        found = known.get(key)
+        if found is None or any(kept() is not one for kept, one in zip(found[0], some, strict=True)):
+            found = tuple(weakref.ref(one, lambda _: known.pop(key, None)) for one in some), work(*some)
+            known[key] = found
+        return found[1]
+
+    return done
 
 
 def length_of(trial: Trial) -> float | None:
@@ -82,6 +103,10 @@ def noise_of(values: Array) -> float:
     return max(float(np.nan_to_num(sensor_noise(values))), 0.3 * step)
 
 
+_noise = by_identity(noise_of)
+"""Of a channel of a trial: the competition of suspects asks some twenty times."""
+
+
 def _grid(moves: Array, least: float, even: float) -> float:
     """Step of a channel that stands still between steps; 0 where it moves at nearly every row, or by uneven ones.
 
@@ -118,7 +143,7 @@ def _of(trial: Trial, causes: bool) -> Iterable[Window]:
         return
     names = [n for n in ("x", "y", "u", "v_m") if track] + ["psi"] + (["r"] if turn else [])
     whole = trial.having(psi=unwrapped(trial["psi"]))
-    noise = {n: noise_of(whole[n]) for n in names}
+    noise = {n: _noise(trial[n]) if n != "psi" else noise_of(whole[n]) for n in names}
     for run in segments(whole, names):
         if len(run) >= _LEAST:
             yield _run(run, noise, track, turn, causes)
