@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.once import by_identity
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import derived, measured
 from ..models import STATES
@@ -44,6 +45,7 @@ def too_little(trial: Trial) -> str:
     return ""
 
 
+@by_identity
 def begun(trial: Trial) -> tuple[Array, NDArray[np.bool_]]:
     """States to start from, and the rows at which a prediction may start.
 
@@ -69,7 +71,9 @@ def begun(trial: Trial) -> tuple[Array, NDArray[np.bool_]]:
         good = np.asarray(np.maximum.accumulate(read).all(axis=1) & np.maximum.accumulate(read[::-1])[::-1].all(axis=1))
     others = {name: trial[name] for name in lacking if name in derived(trial) and np.isfinite(trial[name]).any()}
     made = _made(trial.t, {**told, **others})
-    return np.column_stack([told.get(name, made[name]) for name in STATES]), good
+    states = np.column_stack([told.get(name, made[name]) for name in STATES])
+    states.flags.writeable = good.flags.writeable = False  # shared by all that ask
+    return states, good
 
 
 def drift(trials: Iterable[Trial]) -> tuple[float, float]:

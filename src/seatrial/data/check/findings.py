@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.once import by_identity
 from .. import Array, Trial
 from ..prepare import Remedy, Step, at_one_rate
 from .attitude.heel import heel_faults
@@ -19,7 +20,6 @@ from .controls.rudder import helm_faults
 from .controls.sense import sense_faults
 from .controls.shaft import shaft_faults
 from .drift import drift_faults
-from .relations import by_identity
 from .rows.drawn import line_faults
 from .rows.outliers import outlier_faults
 from .rows.still import still_faults

@@ -9,16 +9,15 @@ Speeds u, v_m are those over ground.  Causes linear in their size are `CAUSES`; 
 from __future__ import annotations
 
 import math
-import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import wraps
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from ...core.constants import GRAVITY
+from ...core.once import by_identity
 from .. import Array, Trial, unwrapped
 from ..prepare import integral, segments
 from ..prepare.smooth import sensor_noise
@@ -43,25 +42,6 @@ class Window:
     left: Array
     moved: Array
     columns: Mapping[str, Array]
-
-
-_Found = TypeVar("_Found")
-
-
-def by_identity(work: Callable[..., _Found]) -> Callable[..., _Found]:
-    """`work` on objects that never change, such as trials and their channels: done once for these while all live."""
-    known: dict[tuple[int, ...], tuple[tuple[weakref.ref[Any], ...], _Found]] = {}
-
-    @wraps(work)
-    def done(*some: Any) -> _Found:
-        key = tuple(map(id, some))
-        found = known.get(key)
-        if found is None or any(kept() is not one for kept, one in zip(found[0], some, strict=True)):
-            found = tuple(weakref.ref(one, lambda _: known.pop(key, None)) for one in some), work(*some)
-            known[key] = found
-        return found[1]
-
-    return done
 
 
 def length_of(trial: Trial) -> float | None:

@@ -143,7 +143,9 @@ class _Least:
     def first(self, count: int) -> tuple[Array, Array]:
         """Factors of the first columns, and their covariance by the scatter of the stretches."""
         kinds, length = np.unique(self.stretch), self.length[:count]
-        scores = np.array([self.back[:count, self.stretch == k] @ self.e[self.stretch == k] for k in kinds])
+        order = np.argsort(self.stretch, kind="stable")
+        ends = np.searchsorted(self.stretch[order], kinds, "right").tolist()
+        scores = np.array([self.back[:count, rows] @ self.e[rows] for rows in np.split(order, ends[:-1])])
         return self.x[:count] / length, scores.T @ scores / np.outer(length, length)
 
 
