@@ -124,7 +124,8 @@ def standing(ship: Ship) -> Standing:
 def warned(named: str | Path) -> str | None:
     """The line on an unverified ship of the library, a ship file, or a study; None on any other and on what is no file.
 
-    A fit and an estimate tell how good they are in their own words.
+    A ship with figures of trials may say what of it they do not reach: its side thrusters, or shallow water.  A fit and
+    an estimate tell how good they are in their own words.
     """
     from ...ships.files import load
 
@@ -137,8 +138,10 @@ def warned(named: str | Path) -> str | None:
         found = standing(ship)
     except (SeatrialError, OSError, ValueError):
         return None  # the command says what is wrong
-    own = {"provenance", "estimate"} & set(ship.notes) and "unverified" not in ship.notes
-    return None if found.state != "unverified" or own else f"{ship.name} is unverified: {found.why}"
+    if "unverified" not in ship.notes and (found.state != "unverified" or {"provenance", "estimate"} & set(ship.notes)):
+        return None
+    part = "" if found.state == "unverified" else " in part"
+    return f"{ship.name} is unverified{part}: {ship.notes.get('unverified') or found.why}"
 
 
 def published(ship: Ship) -> tuple[Published, ...]:
