@@ -8,6 +8,7 @@ joined by "|", are those of the culprit's physics, of which the judge must say o
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -368,14 +369,19 @@ def _said(judgement: Judgement) -> Iterator[tuple[str, str]]:
 @cache
 def usual(base: str) -> frozenset[str]:
     """What the good ship is told already, the first words of it: what its file lacks."""
-    return frozenset(words.partition(",")[0].partition("(")[0] for _, words in told(good(base)))
+    return frozenset(_first(words) for _, words in told(good(base)))
+
+
+def _first(words: str) -> str:
+    """The first words without their figures: a good ship of 35 degrees of overshoot is told them at 42 as well."""
+    return re.sub(r"[\d.]+", "", words.partition(",")[0].partition("(")[0])
 
 
 def new(entry: Entry) -> Iterator[str]:
     """What the judge says of a ship and not of the good one it was made from."""
     known = usual(entry.base)
     for verdict, words in told(entry.made()):
-        if words.partition(",")[0].partition("(")[0] not in known:
+        if _first(words) not in known:
             yield f"{verdict}: {words}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import drawn_gallery
 import gallery
 import pytest
 import second_gallery
@@ -50,3 +51,15 @@ def test_ships_on_which_the_judge_was_not_made_are_judged_as_well() -> None:
     assert len(missed) <= 0.05 * len(list(second_gallery.wrong())), missed
     hurt = {entry.name: said for entry in second_gallery.right() if (said := second_gallery.new(entry))}
     assert len(hurt) <= 0.03 * len(list(second_gallery.right())), hurt
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [1])
+def test_ships_drawn_by_a_seed_are_judged_as_well(seed: int) -> None:
+    """The first draw, of which some were looked at; of another seed no ship was."""
+    ships = list(drawn_gallery.wrong(seed))
+    missed = [entry.name for entry in ships if not gallery.named(entry)]
+    assert len(missed) <= 0.05 * len(ships), missed
+    good = list(drawn_gallery.right(seed))
+    hurt = {entry.name: said for entry in good if (said := second_gallery.new(entry))}
+    assert len(hurt) <= 0.03 * len(good), hurt

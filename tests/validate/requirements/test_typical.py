@@ -14,9 +14,10 @@ from seatrial.actuators import Actuators
 from seatrial.core.parameters import update, values
 from seatrial.ships import Ship
 from seatrial.ships.files import load
-from seatrial.validate.requirements import Finding, judged, typical
+from seatrial.validate.requirements import Finding, judged, plausible, typical
 from seatrial.validate.requirements import thresholds as limit
 from seatrial.validate.requirements.probe import Probe
+from seatrial.validate.requirements.scopes import judge
 from seatrial.validate.requirements.thresholds import most
 
 
@@ -158,3 +159,54 @@ def test_a_wake_as_one_less_and_a_deduction_taken_twice_are_doubted(
     ship = load(name)
     found = told(typical.stern(Probe.of(replace(ship, model=update(ship.model, {f"propeller.{part}": value})))))
     assert [(one.what, one.doubt) for one in found] == ([(words, True)] if words else [])
+
+
+def first_answer(ship: Ship) -> Finding:
+    (found,) = typical.at_first(Probe.of(ship))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "by"), [("mariner_nomoto", 1.0), ("frigate_100m", 1.0), ("mariner_nomoto", 0.02)])
+def test_the_first_answer_of_a_nomoto_ship_is_that_of_its_step_response(name: str, by: float) -> None:
+    """Heading over rudder after one length: K' (1 - T' (1 - exp(-1/T'))); Norrbin's term takes little of it."""
+    ship = load(name)
+    known = values(ship.model)
+    ship = replace(ship, model=update(ship.model, {"T": by * float(known["T"])}))
+    K, T = (float(known[key]) * power for key, power in (("K", ship.L_pp / ship.speed), ("T", ship.speed / ship.L_pp)))
+    due = K * (1.0 - by * T * (1.0 - math.exp(-1.0 / (by * T))))
+    found = first_answer(ship)
+    assert found.value == pytest.approx(due, rel=0.05 if name == "frigate_100m" else 2e-3)
+    assert found.holds == (by == 1.0)
+
+
+@pytest.mark.slow
+def test_the_first_answer_has_no_swing_in_it_and_fails_for_a_rudder_fifty_seven_times_too_weak() -> None:
+    """KVLCC2 at 320 m, heading after one length of a rudder over at once: .43 a radian of rudder to either side."""
+    assert first_answer(load("kvlcc2")).value == pytest.approx(0.428, abs=0.002)
+    weak = first_answer(changed(rudder__f_alpha=math.radians))
+    assert not weak.holds
+    assert not weak.doubt
+    assert not list(typical.at_first(Probe.of(load("supply_83m"))))  # ordered moments are no rudder
+
+
+def test_the_fastest_motion_of_a_first_order_ship_is_its_time_constant() -> None:
+    ship = load("frigate_100m")
+    assert Probe.of(ship).quickest == pytest.approx(1.0 / 27.0 * ship.L_pp / ship.speed, rel=1e-3)
+    assert Probe.of(load("kvlcc2_l7_arx")).quickest == 0.0
+
+
+@pytest.mark.slow
+def test_a_ship_of_no_inertia_is_told_by_its_forces_and_not_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    ship = load("supply_83m")
+    known = values(ship.model)
+    ship = replace(ship, model=update(ship.model, {"inertia.m_33": float(known["inertia.m_33"]) / 6.4e6}))
+    runs: list[float] = []
+    monkeypatch.setattr(Probe, "drift", lambda *_, **__: runs.append(1.0))
+    monkeypatch.setattr(Probe, "sail", lambda *_, **__: runs.append(1.0))
+    table = judge(ship, "berthing", Probe.of(ship))
+    assert not runs
+    assert {judgement.verdict for _, judgement in table.rows} == {"fail"}
+    (reason,) = (judgement.reason for item, judgement in table.rows if item.check is plausible.plausible)
+    assert "inertia" in reason
+    assert all("not run" in one.reason for item, one in table.rows if item.check is not plausible.plausible)

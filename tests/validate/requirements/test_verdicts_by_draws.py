@@ -38,6 +38,7 @@ def test_draws_judge_motion_and_leave_the_computation_and_what_was_not_judged(mo
     class Drawn:
         number: int
         searches: bool = True
+        quickest: float = 1.0
 
     def examined(ship: Any) -> Drawn:
         if ship == 3:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...models import unit
-from . import Finding, Judgement, Plot, body, judged, not_applicable, slips, typical, whole
+from . import Finding, Judgement, Plot, body, judged, not_applicable, ranged, slips, typical, whole
 from . import thresholds as limit
 from .control import losses, places, thrusters
 from .hull import motion
@@ -20,13 +20,17 @@ _DEGREE = math.pi / 180.0
 
 def plausible(p: Probe) -> Judgement:
     """Nothing happens that physics forbids: of the body, of thrust, in current, under any orders, left alone."""
-    orders, plot = _under_orders(p)
-    found = [*_by_itself(p), *orders, *_left_alone(p), *body.inertia(p), *body.coriolis(p), *body.energy(p),
-             *body.sides(p), *body.heading(p), *body.current(p), *wrong_swing(p), *thrusters(p),
-             *typical.position(p), *slips.named(p, [*typical.numbers(p), *whole.findings(p)]), *typical.stern(p),
-             *body.heel(p), *places(p)]  # fmt: skip
+    quick = "mass, inertia or damping is that of no ship: a motion dies out at once"
+    still = [*_by_itself(p), *ranged("fastest motion at the approach", p.quickest, "U/L", limit.QUICK, quick),
+             *body.inertia(p), *body.coriolis(p), *body.energy(p), *body.sides(p), *body.heading(p), *wrong_swing(p),
+             *thrusters(p), *typical.position(p), *slips.named(p, [*typical.numbers(p), *whole.findings(p)]),
+             *typical.stern(p), *places(p)]  # fmt: skip
     # a force that is ordered in newtons has nothing to lose; revolutions have
-    found += [one for one in losses(p)[0] if unit(one.what.partition(":")[0]) == "1/s"]
+    still += [one for one in losses(p)[0] if unit(one.what.partition(":")[0]) == "1/s"]
+    if p.quickest > limit.QUICK.far.high:
+        return judged("", still)  # a run would take millions of steps to say the same
+    orders, plot = _under_orders(p)
+    found = [*orders, *_left_alone(p), *body.current(p), *body.heel(p), *still]
     return judged("no motion that physics forbids was found", found, plot)
 
 

@@ -21,7 +21,7 @@ from ...models import STATES, Sampled, Stepped, unit
 from ...models.settled import settled
 from ...ships import Ship, ShipError
 from ...ships.steering import helm_limit
-from ...simulate.approach import substeps
+from ...simulate.approach import fastest, substeps
 from ...simulate.lanes import Kernel, Steps, given, run
 from ...simulate.loop import open_loop, open_loop_parameters
 from ...simulate.run import approach, simulate, time_step
@@ -88,6 +88,11 @@ class Probe:
     def unit_time(self) -> float:
         """The time of one ship length [s]."""
         return self.ship.L_pp / self.U
+
+    @cached_property
+    def quickest(self) -> float:
+        """Fastest motion of the ship by itself at its approach [U/L]; 0 of one in discrete time."""
+        return 0.0 if isinstance(self.ship.model, Sampled | Stepped) else fastest(self.ship) * self.unit_time
 
     @cached_property
     def kernel(self) -> Kernel:

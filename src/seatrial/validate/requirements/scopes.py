@@ -158,10 +158,12 @@ SCOPES: Mapping[str, tuple[Item, ...]] = MappingProxyType({
 
 
 def checked(item: Item, p: Probe) -> Judgement:
-    """The judgement of an item; a ship that blows up in a run of it fails."""
+    """The judgement of an item; a ship that blows up in a run of it fails, and one too quick to be run at all."""
+    if p.quickest > limit.QUICK.far.high and item.check not in (plausible, _open_source, _elsewhere):
+        return Judgement("fail", f"not run: a motion of the ship dies out within 1/{p.quickest:.0f} of a length")
     try:
         return item.check(p)
-    except (SimulationError, ArithmeticError, np.linalg.LinAlgError) as error:
+    except (SimulationError, ShipError, ArithmeticError, np.linalg.LinAlgError) as error:
         return Judgement("fail", f"a run of this item blows up: {error}")
 
 

@@ -48,7 +48,8 @@ def turning(p: Probe) -> Judgement:
     ]
     wrong = "no plausible size of the turning circle, {at}"
     found.append(worst("diameter of the steady circle at the greatest angle", hard, limit.CIRCLE, wrong, "L"))
-    found += [*_side_force(p), *_inside(p, runs[1.0, 1.0, 1], runs[1.0, 1.0, -1]), *typical.zigzag(p)]
+    found += [*_side_force(p), *_inside(p, runs[1.0, 1.0, 1], runs[1.0, 1.0, -1]), *typical.at_first(p),
+              *typical.zigzag(p)]  # fmt: skip
     tracks = tuple((f"{s * a * p.limit / _DEGREE:+.0f} deg", run["y"], run["x"])
                    for (f, a, s), run in runs.items() if f == 1.0)  # fmt: skip
     drifts = "; the bow inside the turn" if p.sways else "; it has no drift"

@@ -114,6 +114,14 @@ OVERSHOOT = most(80.0, "the most unstable tankers overshoot by some 40 deg, resp
 USUAL_OVERSHOOT = most(35.0, "IMO's criterion is 25 deg; ships that miss it reach some 35")
 DEAD_TIME = most(0.5, "a steering gear begins to move within seconds, much before the ship has moved by its length")
 LAG = most(1.5, "a steering gear, or a thruster that steers, has followed before the ship has moved by two lengths")
+QUICK = within(
+    0.0, 40.0, 0.0, 200.0, "motions of ships die out within a third of a length to some lengths, few in a tenth"
+)
+AT_FIRST = within(
+    0.08, 1.0, 0.03, 3.0,
+    "heading after one length over the rudder angle: at least 0.3 of ships that handle well, 0.2 of large tankers "
+    "(Norrbin 1960), half of that of models without the rudder's kick; 0.1 to 0.6 of the library",
+)  # fmt: skip
 # Against regressions
 FAR_FROM_USUAL = Bound(-5.0, 5.0, "published sets lie within 3 sigma of the formulas, one number within 5")
 USUAL = Bound(-3.5, 3.5, "published sets lie within 3 sigma of the formulas, one number within 5")
@@ -175,7 +183,7 @@ WAKE = within(-0.05, 0.5, -0.25, 0.8, "wake fraction of ships: 0.5 C_b - 0.05 (T
 WAKE_OF_MODEL = within(-0.05, 0.7, -0.25, 0.9, "of models up to 0.6: the wake grows with friction (ITTC 1978)")
 DEDUCTION = within(0.0, 0.33, -0.15, 0.6, "thrust deduction: 0.1 to 0.3 (Holtrop 1984), a tuned set 0.04")
 USUAL_BLOCK = within(
-    0.55, 1.3, 0.45, 1.6, "block coefficient over 0.7 + 0.125 atan((23 - 100 F_n)/4), Watson and Gilfillan (1977)"
+    0.55, 1.2, 0.45, 1.6, "block coefficient over 0.7 + 0.125 atan((23 - 100 F_n)/4), Watson and Gilfillan (1977)"
 )
 # Roll
 ROLL_STIFFNESS = within(0.3, 40.0, 0.1, 150.0, "square of the roll frequency over g/L: periods of 5 to 30 s on ships")

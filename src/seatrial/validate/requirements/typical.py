@@ -32,7 +32,7 @@ _LEFT_OUT = ("wind.", "waves.", "propeller.C_", "propeller.k_", "hull.R_0", "rud
 """Of pitch, race and flow at the stern, which particulars of a model do not determine, and what other items judge."""
 _SHARE = 0.25
 """Least standard deviation of a regression about another ship, as a share of its value."""
-_ANGLE = math.radians(20.0)
+_ANGLE, _AT_FIRST = math.radians(20.0), math.radians(10.0)
 _AT_SEA = 30.0
 """Length above which a hull is a ship's and not a model's [m]."""
 
@@ -55,6 +55,17 @@ def position(p: Probe) -> Iterator[Finding]:
     yield worst("rate of position and heading, apart from u, v_m and r", points, limit.INVARIANT, wrong, "U")
 
 
+def at_first(p: Probe) -> Iterator[Finding]:
+    """Heading after one length over the rudder angle, Norrbin's P: of any ship, stable or not, by motion alone."""
+    if not p.conventional:
+        return
+    angle = min(_AT_FIRST, p.limit)
+    t, runs = p.drift([p.state(p.U)] * 2, [p.controls(p.n_P, side * angle) for side in (1, -1)], p.unit_time)
+    turned = float(runs[0, -1, 2] - runs[1, -1, 2]) / (2.0 * angle) * p.unit_time / float(t[-1])
+    wrong = "the first answer of yaw to the rudder is that of no ship: gain K, time constant T or speed U, inertia, or rudder"
+    yield from ranged("heading after one length over the rudder angle", turned, "-", limit.AT_FIRST, wrong)
+
+
 def zigzag(p: Probe) -> Iterator[Finding]:
     """The 20/20 zigzag of a ship is answered, and its overshoots are those of a ship that can be steered."""
     if not p.conventional or p.limit < _ANGLE:
@@ -71,10 +82,10 @@ def zigzag(p: Probe) -> Iterator[Finding]:
     yield Finding("overshoots of a 20/20 zigzag within 60 L/U", float(len(beyond)), "-", limit.ANSWERED, weak)
     if beyond:
         what = "greatest of the first two overshoots of a 20/20 zigzag"
-        wrong = "overshoots of {:.0f} deg in a 20/20 zigzag: too little yaw damping or rudder for its drift moment"
-        yield Finding(what, max(beyond[:2]), "deg", limit.OVERSHOOT, wrong.format(max(beyond[:2])))
-        yield Finding(f"{what}, usually", max(beyond[:2]), "deg", limit.USUAL_OVERSHOOT,
-                      "unusual: " + wrong.format(max(beyond[:2])), doubt=True)  # fmt: skip
+        most = max(beyond[:2])
+        wrong = f"overshoots of {most:.0f} deg in a 20/20 zigzag: too little yaw damping or rudder for its drift moment"
+        yield Finding(what, most, "deg", limit.OVERSHOOT, wrong)
+        yield Finding(f"{what}, usually", most, "deg", limit.USUAL_OVERSHOOT, f"unusual: {wrong}", doubt=True)
 
 
 def waiting(p: Probe) -> Iterator[Finding]:

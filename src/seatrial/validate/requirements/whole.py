@@ -153,7 +153,7 @@ def _masses(ship: Whole) -> Iterator[Named]:
                     full,
                     "-",
                     limit.USUAL_BLOCK,
-                    "mass, length, breadth or draught is wrong",
+                    "mass, length, breadth, draught or speed is wrong",
                 )
 
 
