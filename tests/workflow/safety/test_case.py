@@ -75,13 +75,16 @@ def test_fixed_sets_have_as_many_ships_in_each_run_and_nobody_meets_those_added(
 
 
 def test_a_run_that_failed_is_none_and_the_others_keep_their_places() -> None:
-    def one(*broken: str) -> Any:
-        return SimpleNamespace(ship=0, margins={"15": np.array([1.0, -1.0])}, contact=np.array([False, False]),
-                               broken=lambda where: broken if where == (1,) else ())  # fmt: skip
-
-    sailed: Any = SimpleNamespace(tracks=None, runs=np.array([0, 2]), silent=np.array([np.nan, 30.0]))
-    setup: Any = SimpleNamespace(judged=lambda tracks: (tracks, (one("15"),), Alone()))
-    broken, applied = module._broken(setup, sailed, slice(10, 13))
+    one: Any = SimpleNamespace(ship=0, margins={"15": np.array([1.0, -1.0])}, contact=np.array([False, False]),
+                               gap=np.array([7.0, 3.0]), broken=lambda where: ("15",) if where == (1,) else ())
+    zero = np.zeros((2, 2, 3))
+    tracks: Any = SimpleNamespace(t=np.arange(3.0), x=zero, psi=zero, u=zero, v_m=zero)
+    sailed: Any = SimpleNamespace(tracks=tracks, runs=np.array([0, 2]), silent=np.array([np.nan, 30.0]))
+    setup: Any = SimpleNamespace(judged=lambda tracks: (tracks, (one,), Alone()), grounds=None,
+                                 current=lambda first, count: np.zeros((2, count)))  # fmt: skip
+    found = module._broken(setup, sailed, slice(10, 13))
+    broken, applied = (tuple(getattr(one, name) for one in found) for name in ("broken", "judged"))
+    assert [one.closest for one in found] == [7.0, None, 3.0]
     assert broken == ((), None, ("15", MUTE))
     assert applied == (("15",), (), ("15",))
 

@@ -87,23 +87,26 @@ def test_a_stack_that_never_speaks_is_silent_from_the_first(tmp_path: Path) -> N
 
 
 def test_what_a_run_on_a_wire_is_counted_as() -> None:
-    tracks: Any = object()
+    zero = np.zeros((2, 3))
+    tracks: Any = SimpleNamespace(t=np.arange(3.0), x=zero, psi=zero, u=zero, v_m=zero)
     judged: Any = type("J", (), {"ship": 0, "margins": {"16": np.array(-1.0)}, "contact": np.array(True),
-                                 "broken": lambda self, where: ("16",)})()  # fmt: skip
-    by_itself = Alone({"10": np.array(-0.5)})
-    setup: Any = SimpleNamespace(judged=lambda tracks: (tracks, (judged,), by_itself))
+                                 "gap": np.array(-2.0), "broken": lambda self, where: ("16",)})()  # fmt: skip
+    by_itself, asked = Alone({"10": np.array(-0.5)}), list[Any]()
+    setup: Any = SimpleNamespace(judged=lambda tracks: (tracks, (judged,), by_itself), grounds=None, together=20,
+                                 current=lambda *some: asked.append(some) or np.zeros((2, 20)))  # fmt: skip
 
-    def counted(one: Ran, first: bool = False) -> Any:
-        return module._on_wire(setup, one, first)
+    def counted(one: Ran, run: int = 47) -> Any:
+        found = module._on_wire(setup, one, run)
+        return found.broken, found.judged, found.closest
 
-    assert counted(Ran(tracks, 12.0, True, True), True) == (("10", "16", CONTACT, MUTE), ("10", "16"))
-    assert counted(Ran(tracks, None, True, True)) == (("10", "16", CONTACT), ("10", "16"))
-    assert counted(Ran(tracks, 0.0, True, False)) == (("10", "16", CONTACT, MUTE), ("10", "16"))
-    assert counted(Ran(tracks, None, False, True)) == (None, ())  # out of its validity
-    assert counted(Ran(None, None, True, True)) == (None, ())  # it blew up
+    assert counted(Ran(tracks, 12.0, True, True), 0) == (("10", "16", CONTACT, MUTE), ("10", "16"), -2.0)
+    assert counted(Ran(tracks, None, True, True)) == (("10", "16", CONTACT), ("10", "16"), -2.0)
+    assert asked == [(0, 20), (40, 20)]  # the weather of its part
+    assert counted(Ran(tracks, 0.0, True, False)) == (("10", "16", CONTACT, MUTE), ("10", "16"), -2.0)
+    assert counted(Ran(tracks, None, False, True)) == (None, (), None)  # out of its validity
+    assert counted(Ran(None, None, True, True)) == (None, (), None)  # it blew up
     with pytest.raises(RequestError, match="stack: no valid sentence"):
-        counted(Ran(tracks, 0.0, True, False), True)
-
+        counted(Ran(tracks, 0.0, True, False), 0)
 
 
 @pytest.mark.parametrize(("change", "said"), [

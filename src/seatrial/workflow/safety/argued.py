@@ -28,6 +28,7 @@ from ...ships import Ship
 from ...validate.requirements import Table
 from .. import Outcome, RequestError
 from ..contributing.published import standing
+from .behind import told as told_of
 from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Part, part_at, rare_at
 from .rare import Rarely, told
 
@@ -116,7 +117,7 @@ def page(
         Section("", answer(found) + fields(document(found))),
         Section("What is claimed, and of what", bullets(_asked(found, ship, waters))),
         Section("How many runs, and how sure", results(found)),
-        Section("Which ship, and how good is its model", _ship(ship, found, table_)),
+        Section("Which ship, and how good is its model", _ship(ship, found, table_, path)),
         Section("What failed", _failed(found)),
         Section("Show me", _failures(found, again, waters)),
         Section("What was not tried", drawn(tried) + bullets(_not_tried(found, tried, waters))),
@@ -155,22 +156,22 @@ def _where(found: Case, waters: Waters) -> str:
             f"{number(waters.draught)} m{safe}; {sight}")  # fmt: skip
 
 
-def _ship(ship: Ship, found: Case, table_: Table | None) -> Body:
+def _ship(ship: Ship, found: Case, table_: Table | None, path: Path) -> Body:
     """What stands behind the model, and what it does of what collision avoidance asks of one."""
-    known = standing(ship)
+    known, more = standing(ship), told_of(found, path.parent / found.file.ship)
     said = [f"drawn anew for each run from the posterior of its fit, {found.posterior}: what that adds is told above"
             if found.posterior else "taken as known exactly: nothing here says what the error of its model adds",
             f"its file is {known.told} ({known.why})",
             _valid(ship),
             "runs whose model leaves what is watched are no evidence and counted apart"]  # fmt: skip
     if table_ is None:
-        return bullets(said) + soft("Not judged by the requirements of collision avoidance.")
+        return bullets(said) + more + soft("Not judged by the requirements of collision avoidance.")
     rows = [(item.number, item.text, one.verdict) for item, one in table_.rows]
     judged = table(("item", "what Sawada et al. 2024, section 6.2, ask of a model for collision avoidance", ""), rows,
                    words=(1, 2))  # fmt: skip
     # without the evidence, among which is how fast this machine is: a case is the same bytes wherever it is run
     kept = {"verdict": verdict(table_), "items": {item: judged_ for item, _, judged_ in rows}}
-    return bullets(said) + fields({"requirements": kept}, lead(verdict(table_)) + judged)
+    return bullets(said) + more + fields({"requirements": kept}, lead(verdict(table_)) + judged)
 
 
 def _valid(ship: Ship) -> str:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
@@ -34,7 +35,7 @@ from ...encounters.rules.roles import KINDS
 from ...encounters.sailing import Command, Sailed, Sea, sail
 from ...encounters.sensing import looking
 from ...encounters.space import PER_SHIP, WEATHER, Space, around, meeting
-from ...environment import Environment
+from ...environment import CHANNELS, Environment
 from ...identify import StudyError
 from ...realtime.links.wiring import Wiring
 from ...realtime.range.encounter import LONG, encountered
@@ -42,11 +43,13 @@ from ...report.blocks import fields, lead
 from ...report.page import write
 from ...ships import Ship
 from ...simulate.approach import approach
+from ...study.grounds import Grounds
 from ...validate.requirements import Table
 from .. import SILENT, Outcome, RequestError, Sink
 from ..judging import requirements
 from ..request import ship_of
 from . import argued
+from .behind import closest, grounds_of, untested
 from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Failed, Part, Where, part_at, rare_at
 from .outside import Ran, Spoken, ran
 from .rare import SHIPS, Rarely, margins, ordered, rarely
@@ -58,7 +61,6 @@ _TOGETHER = 1000
 _TOGETHER_ON_WIRE = 20
 """The same of a stack in a process of its own, whose runs take seconds."""
 _NOTHING = Alone()
-_Found = tuple[tuple[tuple[str, ...] | None, ...], tuple[tuple[str, ...], ...]]
 def case(
     path: Path, out: Path, *, workers: int = 1, shard: str | None = None, dask: str | None = None, sink: Sink = SILENT
 ) -> Outcome[Case]:  # fmt: skip
@@ -183,6 +185,7 @@ class Setup:
     rules: Rules
     digest: str
     waters: Waters = OPEN_WATER
+    grounds: Grounds | None = None
 
     @property
     def together(self) -> int:
@@ -228,7 +231,8 @@ class Setup:
         if any(file.encounters.kinds) and isinstance(stack, Wiring):
             raise RequestError("encounters.kinds: a program is not told kinds of ships; a stack that is called is")
         mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, *_beside(file, folder)])
-        return Setup(file, ship, known, met, stack, Rules(), mark, waters_of(file, ship, folder))
+        grounds = grounds_of(folder / file.ship) if file.ship.endswith(".toml") else None
+        return Setup(file, ship, known, met, stack, Rules(), mark, waters_of(file, ship, folder), grounds)
 
     def sailed(self, rows: slice, first: int, plain: bool) -> Sailed:
         """Some runs of a stack that is called; `plain` on the ship as it was fitted."""
@@ -317,6 +321,10 @@ class Setup:
         values = self.posterior.draws(self.runs, self.file.seed)[rows]
         return {name: values[:, k] for k, name in enumerate(self.posterior.names)}
 
+    def current(self, first: int, count: int) -> Array:
+        """Current north and east of these runs [m/s], shape (2, runs)."""
+        return self._around(first, count)[:, [CHANNELS.index("current_x"), CHANNELS.index("current_y")]].T
+
     def _around(self, first: int, count: int) -> Array:
         """Weather of these runs."""
         rng, said = np.random.default_rng((self.file.seed, first, 1)), self.file.weather
@@ -357,45 +365,66 @@ def _read(out: Path, first: int, mark: str) -> Part | None:
 def _part(setup: Setup, first: int) -> Part:
     """Some runs, sailed."""
     rows = slice(first, min(first + setup.together, setup.runs))
-    broken, judged = _of_part(setup, rows, plain=False)
-    plain = _of_part(setup, rows, plain=True)[0] if setup.posterior else ()
-    return Part(setup.digest, first, broken, judged, plain)
+    found = _of_part(setup, rows, plain=False)
+    plain = _of_part(setup, rows, plain=True) if setup.posterior else []
+    return Part(setup.digest, first, *(tuple(getattr(one, name) for one in found) for name in ("broken", "judged")),
+                tuple(one.broken for one in plain), tuple(one.closest for one in found),
+                tuple(one.closest for one in plain), tuple(one.untested for one in found))  # fmt: skip
 
 
-def _of_part(setup: Setup, rows: slice, plain: bool) -> _Found:
-    """Rules broken, and rules that applied, by run."""
+@dataclass(frozen=True)
+class _Became:
+    """What became of one run, as `Part` has it of each."""
+
+    broken: tuple[str, ...] | None = None
+    judged: tuple[str, ...] = ()
+    closest: float | None = None
+    untested: str = ""
+
+
+def _of_part(setup: Setup, rows: slice, plain: bool) -> list[_Became]:
+    """What became of some runs."""
     if not isinstance(setup.stack, Wiring):
         return _broken(setup, setup.sailed(rows, rows.start, plain), rows)
-    found = [_on_wire(setup, setup.ran(run, plain), first=run == 0) for run in range(rows.start, rows.stop)]
-    return tuple(one for one, _ in found), tuple(one for _, one in found)
+    return [_on_wire(setup, setup.ran(run, plain), run) for run in range(rows.start, rows.stop)]
 
 
-def _on_wire(setup: Setup, one: Ran, first: bool) -> tuple[tuple[str, ...] | None, tuple[str, ...]]:
+def _on_wire(setup: Setup, one: Ran, run: int) -> _Became:
     """The same of a run on a wire.
 
     Raises:
         RequestError: the stack never said anything in the first run.
     """
-    if first and not one.spoke:
+    if run == 0 and not one.spoke:
         raise RequestError("stack: no valid sentence came from its command; does it run, and send to {address}?")
     if one.tracks is None or not one.valid:
-        return None, ()
-    _, own, by_itself = setup.judged(one.tracks)
-    silent = {MUTE} if one.silent is not None else set[str]()
-    return tuple(sorted({*broken_of(own, (), by_itself), *silent})), _applied(own, (), by_itself)
+        return _Became()
+    first = run // setup.together * setup.together
+    current = setup.current(first, setup.together)[:, [run - first]]
+    return _became(setup, one.tracks, current, [one.silent is not None])[0]
 
 
-def _broken(setup: Setup, sailed: Sailed, rows: slice) -> _Found:
+def _broken(setup: Setup, sailed: Sailed, rows: slice) -> list[_Became]:
     """The same of runs that were sailed together."""
-    count = rows.stop - rows.start
-    broken: list[tuple[str, ...] | None] = [None] * count
-    applied: list[tuple[str, ...]] = [()] * count
-    own, by_itself = setup.judged(sailed.tracks)[1:] if len(sailed.runs) else ((), Alone())
-    for k, run in enumerate(sailed.runs.tolist()):
-        mute = {MUTE} if np.isfinite(sailed.silent[k]) else set[str]()
-        broken[run] = tuple(sorted({*broken_of(own, (k,), by_itself), *mute}))
-        applied[run] = _applied(own, (k,), by_itself)
-    return tuple(broken), tuple(applied)
+    found = [_Became()] * (rows.stop - rows.start)
+    if len(sailed.runs):
+        current = setup.current(rows.start, len(found))[:, sailed.runs]
+        ended = _became(setup, sailed.tracks, current, np.isfinite(sailed.silent))
+        for run, one in zip(sailed.runs.tolist(), ended, strict=True):
+            found[run] = one
+    return found
+
+
+def _became(setup: Setup, tracks: Tracks, current: Array, silent: Sequence[bool] | NDArray[np.bool_]) -> list[_Became]:
+    """Verdicts on the tracks of runs that went to their end, one or many."""
+    _, own, by_itself = setup.judged(tracks)
+    near, out = closest(own), untested(tracks, setup.grounds, (current[0], current[1]))
+    found: list[_Became] = []
+    for k, mute in enumerate(silent):
+        where = (k,) if tracks.x.ndim > 2 else ()
+        broken = {*broken_of(own, where, by_itself), *([MUTE] if mute else [])}
+        found.append(_Became(tuple(sorted(broken)), _applied(own, where, by_itself), float(near[k]), out[k]))
+    return found
 
 
 def broken_of(own: Sequence[Judged], where: tuple[int, ...], by_itself: Alone = _NOTHING) -> tuple[str, ...]:

@@ -128,7 +128,10 @@ class Part:
         broken: rules that the own ship did not keep, by run; `CONTACT` and `MUTE` among them; None where the model
             failed.
         judged: rules that applied to it, by run.
-        plain: the same as `broken` on the ship as it was fitted, without a draw; empty where there is no posterior.
+        closest: least gap of the own hull to any other [m], by run; None where the model failed.
+        untested: channels with which the ship leaves what trials tested, by run.
+        plain, plain_closest: the same as `broken` and `closest` on the ship as it was fitted, without a draw; empty
+            where there is no posterior.
     """
 
     case: str
@@ -136,6 +139,9 @@ class Part:
     broken: tuple[tuple[str, ...] | None, ...]
     judged: tuple[tuple[str, ...], ...]
     plain: tuple[tuple[str, ...] | None, ...] = ()
+    closest: tuple[float | None, ...] = ()
+    plain_closest: tuple[float | None, ...] = ()
+    untested: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
