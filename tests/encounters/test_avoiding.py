@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -53,6 +54,16 @@ def test_it_stands_on_before_ships_from_port_until_it_is_alone_and_then_does_not
     assert chosen(meets(90.0, 900.0)) == 0.0
     assert chosen(meets(90.0, 900.0), t=500.0) == 0.0
     assert chosen(meets(90.0, 900.0), t=560.0) > 0.0
+
+
+def test_it_yields_to_ships_that_go_before_it_by_their_kind() -> None:
+    """Rule 18: from port too, and at once; not to one that it meets after another that does."""
+    fishing = replace(scene(meets(90.0, 900.0)), ranks=(0, 2))
+    assert KeepClear(fishing, Limits()).look(fishing).psi[0] != 0.0
+    own = replace(fishing, ranks=(2, 2))
+    assert KeepClear(own, Limits()).look(own).psi[0] == 0.0
+    blind = KeepClear(fishing, Limits(), rules=False)
+    assert not blind._clear.any()
 
 
 def test_it_goes_back_to_its_course_when_that_is_free() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,16 +12,19 @@ import numpy as np
 import pytest
 
 from seatrial.cli.app import main
+from seatrial.encounters import Tracks
 from seatrial.encounters.conduct import CONDUCTS, Scene, Watch
 from seatrial.encounters.meeting import dnv, imazu
 from seatrial.encounters.rules import Alone, Role
+from seatrial.encounters.rules.waters import AGROUND, CONTOUR
 from seatrial.encounters.sensing import Sensing
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety import case as module
 from seatrial.workflow.safety.case import case
-from seatrial.workflow.safety.claimed import CONTACT, MUTE, Around, Case, CaseFile, Encountered, Met, Part
+from seatrial.workflow.safety.claimed import CONTACT, MUTE, Around, Case, CaseFile, Encountered, Met, Part, Where
 from seatrial.workflow.safety.setting import alike
+from seatrial.workflow.safety.stacks import Stack
 
 TEXT = '''schema = "seatrial-case/1"
 claim = "it keeps clear"
@@ -226,10 +230,48 @@ def test_weather_is_within_its_range_and_from_all_sides() -> None:
     ({"encounters": Encountered(set="given", ships=(Met(x=1e4, y=0.0, psi=3.0, U=1.0, conduct="port"),))},
      "conduct 'port' is not in traffic"),
     ({"weather": Around(wind_from=(1.0, 0.5))}, "weather.wind_from: 1 to 0.5; the least comes first"),
+    ({"encounters": Encountered(kinds=("fishing",) * 4)}, "encounters.kinds: 4 of them; 3 ships are met at most"),
+    ({"encounters": Encountered(kinds=("fishing",)), "stack": Stack(command="python a.py")}, "is not told kinds"),
+    ({"waters": Where(safety=20.0)}, "is of a chart; give chart too"),
+    ({"waters": Where(at=(1.0, 0.0))}, "is of a chart; give chart too"),
+    ({"waters": Where(chart="none")}, r"waters\.chart: .*none"),
+    ({"waters": Where(chart="canal", safety=0.1)}, "and the depth no less"),
 ])  # fmt: skip
 def test_what_cannot_be_asked_is_a_line(tmp_path: Path, change: dict[str, Any], said: str) -> None:
     with pytest.raises(RequestError, match=said):
         module.Setup.of(CaseFile(claim="c", ship="kvlcc2_l7", **change), tmp_path)
+
+
+@pytest.mark.slow
+def test_a_case_is_judged_where_it_is_and_a_search_is_of_open_water(tmp_path: Path) -> None:
+    """On a course of 30 deg from (100, -200) a ship that goes on for 1000 m is at (966, 300); there its shoal is."""
+    (tmp_path / "c.geojson").write_text(json.dumps({
+        "type": "FeatureCollection", "schema": "seatrial-chart/1", "frame": "metres", "depth": 50.0, "features": [
+            {"type": "Feature", "properties": {"kind": "depth", "depth": 0.3}, "geometry": {"type": "Polygon",
+             "coordinates": [[[250, 900], [350, 900], [350, 1030], [250, 1030], [250, 900]]]}}]}), encoding="utf-8")
+    where = Where(chart="c.geojson", at=(100.0, -200.0), psi=np.pi / 6.0, safety=1.0, visibility=900.0)
+    file = CaseFile(claim="c", ship="kvlcc2_l7", waters=where, encounters=Encountered(kinds=("fishing",)))
+    setup = module.Setup.of(file, tmp_path)
+    assert setup.waters.draught == pytest.approx(0.455, abs=0.01)  # of its file
+    t = np.linspace(0.0, 200.0, 21)
+    zero = np.zeros((2, 21))
+    x = np.array([5.0 * t, 9000.0 + 0.0 * t])
+    tracks = Tracks(t, x, zero, zero, zero + np.array([[5.0], [0.0]]), zero, np.full(2, 7.0), np.full(2, 1.0))
+    placed, _, by_itself = setup.judged(tracks)
+    assert (placed.x[0, -1], placed.y[0, -1]) == pytest.approx((966.0, 300.0), abs=0.1)
+    assert placed.psi[0] == pytest.approx(np.full(21, np.pi / 6.0))
+    assert {AGROUND, CONTOUR} <= set(by_itself.broken())
+    assert "6" in by_itself.margins  # visibility is restricted, so Rule 19 is judged
+    assert setup.waters.restricted
+    assert setup.ranks == (0, 2)
+    assert len(setup.judged(tracks, own=False)[1]) == 2
+    with pytest.raises(RequestError, match="a search is in open water"):
+        _ = setup.space
+    moved = module.Setup.of(replace(file, waters=replace(where, psi=0.0)), tmp_path)
+    assert AGROUND not in moved.judged(tracks)[2].broken()
+    assert moved.digest != setup.digest
+    (tmp_path / "c.geojson").write_text((tmp_path / "c.geojson").read_text() + " ", encoding="utf-8")
+    assert module.Setup.of(file, tmp_path).digest != setup.digest
 
 
 def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: Any) -> None:

@@ -98,4 +98,4 @@ def drawn(found: Space) -> Body:
             parts.append(frame.span(x, y, figures.SOFT, 0.18))
             parts.append(frame.line(x, y, figures.SOFT))
     svg = frame.svg(parts, "bearing of the other ship from the own bow [°]", "its course relative to the own one [°]")
-    return figure(svg, _CAPTION, least=480)
+    return figure(svg, _CAPTION, least=480, most=640)

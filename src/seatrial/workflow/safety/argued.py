@@ -135,7 +135,8 @@ def _asked(found: Case, ship: Ship, waters: Waters) -> list[str]:
     return [
         f"claim: {file.claim}",
         f"ship {ship.name}, steered by {file.called}; other ships: {', '.join(file.traffic)}, drawn by run",
-        f"encounters: {where.set}" + (f", own ship as {', '.join(where.roles)}" if where.set == "drawn" else ""),
+        f"encounters: {where.set}" + (f", own ship as {', '.join(where.roles)}" if where.set == "drawn" else "")
+        + (f"; ships met by kind (Rule 18): {', '.join(where.kinds)}" if where.kinds else ""),
         f"wind {file.weather.wind[0]:g} to {file.weather.wind[1]:g} m/s, current {file.weather.current[0]:g} to "
         f"{file.weather.current[1]:g} m/s, from any direction",
         _where(found, waters),
