@@ -1,6 +1,6 @@
 """The picture of the README: a noisy virtual trial, and what handbook and fitted ship predict of it.
 
-Run from the root of the repository: python examples/first_light.py docs/img/first_light.svg
+Run from the root of the repository, with the extra `plots`: python examples/first_light.py docs/img/first_light.svg
 """
 
 import math

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
 
 import matplotlib
@@ -11,6 +12,7 @@ import pytest
 
 import seatrial as st
 from seatrial.data import DataError
+from seatrial.face import plots
 
 matplotlib.use("Agg")
 from matplotlib import pyplot
@@ -108,6 +110,12 @@ def test_the_style_of_the_caller_is_left_alone() -> None:
     before = dict(matplotlib.rcParams)
     straight().plot()
     assert dict(matplotlib.rcParams) == before
+
+
+def test_without_the_library_new_axes_name_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(ImportError, match=r"pip install 'seatrial\[plots\]'"):
+        plots._made(1, (4.0, 3.0))
 
 
 def test_what_cannot_be_drawn_is_told() -> None:

@@ -141,8 +141,11 @@ def _places(found: Diagnosis) -> dict[str, float]:
 
 def _made(rows: int, size: tuple[float, float]) -> Sequence[Axes]:
     """New axes one above the other, in the style of the reports; a notebook shows the figure."""
-    from cycler import cycler
-    from matplotlib import pyplot, rc_context
+    try:
+        from cycler import cycler
+        from matplotlib import pyplot, rc_context
+    except ImportError:
+        raise ImportError("pictures need the extra 'plots': pip install 'seatrial[plots]'") from None
 
     # The first figure sets up the backend, which must not be undone with the style.
     figure = pyplot.figure(figsize=size, layout="constrained")
