@@ -37,6 +37,14 @@ def test_way_against_the_thrust_lessens_it_by_its_square():
     assert boat.thrust(-0.5, 1e-9) == pytest.approx(boat.thrust(-0.5, -1e-9))
 
 
+def test_sternway_takes_a_share_of_the_thrust_astern_and_none_ahead():
+    """The share is lost by speed, all of it at 1 / `sternway`, whatever `against` says."""
+    boat = replace(PORT, sternway=0.25, against=3.0)
+    for command, u, share in ((-0.5, -1.0, 0.75), (-0.5, -2.0, 0.5), (-0.5, -6.0, 0.0), (0.5, 2.0, 1.0)):
+        assert boat.thrust(command, u) == pytest.approx(share * PORT.thrust(command))
+    assert boat.thrust(0.5, -1.0) == pytest.approx(PORT.thrust(0.5) / 4.0)
+
+
 def test_affine_form_agrees():
     ((a, b, c),) = PORT.effect
     (T,) = PORT.inputs(WATER, (0.7,))

@@ -269,7 +269,7 @@ def test_linear_form_is_the_thrusters_force() -> None:
     ],
 )
 def test_number_of_parameters(model: Any, count: int) -> None:
-    speed = {f"damping.{name}" for name in ("Y_uv", "N_uv", "N_ur")}  # not in the paper
+    speed = {f"damping.{name}" for name in ("Y_uv", "N_uv", "N_ur", "X_vr")}  # not in the paper
     of_form = [v for path, _, v in walk(model) if path.startswith(("inertia.", "damping.")) and path not in speed]
     assert len(of_form) == 30  # the fully coupled form
     zeros = {"damping.N_rrr"} if model.damping.N_rrr == 0 and count == 22 else set()
@@ -303,6 +303,14 @@ def test_lift_of_a_hull_that_makes_way_is_by_its_speed_and_turned_with_it() -> N
         assert pytest.approx((-2.0 - 6.0 * 2.0) * r + 5.0 * u * v) == force.N
     linear = replace(damping, order="linear").force(Flow(2.0, v, r, 0, 0, 0, 0, 1000.0, 3.0, 0.2))
     assert linear == pytest.approx((-8.0, -v, -2.0 * r))
+
+
+def test_drift_in_a_turn_is_resisted_by_the_product_of_both_and_on_either_side_alike() -> None:
+    damping = Polynomial(order="quadratic", X_u=-4.0, Y_v=-1.0, N_r=-2.0, X_vr=7.0, X_v=0.5)
+    for side in (1.0, -1.0):  # outward in the turn: v and r of opposite signs
+        force = damping.force(Flow(2.0, -0.3 * side, 0.2 * side, 0, 0, 0, 0, 1000.0, 3.0, 0.2))
+        assert pytest.approx(-4.0 * 2.0 + 0.5 * -0.3 * side - 7.0 * 0.3 * 0.2) == force.X
+    assert replace(damping, order="linear").force(Flow(2.0, -0.3, 0.2, 0, 0, 0, 0, 1000.0, 3.0, 0.2)).X == -8.15
 
 
 def test_cross_flow_drag_is_the_integral_over_the_hull() -> None:

@@ -22,6 +22,7 @@ class Polynomial(ForceModule):
     not at hand: that these are its eight couplings is our reading of the count).  They break the symmetry
     of port and starboard; the others keep it.  Y_uv, N_uv and N_ur are not in the paper: the lift of a hull
     that makes way is linear in drift and turn and grows with its speed; it acts in the leading half ahead and astern.
+    Nor is X_vr, the resistance of a hull that drifts as it turns, beside the centripetal force.
     """
 
     order: str = choice(
@@ -52,6 +53,7 @@ class Polynomial(ForceModule):
     X_r: Scalar = spec("kg m/s", "surge force by r (fully coupled model)", default=0.0)
     Y_u: Scalar = spec("kg/s", "sway force by u (fully coupled model)", default=0.0)
     N_u: Scalar = spec("kg m/s", "yaw moment by u (fully coupled model)", default=0.0)
+    X_vr: Scalar = spec("kg", "surge force by v r, beside that of the masses", default=0.0)
 
     def matrix(self, u: Scalar, v: Scalar, r: Scalar) -> Rows:
         """Rows of D at velocities through the water, so that the force is -D nu."""
@@ -59,7 +61,7 @@ class Polynomial(ForceModule):
         a, b, c = two * magnitude(u), two * magnitude(v), two * magnitude(r)
         uu, vv, rr = three * u * u, three * v * v, three * r * r
         return (  # You 2023 (4), one line an entry
-            (-self.X_u - self.X_uu * a - self.X_uuu * uu, -self.X_v, -self.X_r),
+            (-self.X_u - self.X_uu * a - self.X_uuu * uu, -self.X_v - self.X_vr * two * r, -self.X_r),
             (
                 -self.Y_u,
                 -self.Y_v - self.Y_uv * a - self.Y_vv * b - self.Y_rv * c - self.Y_vvv * vv,

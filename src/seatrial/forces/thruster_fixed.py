@@ -28,8 +28,9 @@ class Fixed(ThrusterModule):
     whose order ahead is one of revolutions, 1 1/s is full throttle.
 
     `astern` multiplies it for s < 0.  A propeller that pushes against the way of the craft works in its own wash:
-    its thrust is that at rest over 1 + `against` u^2, a fit to trials and no theory.  The map holds from `low` to
-    `high`; beyond, the thrust stays as it is there, and `lint` reports a trial that goes there.
+    its thrust is that at rest over 1 + `against` u^2, and one that pushes astern as the craft goes astern loses the
+    share `sternway` |u|: fits to trials and no theory.  The map holds from `low` to `high`; beyond, the thrust stays as
+    it is there, and `lint` reports a trial that goes there.
     """
 
     prefixes: ClassVar[tuple[str, ...]] = ("throttle",)
@@ -40,6 +41,7 @@ class Fixed(ThrusterModule):
     T_2: Scalar = spec("N", "thrust, by |s| s", (0.0, 1e8), default=0.0)
     astern: Scalar = spec("", "thrust astern over that ahead at the same |s|", (0.0, 2.0), default=1.0)
     against: Scalar = spec("s^2/m^2", "how way against the thrust lessens it, by its square", (0.0, 100.0), default=0.0)
+    sternway: Scalar = spec("s/m", "share of the thrust astern that is lost per sternway", (0.0, 100.0), default=0.0)
     low: Scalar = spec("", "least command for which the map holds", (-1.0, 0.0), default=-1.0)
     high: Scalar = spec("", "greatest command for which the map holds", (0.0, 1.0), default=1.0)
 
@@ -71,7 +73,8 @@ class Fixed(ThrusterModule):
         """Thrust ahead [N] at a command in [-1, 1] and a speed ahead through the water [m/s]."""
         s = clip(command, self.low, self.high)
         T = where(s < 0, self.astern, 1.0) * s * (self.T_1 + self.T_2 * magnitude(s))
-        return T / (1.0 + where(s * u < 0, self.against * u * u, 0.0))
+        kept = clip(1.0 - where(s < 0, self.sternway, 0.0) * magnitude(u), 0.0, 1.0)
+        return where(s * u < 0, T / (1.0 + self.against * u * u), T * kept)
 
     def inputs(self, flow: Flow, control: Scalars) -> Scalars:
         """Thrust ahead [N]."""

@@ -57,6 +57,7 @@ _RULES: tuple[tuple[str, float, str], ...] = (
     ("screw.T_*", 0.2, "surge"), ("[XYN]_*", 0.2, "turn"),
     ("thrusters.*.T_[12]", 0.3, "surge"), ("thrusters.*.k", 0.3, "surge"), ("thrusters.*.c_[1-5]", 0.3, "surge"),
     ("thrusters.*.astern", 0.3, "astern"), ("thrusters.*.against", 0.5, "astern"),
+    ("thrusters.*.sternway", OWN, "astern"),
     ("K", 0.5, "turn"), ("T", 0.5, "turn"), ("T[123]", 0.5, "turn"), ("delta_r", 0.5, "turn"),
     ("K_*", 0.5, "turn"), ("T_*", 0.5, "turn"),
     ("wind.[XYN]_*", 0.3, "wind"),
