@@ -11,8 +11,8 @@ from seatrial.belief.ranks import calibrate
 from seatrial.belief.sampling import sampling
 from seatrial.belief.sampling.density import Density, check_proper, density_of
 from seatrial.belief.sampling.hamiltonian import Sampler
-from seatrial.belief.sampling.sampled import Sampled, effective, effective_mean, rhat
-from seatrial.belief.sampling.sampling import LEAST, sample
+from seatrial.belief.sampling.sampled import Sampled, effective, effective_mean, hopeless, rhat
+from seatrial.belief.sampling.sampling import LEAST, HopelessError, sample
 from seatrial.belief.sampling.walking import Walker
 from seatrial.core.parameters import Free, near
 from seatrial.identify import Loss, Nuisance, StudyError
@@ -111,6 +111,42 @@ def test_two_modes_that_no_chain_leaves_are_no_convergence():
     one = told(found, warm, *wide(1), np.eye(1))
     assert not one.converged
     assert "do not agree" in one.words[0]
+
+
+def test_chains_that_lie_apart_are_given_up_and_the_direction_is_named():
+    """R-hat squared less one falls as one over the draws; apart along the difference of two of three parameters."""
+    draws = np.random.default_rng(0).standard_normal((60, 8, 3))
+    assert hopeless(draws, ("a", "b", "c"), 240, 10.0) == ""
+    away = draws + np.arange(8)[:, None] * np.array([1.0, -1.0, 0.0])
+    why = hopeless(away, ("a", "b", "c"), 240, 60.0)
+    now = rhat(away).max()
+    assert f"R-hat is {now:.2f}" in why
+    assert f"about {np.sqrt(1.0 + (now**2 - 1.0) / 4.0):.2f} at the end" in why
+    needed = int(np.ceil(60 * (now**2 - 1.0) / (1.01**2 - 1.0)))
+    assert f"takes some {needed} draws of each chain, {needed / 3600.0:.1f} h" in why
+    assert "along b, a," in why or "along a, b," in why
+    # so little apart that four times as many draws will do
+    near = draws + 0.12 * np.arange(8)[:, None] * np.array([1.0, -1.0, 0.0])
+    assert hopeless(near, ("a", "b", "c"), 240, 10.0) == ""
+
+
+def test_chains_are_judged_once_by_the_same_draws_and_leave_their_checkpoint(turns, fitted, tmp_path, monkeypatch):
+    seen = []
+
+    def judge(draws, paths, count, seconds):
+        seen.append((draws, paths, count))
+        return "no" if len(seen) == 2 else ""
+
+    monkeypatch.setattr(sampling, "hopeless", judge)
+    sample(fitted, turns, ESTIMATOR, LEAST, seed=2)
+    file = tmp_path / "checkpoint.npz"
+    with pytest.raises(HopelessError, match="no"):
+        sample(fitted, turns, ESTIMATOR, LEAST, seed=2, checkpoint=file)
+    assert file.exists()
+    assert len(seen) == 2
+    assert seen[0][0].shape[:2] == (25, 8)
+    assert np.array_equal(seen[0][0], seen[1][0])
+    assert seen[0][1:] == (tuple(one.path for one in turns.free), 50)
 
 
 def test_heavy_tails_are_named():

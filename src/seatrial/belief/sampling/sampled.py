@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,6 +25,8 @@ _NEAR, _CUT = 0.1, 0.025
 _RIDGE, _LISTED, _LOST = 0.95, 4, 0.005
 # Fourth moment of residuals over that of a Gaussian beyond which their tails are heavy.
 _TAILS = 2.0
+# R-hat foreseen for the end from which on chains are given up; what keeps the covariance within chains regular.
+_HOPELESS, _RIDGED = 1.05, 0.05
 
 
 @dataclass(frozen=True)
@@ -187,6 +190,35 @@ class Sampled:
             "parameters": {path: dict(zip(names, map(float, one), strict=True))
                            for path, one in zip(self.paths, columns, strict=True)},
         }  # fmt: skip
+
+
+def hopeless(draws: Array, paths: Sequence[str], count: int, seconds: float) -> str:
+    """Why chains will not agree by their end, and when they would; empty where they may.
+
+    The squares of R-hat less one fall as one over the draws once chains have forgotten their starts, and no faster
+    before.  The direction is that in which the chains lie farthest apart for their spread (Brooks and Gelman 1998).
+
+    Args:
+        draws: kept so far, shape (draws, chains, free).
+        count: draws of each chain that were asked for.
+        seconds: CPU time spent [s].
+    """
+    done, apart = len(draws), float(np.nanmax(rhat(draws))) ** 2 - 1.0
+    end, needed = math.sqrt(1.0 + max(apart, 0.0) * done / count), math.ceil(done * apart / (RHAT**2 - 1.0))
+    if end <= _HOPELESS:
+        return ""
+    spread = draws.std(axis=(0, 1))
+    unit = (draws - draws.mean(axis=(0, 1))) / np.where(spread > 0.0, spread, 1.0)
+    within = np.mean([np.cov(chain.T) for chain in unit.transpose(1, 0, 2)], axis=0)
+    within = np.atleast_2d(within) + _RIDGED * np.eye(len(paths))
+    root = np.linalg.cholesky(within)
+    means = np.linalg.solve(root, unit.mean(axis=0).T)
+    along = np.abs(root @ np.linalg.svd(means)[0][:, 0])
+    names = [paths[k] for k in np.argsort(-along)[:_LISTED] if along[k] > 0.5 * along.max()]
+    hours = seconds / done * needed / 3600.0
+    return (f"given up after {done} of {count} draws of each chain and {seconds:.0f} s of CPU time: R-hat is "
+            f"{math.sqrt(1.0 + apart):.2f}, the chains lie apart along {', '.join(names)}, and R-hat would be about "
+            f"{end:.2f} at the end; {RHAT} takes some {needed} draws of each chain, {hours:.1f} h")
 
 
 def rhat(draws: Array) -> Array:

@@ -21,7 +21,7 @@ from .chains import Chains
 from .coordinates import Coordinates, TurnedWalk
 from .density import Density, density_of
 from .hamiltonian import Sampler
-from .sampled import Sampled
+from .sampled import Sampled, hopeless
 from .walking import FINER, Walker
 
 CHAINS = 8
@@ -39,6 +39,12 @@ _WIDE = 30.0
 _CLIMBS, _STEPS, _GAIN, _WALL, _BLOWN = 8, 200, 0.05, 100.0, 1e12
 # Time between writings of the checkpoint [s].
 _PAUSE = 5.0
+# Chains are judged after this share of the draws that are kept, or so many of each where that is more.
+_JUDGED, _FEWEST = 0.25, 25
+
+
+class HopelessError(StudyError):
+    """Chains that would not agree by their end."""
 
 Told = Callable[[int, int], None]
 """Called with the moves made and all moves."""
@@ -57,6 +63,35 @@ class _Clock:
         return time.process_time() - self.began
 
 
+@dataclass
+class _Watch:
+    """Tells how far the chains are, keeps them, and gives them up, once, where they will not agree."""
+
+    sampler: Sampler | Walker | TurnedWalk
+    paths: tuple[str, ...]
+    warm: int
+    draws: int
+    checkpoint: Path | None
+    digest: str
+    clock: _Clock
+    told: Told | None
+    judged: bool = False
+
+    def __call__(self, now: Chains) -> None:
+        if self.told:
+            self.told(now.move, self.warm + self.draws)
+        why = ""
+        last = self.warm + max(round(_JUDGED * self.draws), _FEWEST)
+        if not self.judged and now.move >= last:
+            self.judged = True
+            drawn = in_values(self.sampler, now).drawn[self.warm : last]  # the same draws after an interruption
+            why = hopeless(drawn, self.paths, self.draws, self.clock.spent)
+        if self.checkpoint is not None and (why or time.perf_counter() - self.clock.written > _PAUSE):
+            _write(self.checkpoint, now, self.digest, self.clock)
+        if why:
+            raise HopelessError(why)
+
+
 def sample(
     fit: Fit, problem: Problem, settings: Any, count: int, *,
     seed: int = 0, checkpoint: Path | None = None, told: Told | None = None,
@@ -72,6 +107,7 @@ def sample(
 
     Raises:
         StudyError: a count below `LEAST`, or a posterior that is not sampled (`density_of`).
+        HopelessError: after a quarter of the draws, where the chains will not agree; says when they would.
         FitError: no start has a finite density.
         ResumeError: the checkpoint is of another fit.
     """
@@ -91,13 +127,8 @@ def sample(
         root = np.linalg.cholesky(laplace).astype(np.float64)
         chains = sampler.begun(starts(posterior, best, laplace[0], CHAINS, seed), root)
 
-    def each(now: Chains) -> None:
-        if told:
-            told(now.move, warm + draws)
-        if checkpoint is not None and time.perf_counter() - clock.written > _PAUSE:
-            _write(checkpoint, now, print_, clock)
-
-    chains = sampler.run(chains, each)
+    watch = _Watch(sampler, tuple(problem.vector.paths), warm, draws, checkpoint, print_, clock, told)
+    chains = sampler.run(chains, watch)
     if checkpoint is not None:
         _write(checkpoint, chains, print_, clock)
     chains = in_values(sampler, chains)
