@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from seatrial.belief.corrected import corrected, of_trial, shared_by_all, summed, words
+from seatrial.belief.corrected import as_logged, corrected, of_trial, shared_by_all, summed, words
 from seatrial.data import Trial
 from seatrial.environment import Uniform
 from seatrial.identify.nuisance import EVERY
@@ -169,3 +169,25 @@ def test_what_all_trials_share_holds_for_those_kept_back_the_current_included() 
     assert of_trial("elsewhere", found, ("a", "kept")) == {}
     own = {"current.north": 0.1, "bias.u": 0.05}
     assert summed(shared_by_all(found), own) == pytest.approx({**found[EVERY], "current.north": 0.4, "bias.u": 0.05})
+
+
+def test_a_motion_as_instruments_with_errors_log_it_is_right_once_it_is_corrected(right: Trial) -> None:
+    errors = {"deviation.north": -0.12, "deviation.east": 0.05, "bias.psi": 0.03, "scale.u": 0.04, "bias.r": 1e-4,
+              "antenna.ahead": 20.0}  # fmt: skip
+    log = as_logged(right, errors, SHIP.model)
+    turn = -0.12 * np.cos(right["psi"]) + 0.05 * np.sin(right["psi"]) + 0.03
+    assert log["psi"] - right["psi"] == pytest.approx(turn)
+    assert log["u"] == pytest.approx(1.04 * right["u"])
+    assert np.hypot(log["x"] - right["x"], log["y"] - right["y"]) == pytest.approx(20.0)
+    back = corrected(log, errors, SHIP.model)
+    for name in STATES:
+        assert back[name] == pytest.approx(right[name], abs=1e-6), name
+    assert as_logged(right, {"offset.delta": 0.1, "current.north": 1.0}, SHIP.model)["u"] is not None
+
+
+def test_speeds_that_are_made_by_a_compass_turn_with_it_and_the_track_stays(right: Trial) -> None:
+    log = as_logged(right, {"bias.psi": 0.2}, SHIP.model, ("u", "v_m", "r"))
+    before, after = ((one["u"] + 1j * one["v_m"]) * np.exp(1j * one["psi"]) for one in (right, log))
+    assert after == pytest.approx(before)
+    assert log["r"] == pytest.approx(right["r"])
+    assert not np.allclose(log["v_m"], right["v_m"])

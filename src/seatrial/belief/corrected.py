@@ -148,6 +148,29 @@ def _read(trial: Trial, errors: Errors, reading: list[tuple[Suspect, float]]) ->
     return _remade(trial, trial.having(**after)) if after else trial
 
 
+def as_logged(predicted: Trial, errors: Errors, model: Model, made: Collection[str] = ()) -> Trial:
+    """What instruments with these errors would have logged of a motion; the inverse of `corrected`, delays left out.
+
+    Args:
+        predicted: with all states.
+        errors: of readings; others change nothing.
+        model: of the ship.
+        made: velocities that the logger makes of track and heading.
+    """
+    known = {one.name: one for one in suspects(model, [predicted])}
+    state = predicted.stack(*STATES)
+    for name, c in errors.items():
+        one = known.get(name)
+        if one is not None and one.reads and name.partition(".")[0] in _OF_STATE:
+            state = state + c * one.reads(predicted.stack(*STATES), None, predicted.dt)
+    for k, name in enumerate(STATES):
+        state[:, k] = state[:, k] * (1.0 + errors.get(f"scale.{name}", 0.0)) + errors.get(f"bias.{name}", 0.0)
+    if {"u", "v_m"} <= set(made):
+        seen = np.exp(-1j * (state[:, 2] - predicted["psi"])) * (predicted["u"] + 1j * predicted["v_m"])
+        state[:, 3], state[:, 4] = seen.real, seen.imag
+    return predicted.having(**{name: state[:, k] for k, name in enumerate(STATES)})
+
+
 def _remade(logged: Trial, right: Trial) -> Trial:
     """The corrected trial with its speeds and rate of turn as they are made from the corrected track and heading.
 

@@ -52,6 +52,7 @@ class SetFile:
         moving: a stretch counts where the ship makes at least this speed along its path, on average [m/s].
         left_out: so many trials of `data.train`, in their order, are left out together and predicted from the others;
             0 predicts those of `data.test`.
+        methods: files, relative to this one, that are measured where none is named: studies and programs.
         scale: of each state in Eq. 25 of Wakita 2022; empty takes the spread of the test trials.
     """
 
@@ -63,6 +64,7 @@ class SetFile:
     every: Positive
     moving: NotNegative = 0.0
     left_out: Annotated[int, Limits(least=0)] = 0
+    methods: list[str] = field(default_factory=list[str])
     scale: dict[str, Positive] = field(default_factory=dict[str, float])
     data: DataTable
     virtual: VirtualTable | None = None

@@ -7,9 +7,16 @@ import math
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from seatrial.belief.corrected import as_logged
 from seatrial.cli.app import main
+from seatrial.data import Trial
+from seatrial.data.trialfile import write_trials
+from seatrial.models import STATES
+from seatrial.ships.files import load
+from seatrial.simulate.replay import replay
 from seatrial.workflow.evidence.yardstick import BASELINE, yardstick
 from seatrial.workflow.request import RequestError
 
@@ -137,6 +144,87 @@ def test_a_study_that_cannot_take_the_trials_is_told_and_the_others_are_measured
     assert [one.method for one in row.standings] == [BASELINE, str(right)]
     assert [*row.refused] == [str(wrong)]
     assert len(outcome.errors) == 1
+
+
+@pytest.mark.slow
+def test_without_a_method_those_that_the_set_names_are_measured(task: Path, tmp_path: Path) -> None:
+    """Their files lie beside the set; a package that a program lacks is told with where it is to be had."""
+    (tmp_path / "needy.py").write_text("import no_such_package\n")
+    (tmp_path / "requirements.txt").write_text("no_such_package\n")
+    (tmp_path / "still.py").write_text(PROGRAM)
+    task.write_text(SET.replace("every = 20.0", 'every = 20.0\nmethods = ["needy.py", "still.py"]'))
+    outcome = yardstick([task])
+    (row,) = outcome.result.sets
+    still, needy = (os.path.relpath(tmp_path / name) for name in ("still.py", "needy.py"))
+    assert [one.method for one in row.standings] == [BASELINE, still]
+    assert list(row.refused) == [needy]
+    assert f"pip install -r {os.path.relpath(tmp_path / 'requirements.txt')}" in outcome.errors[0]
+    (named,) = yardstick([task], ["kvlcc2_l7"]).result.sets
+    assert [one.method for one in named.standings] == [BASELINE, "kvlcc2_l7"]
+    task.write_text(SET.replace("every = 20.0", 'every = 20.0\nmethods = ["gone.py"]'))
+    with pytest.raises(RequestError, match=r"methods: no file .*gone\.py"):
+        yardstick([task])
+
+
+@pytest.mark.slow
+def test_a_set_whose_data_are_not_here_is_left_out_and_told(
+    task: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "studies" / "yardstick"
+    folder.mkdir(parents=True)
+    (folder / "here.toml").write_text(SET)
+    data = 'root = "$SEATRIAL_DATA/nowhere"\nformat = "csv"\n'
+    (folder / "away.toml").write_text(SET.partition("[virtual]")[0].replace("[data]\n", f"[data]\n{data}"))
+    monkeypatch.chdir(tmp_path)
+    assert main(["yardstick", "-o", "found.json"]) == 0
+    assert "left out" in capsys.readouterr().err
+    assert [one["name"] for one in json.loads(Path("found.json").read_text())["sets"]] == ["here"]
+
+
+COMPASS = """schema = "seatrial-study/1"
+ship = "blueboat"
+[data]
+root = "nowhere"
+train = ["*"]
+[free]
+"damping.X_uu" = { prior = 0.3 }
+[loss]
+sigma = { x = 0.05, y = 0.05, psi = 0.01 }
+[nuisance]
+common = { "deviation.north" = 0.2, "deviation.east" = 0.2 }
+[estimator]
+type = "shooting:Trajectory"
+window = 10.0
+"""
+
+
+@pytest.mark.slow
+def test_a_study_that_finds_a_deviation_predicts_what_that_compass_reads(tmp_path: Path) -> None:
+    """A boat by its own model, logged by a compass that deviates 9 deg, with speeds made of that heading.
+
+    The truth begun with the sway as logged turns away by itself; a fit that knows the compass does not.
+    """
+    (tmp_path / "logs").mkdir()
+    ship, t = load("blueboat"), 0.1 * np.arange(1200)
+    rng = np.random.default_rng(3)
+    for name in ("a", "b"):
+        orders = {f"throttle_{side}": np.repeat(rng.uniform(0.2, 0.9, 24), 50) for side in ("port", "starboard")}
+        zero = dict.fromkeys(STATES, np.zeros(t.size))
+        made = replay(ship, Trial(name, t, {**zero, **orders})).having(**orders)
+        log = as_logged(made, {"deviation.north": -0.15, "deviation.east": 0.05}, ship.model, ("u", "v_m", "r"))
+        write_trials([log], tmp_path / "logs")
+    (tmp_path / "study.toml").write_text(COMPASS)
+    task = tmp_path / "lake.toml"
+    task.write_text(
+        'schema = "seatrial-yardstick/1"\ntitle = "lake"\nship = "blueboat"\ngiven = ["throttle_*"]\nhistory = 5.0\n'
+        'horizons = [2.0, 10.0]\nevery = 20.0\n[data]\nroot = "logs"\ntrain = ["a"]\ntest = ["b"]\n'
+    )
+    (row,) = yardstick([task], ["blueboat", str(tmp_path / "study.toml")]).result.sets
+    _, bare, study = row.standings
+    assert study.ahead[1].heading < 0.02
+    assert study.ahead[0].position < 0.02
+    assert bare.ahead[1].heading > 5.0 * study.ahead[1].heading
+    assert study.eq25 < 1e-3
 
 
 def test_what_is_no_method_and_no_set_is_refused_in_a_line(

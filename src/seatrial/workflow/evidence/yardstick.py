@@ -12,26 +12,29 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ...belief.corrected import Errors, as_logged, corrected, shared_by_all
 from ...core.files import write_whole
 from ...core.records import to_json
 from ...data import DataError, Trial
+from ...data.prepare.made import SOURCES, marked
 from ...data.trialfile import read_trials, write_trials
 from ...engine import SimulationError
-from ...identify import FitError
+from ...identify import FitError, StudyError
 from ...models import STATES
 from ...report.blocks import Body, bullets, fields, table
 from ...ships import Ship, ShipError
 from ...ships.files import load
 from ...simulate.begun import begun
+from ...simulate.carried import swung
 from ...simulate.replay import replay
 from ...study.data import DATA
-from ...study.study import read_study
+from ...study.study import Study, read_study
 from ...validate.comparison import constant_velocity
 from ...validate.yardstick import JUDGED, Standing, Task, read_task, scored
 from .. import SILENT, Outcome, RequestError, Sink, figure
@@ -45,6 +48,8 @@ BASELINE = "constant velocity"
 FIRST = "new:"
 """Before the name of a ship: the study that `study new` writes for it and the training trials."""
 RESULT = "seatrial-yardstick-result/1"
+
+_COMPASS = ("bias.psi", "deviation.north", "deviation.east")
 
 Answers = Sequence[Trial | None]
 Method = Callable[[Task, Sequence[Trial]], Answers]
@@ -76,7 +81,8 @@ def yardstick(
 
     Args:
         sets: files of sets; none takes all of `SETS` whose data are at hand.
-        methods: studies, ships or programs; constant velocity is always measured.
+        methods: studies, ships or programs; none takes those that each set names, as far as their files are here.
+            Constant velocity is always measured.
         out: a JSON file.
 
     Raises:
@@ -86,7 +92,7 @@ def yardstick(
     if out is not None and out.suffix != ".json":
         raise RequestError(f"-o {out}: the result is a JSON file; end its name in .json")
     chosen = {name: _method(name) for name in methods}
-    rows = [_measured(task, chosen, sink) for task in _tasks(sets, sink)]
+    rows = [_measured(task, chosen or _usual(path, task), sink) for path, task in _tasks(sets, sink)]
     found = Found(tuple(rows))
     if out is not None:
         write_whole(out, to_json(found, RESULT))
@@ -95,20 +101,33 @@ def yardstick(
     return Outcome(found, fields({"sets": [asdict(row) for row in rows]}, _shown(rows)), tuple(every))
 
 
-def _tasks(sets: Sequence[Path], sink: Sink) -> list[Task]:
+def _tasks(sets: Sequence[Path], sink: Sink) -> list[tuple[Path, Task]]:
     if sets:
-        return [read_task(path) for path in sets]
+        return [(path, read_task(path)) for path in sets]
     if not SETS.is_dir():
         raise RequestError(f"no folder {SETS} here; name the file of a set (docs/yardstick.md)")
-    found: list[Task] = []
+    found: list[tuple[Path, Task]] = []
     for path in sorted(SETS.glob("*.toml")):
         try:
-            found.append(read_task(path))
-        except DataError as error:
+            found.append((path, read_task(path)))
+        except (DataError, StudyError) as error:
             sink.note(f"left out: {error}")
     if not found:
         raise RequestError(f"{SETS}: no set whose data are at hand; docs/datasets.md says where each can be had")
     return found
+
+
+def _usual(path: Path, task: Task) -> dict[str, Method]:
+    """The methods that a set names, by their files as seen from here.
+
+    Raises:
+        RequestError: a file that is not there.
+    """
+    files = [os.path.relpath(path.parent / one) for one in task.said.methods]
+    for file in files:
+        if not Path(file).is_file():
+            raise RequestError(f"{path}: methods: no file {file}")
+    return {file: _method(file) for file in files}
 
 
 def _method(name: str) -> Method:
@@ -120,9 +139,9 @@ def _method(name: str) -> Method:
     path, first = Path(name), name.removeprefix(FIRST)
     if first != name:
         _library(name, first)  # an unknown ship is told before anything is measured
-        return lambda task, asked: _by_ship(_fitted_first(first, task), asked)
+        return lambda task, asked: _by_fit(*_fitted_first(first, task), asked)
     if path.suffix == ".toml" and path.is_file() and "seatrial-study/" in path.read_text(encoding="utf-8"):
-        return lambda task, asked: _by_ship(_fitted(path, task), asked)
+        return lambda task, asked: _by_fit(*_fitted(read_study(path, trials=task.train)), asked)
     if path.is_file() and (path.suffix == ".py" or os.access(path, os.X_OK)):
         return lambda task, asked: _by_program(path, task, asked)
     ship = _library(name, name)
@@ -171,30 +190,51 @@ def _begun(asked: Trial) -> tuple[Trial, np.ndarray]:
 
 
 def _by_ship(ship: Ship, asked: Sequence[Trial]) -> Answers:
+    return _by_fit(ship, {}, frozenset(), asked)
+
+
+def _by_fit(ship: Ship, errors: Errors, made: Collection[str], asked: Sequence[Trial]) -> Answers:
+    """Predictions of a ship whose instruments have errors, as these instruments read them.
+
+    Where the compass is among them, what it is off by at a start is read off the sway before that (`swung`).
+
+    Args:
+        made: velocities that the logger made of track and heading.
+    """
+    turned = any(errors.get(name) for name in _COMPASS)
     answers: list[Trial | None] = []
     for one in asked:
-        filled, state = _begun(one)
+        told = marked(one, {name: ", ".join(SOURCES[name]) for name in made if name in one})
+        right = corrected(told, errors, ship.model)
+        filled, state = _begun(right)
+        off = 0.0
         try:
-            answers.append(replay(ship, filled, begin=(0.0, state)))
+            if turned:
+                state, off = swung(ship, filled.rows(filled.t <= 0.0), state)
+            answer = replay(ship, filled, begin=(0.0, state))
         except SimulationError:
             answers.append(None)
+            continue
+        here = {**errors, "bias.psi": errors.get("bias.psi", 0.0) - off} if turned else errors
+        answers.append(as_logged(answer, here, ship.model, made) if here else answer)
     return answers
 
 
-def _fitted(path: Path, task: Task) -> Ship:
-    study = read_study(path, trials=task.train)
-    return study.estimator.fit(study.problem).ship
+def _fitted(study: Study) -> tuple[Ship, Errors, frozenset[str]]:
+    """The ship of a fit, the errors that all trials share, and velocities that did not count beside the track."""
+    fit, counted = study.estimator.fit(study.problem), study.problem.loss.sigma
+    made = frozenset(SOURCES) - set(counted) if {"x", "y", "psi"} <= set(counted) else frozenset[str]()
+    return fit.ship, shared_by_all(fit.nuisances), made
 
 
-def _fitted_first(ship: str, task: Task) -> Ship:
+def _fitted_first(ship: str, task: Task) -> tuple[Ship, Errors, frozenset[str]]:
     """Fitted by the study that `study new` writes, some of the training trials held out as it does."""
     with tempfile.TemporaryDirectory(prefix="yardstick-") as where:
         folder = Path(where) / "train"
         folder.mkdir()
         write_trials(task.train, folder)
         new_study("new", ship, folder, Path(where) / "study.toml")
-        study = read_study(Path(where) / "study.toml")
-        return study.estimator.fit(study.problem).ship
+        return _fitted(read_study(Path(where) / "study.toml"))
 
 
 def _by_program(path: Path, task: Task, asked: Sequence[Trial]) -> Answers:
@@ -219,7 +259,9 @@ def _by_program(path: Path, task: Task, asked: Sequence[Trial]) -> Answers:
         done = subprocess.run([*command, where], env=around, capture_output=True, text=True, check=False)
         if done.returncode:
             last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-            raise DataError(f"{path} ended with {done.returncode}: {last}")
+            needs = path.with_name("requirements.txt")
+            remedy = f"; pip install -r {needs}" if "ModuleNotFoundError" in last and needs.is_file() else ""
+            raise DataError(f"{path} ended with {done.returncode}: {last}{remedy}")
         there = home / "predicted"
         written = {one.name: one for one in read_trials(there)} if any(there.glob("*.csv")) else {}
     return [written.get(name) for name in names]
