@@ -16,11 +16,16 @@ from garden.others import ESSO, Twin
 from garden.ships import HULL, PROPELLER, RUDDER, Mmg, Ship
 
 SLENDER = {
-    "R_0": 0.0167, "X_vv": -0.0549, "X_vr": 0.08, "X_rr": -0.012, "X_vvvv": -0.0417,
-    "Y_v": -0.2252, "Y_r": 0.0398, "Y_vvv": -1.7179, "Y_vvr": -0.4832, "Y_vrr": -0.8341, "Y_rrr": -0.005,
+    "R_0": 0.0167, "X_vv": -0.0549, "X_vr": -0.0468, "X_rr": -0.012, "X_vvvv": -0.0417,
+    "Y_v": -0.2252, "Y_r": 0.0461, "Y_vvv": -1.7179, "Y_vvr": -0.4832, "Y_vrr": -0.8341, "Y_rrr": -0.005,
     "N_v": -0.1111, "N_r": -0.0465, "N_vvv": -0.1752, "N_vvr": -0.6168, "N_vrr": -0.0512, "N_rrr": -0.0387,
 }  # fmt: skip
-"""KCS, over v' = -beta."""
+"""KCS, over v' = -beta.  Printed with turning terms of the added mass: X_br' - m_y' = -.1084, Y_r' - m_x' = .0398."""
+
+MODEL = 7.0
+"""Length of the models whose R_0 these numbers are [m]."""
+NU = 1.19e-6
+"""Of sea water at 15 C [m^2/s]."""
 
 
 @dataclass(frozen=True)
@@ -158,6 +163,21 @@ def _drawn(table: Mapping[str, float], random: np.random.Generator, share: float
     return {name: value * (1.0 + share * float(random.uniform(-1.0, 1.0))) for name, value in table.items()}
 
 
+def carried(R_0: float, length: float, speed: float, wetted: float) -> float:
+    """R_0 of a model, of a ship of this length [m] at this speed [m/s]: its friction falls with the Reynolds number.
+
+    ITTC 1957 and a form factor of .2; waves by Froude's law.  A model's R_0 at 330 m would be twice that of any ship.
+
+    Args:
+        wetted: wetted surface over L d.
+    """
+
+    def friction(L: float) -> float:
+        return 1.2 * 0.075 / (math.log10(speed * math.sqrt(L / length) * L / NU) - 2.0) ** 2
+
+    return R_0 + wetted * (friction(length) - friction(MODEL))
+
+
 def _made(form: str, length: float, full: float, fault: str, seed: int) -> Stranger:
     """A ship between slender (0) and full (1), drawn by its seed."""
     random = np.random.default_rng([seed, 5])
@@ -171,6 +191,7 @@ def _made(form: str, length: float, full: float, fault: str, seed: int) -> Stran
     D_P, A_R, H_R = (0.62 * d / math.sqrt(screws), length * d / 55.0 / screws, 0.75 * d / math.sqrt(screws))
     mass = 2.0 * volume / (length**2 * d)
     hull = {name: full * HULL[name] + slow * SLENDER[name] for name in HULL}
+    hull["R_0"] = carried(hull["R_0"], length, speed, 1.7 + C_b * beam)  # Denny-Mumford: S = 1.7 L d + C_b L B
     turn = math.radians(2.4) * math.sqrt(max(150.0 / length, 1.0)) * float(random.uniform(0.9, 1.5))
     name = f"{form}_{length:.0f}"
     areas = {"A_T": 0.9 * B * 0.5 * B, "A_L": 0.07 * length**2, "L_OA": 1.04 * length, "s_L": -0.03 * length}
