@@ -60,6 +60,29 @@ def test_it_says_converged_once_a_step_gains_no_more_than_the_tolerance() -> Non
     assert before.done == "stopped after 1 iterations", "a step that gains much is none to stop at"
 
 
+def test_a_step_that_damping_made_short_ends_no_descent() -> None:
+    mile = Mile((SPEED * 1.04 + AGAINST @ [0.6, -0.9]) * HOURS + 1e-3 * np.array([1.0, -2.0, 1.5, 0.5]))
+    rows = np.block([[mile.A, mile.B], [np.zeros((2, 1)), np.sqrt(mile.weight) * np.eye(2)]])
+    exact = np.linalg.lstsq(rows, np.concatenate([mile.found, np.zeros(2)]), rcond=None)[0]
+    near = np.array([0.7]), np.zeros(2)
+    begun = State(*near, mile.cost(*near), damping=1e6)
+    first = minimise(mile, begun, np.array([0.1]), np.array([2.0]), iterations=1, tolerance=1e-4, each=lambda _: None)
+    assert 0.0 < begun.cost - first.cost < 1e-4 * begun.cost, "a step as short as ends a descent by its gain"
+    assert not first.done.startswith("converged")
+    end = minimise(mile, begun, np.array([0.1]), np.array([2.0]), iterations=60, tolerance=1e-4, each=lambda _: None)
+    assert end.done == "converged"
+    assert [*end.p, *end.eta] == pytest.approx(exact, rel=1e-2)
+    # what a step promises is what it gains where all is linear, and at a bound what may be had there
+    normal = Normal.stacked([mile.normal(*near)])
+    moving = np.ones((1, 1), dtype=bool)
+    whole = normal.promised(near[0][None], np.array([0.1]), np.array([2.0]), moving)
+    best = float(np.sum((rows @ exact - np.concatenate([mile.found, np.zeros(2)])) ** 2))
+    settled = mile.normal(*near)
+    eta = near[1] + settled.stacked([settled]).alone()[0]
+    assert whole[0] == pytest.approx(mile.cost(near[0], eta) - best, rel=1e-6)
+    assert normal.promised(near[0][None], np.array([0.1]), near[0], moving)[0] == pytest.approx(0.0, abs=1e-12)
+
+
 def test_at_a_bound_the_currents_take_what_the_log_may_not() -> None:
     mile = Mile((SPEED * 1.04 + AGAINST @ [0.6, -0.9]) * HOURS)
     far = State(np.array([0.9]), np.zeros(2), np.inf, damping=1e-12)

@@ -87,6 +87,12 @@ class Normal:
             eta[:, block.where] -= back[..., -1] + (back[..., :-1] @ (there - p)[:, None, :, None])[..., 0]
         return there, eta
 
+    def promised(self, p: Array, low: Array, high: Array, moving: Mask) -> Array:
+        """Decrease of each objective by the step without damping, were it quadratic, shape (problems,)."""
+        H, g = self.reduced(np.zeros(len(p)))
+        step = steps(H, g, low - p, high - p, moving, _NUDGE)
+        return np.asarray(-((2.0 * g + (H @ step[:, :, None])[:, :, 0]) * step).sum(axis=1))
+
     def alone(self) -> Array:
         """Steps of the nuisances with the parameters held, shape (problems, nuisances)."""
         step = np.zeros((len(self.H), sum(block.where.size for block in self.blocks)))
@@ -232,7 +238,9 @@ def descend(
         p, eta = normal.step(now.p[at], now.eta[at], now.damping[at], low, high, moving[at])
         cost = objective.costs(p, eta, at)
         better = cost <= now.cost[at]
-        little = now.cost[at] - cost <= tolerance * np.abs(cost)
+        little = better & (now.cost[at] - cost <= tolerance * np.abs(cost))
+        little[little] = _no_more(normal.of(little), now.p[at[little]], cost[little], low, high, moving[at[little]],
+                                  tolerance)  # fmt: skip
         now.small[at] = np.where(better, np.where(little, now.small[at] + 1, 0), now.small[at])
         tries[at] = np.where(better, 0, tries[at] + 1)
         now.damping[at] = np.where(better, np.maximum(now.damping[at] * _DOWN, _LEAST), now.damping[at] * _UP)
@@ -244,6 +252,13 @@ def descend(
         now.done[at[tries[at] >= _TRIES]] = "no further decrease"
         if each:
             each(now, stepped)
+
+
+def _no_more(normal: Normal, p: Array, cost: Array, low: Array, high: Array, moving: Mask, tolerance: float) -> Mask:
+    """Whether no step would gain more, shape (problems,): one may have gained little as its damping made it short."""
+    if not len(p):
+        return np.zeros(0, dtype=np.bool_)
+    return np.asarray(normal.promised(p, low, high, moving) <= tolerance * np.abs(cost))
 
 
 def steps(H: Array, g: Array, low: Array, high: Array, moving: Mask, nudge: float) -> Array:
