@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitted_run import DEGREE, PATHS, covariance, truth
-from seatrial.belief.bands.manoeuvring import Bands, bands
+from seatrial.belief.bands.manoeuvring import Bands, bands, straightened
 from seatrial.core.parameters import read
 from seatrial.environment import Uniform
 from seatrial.manoeuvres import Manoeuvre
@@ -50,6 +50,46 @@ def test_a_manoeuvre_without_a_tally_is_read_as_a_whole() -> None:
     assert np.ptp(found.tracks, axis=0) == pytest.approx(0.0, abs=1e-12)
     assert np.isfinite(found.tracks).all()
     assert found.indices
+
+
+def curved(draws: np.ndarray, by: float) -> Bands:
+    """Runs whose figures are bent parabolas of the draws about one half, shape (draws, 2)."""
+    x, y = (draws - 0.5).T
+    figure = 7.0 + 2.0 * x - 3.0 * y + by * (x**2 + x * y)
+    track = np.stack([np.stack([k * figure, figure - k], axis=-1) for k in range(5)], axis=1)
+    return Bands(np.arange(5.0), np.concatenate([track] * 3, axis=2), {"advance": figure, "overshoot": figure - 7.0},
+                 np.full(len(draws), np.nan))  # fmt: skip
+
+
+def test_runs_by_pairs_are_straight_in_the_draws_however_bent_the_figures() -> None:
+    """A parabola about the fit has no odd part: the runs are those of its tangent, in the order of the draws."""
+    half = np.random.default_rng(2).normal(0.5, 0.3, (40, 2))
+    every = np.vstack([np.full((1, 2), 0.5), half, 1.0 - half])
+    tangent = curved(every[1:], 0.0)
+    found = straightened(curved(every, 5.0), 80)
+    np.testing.assert_allclose(found.indices["advance"], tangent.indices["advance"], atol=1e-12)
+    np.testing.assert_allclose(found.tracks, tangent.tracks, atol=1e-12)
+    low, high = found.edges("advance", 0.9)
+    assert 0.5 * (low + high) == pytest.approx(7.0, abs=1e-9), "the fit is in the middle"
+    bent = curved(every[1:], 5.0).indices["advance"]
+    assert np.mean(bent) > 7.2, "draws of a bent figure lie to one side"
+    assert len(straightened(curved(every, 5.0), 79).failed) == 79
+    # what no run has below zero stays there: an angle of overshoot
+    none = curved(every, 5.0)
+    above = Bands(none.t, none.tracks, {"overshoot": np.abs(none.indices["overshoot"])}, none.failed)
+    assert np.min(straightened(above, 80).indices["overshoot"]) == 0.0
+
+
+def test_a_pair_of_which_one_run_failed_has_failed_when_that_did() -> None:
+    every = np.vstack([np.full((1, 2), 0.5), np.full((3, 2), 0.6), np.full((3, 2), 0.4)])
+    made = curved(every, 1.0)
+    made.failed[[2, 5, 6]] = 3.0, 2.0, 4.0
+    made.tracks[2, 3:], made.tracks[5, 2:], made.tracks[6, 4:] = np.nan, np.nan, np.nan
+    made.indices["advance"][6] = np.nan
+    found = straightened(made, 6)
+    assert np.array_equal(found.failed, [np.nan, 2.0, 4.0, np.nan, 2.0, 4.0], equal_nan=True)
+    assert np.isfinite(found.tracks).all(axis=2).sum(axis=1).tolist() == [5, 2, 4, 5, 2, 4]
+    assert np.isnan(found.indices["advance"]).tolist() == [False, False, True, False, False, True]
 
 
 @pytest.mark.slow

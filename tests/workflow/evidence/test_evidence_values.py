@@ -185,9 +185,29 @@ def test_what_bands_do_not_say_is_told_line_by_line() -> None:
 
 
 def test_draws_come_from_the_covariance_or_the_samples_and_say_so() -> None:
-    assert drawing()._law == "drawn from the covariance of the fit, within its bounds"
+    assert drawing()._law == "drawn from the covariance of the fit, within its bounds, and followed by slopes"
     sampled = replace(drawing().held, samples=np.ones((40, 3)))
     assert drawing(held=sampled)._law == "drawn from the 40 samples of the posterior beside the model"
+
+
+def test_draws_of_a_covariance_are_pairs_about_the_fit_within_the_bounds() -> None:
+    held = drawing().held
+    least = (held.mean - 1e-3 * np.abs(held.mean)).tolist()
+    free = tuple(replace(one, low=low) for one, low in zip(held.free, least, strict=True))
+    asked = drawing(held=replace(held, free=free))
+    assert asked._by_slopes
+    assert not drawing(held=replace(held, power=Widened()))._by_slopes
+    assert not drawing(held=replace(held, samples=np.ones((40, 3))))._by_slopes
+    assert not drawing(held=replace(held, fitted=False))._by_slopes
+    drawn, (low, high) = asked._paired, asked.held.bounds
+    half = -(-asked.count // 2)
+    assert np.array_equal(drawn[0], held.mean)
+    assert len(drawn) == 2 * half + 1
+    assert np.array_equal(drawn[1 : half + 1], asked.held.draws(half, 1))
+    mirrored = np.clip(2.0 * held.mean - drawn[1 : half + 1], low, high)
+    np.testing.assert_allclose(drawn[half + 1 :], mirrored, rtol=1e-12)
+    assert np.all((drawn >= low) & (drawn <= high))
+    assert np.any(drawn[half + 1 :] == low), "a bound a thousandth away cuts the mirror image off"
 
 
 def test_where_left_out_trials_say_less_is_told(held: Path) -> None:

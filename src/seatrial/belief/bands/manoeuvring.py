@@ -113,6 +113,28 @@ def bands(
     return _whole(case, vary, start, around, len(draws), threads)
 
 
+def straightened(made: Bands, count: int) -> Bands:
+    """Of runs by a centre, draws about it and their mirror images: what runs would be that depend on a draw by slopes.
+
+    A covariance by Gauss and Newton is that of a fit whose predictions are straight in the parameters.  Trials fix bent
+    ridges, which its draws leave to one side, to ships that no trial allows; so predictions are as straight as the
+    covariance takes them for (Immer, Korzepa and Bauer 2021).  Half the difference of a pair has no even term.
+
+    Args:
+        count: of the runs that are kept.
+    """
+    half = (len(made.failed) - 1) // 2
+
+    def straight(values: Array) -> Array:
+        odd = 0.5 * (values[1 : half + 1] - values[half + 1 :])
+        return values[0] + np.concatenate([odd, -odd])[:count]
+
+    indices = {name: straight(found) if np.any(found < 0.0) else np.maximum(straight(found), 0.0)
+               for name, found in made.indices.items()}  # fmt: skip
+    failed = np.fmin(made.failed[1 : half + 1], made.failed[half + 1 :])
+    return Bands(made.t, straight(made.tracks), indices, np.fmin(np.tile(failed, 2)[:count], made.failed[0]))
+
+
 def step_of(ship: Ship, policy: Manoeuvre, dt: float) -> float:
     """Time step of the runs [s]: that of a single one, or longer where nothing is decided at the steps.
 

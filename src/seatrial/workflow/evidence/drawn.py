@@ -14,7 +14,7 @@ import numpy as np
 
 from ...belief.bands.calibration import Calibration, beside, load
 from ...belief.bands.conformal import unsure
-from ...belief.bands.manoeuvring import STANDING, Bands, bands, read, step_of
+from ...belief.bands.manoeuvring import STANDING, Bands, bands, read, step_of, straightened
 from ...belief.bands.prediction import Runs, manoeuvre, scale_of
 from ...belief.posterior import Posterior
 from ...belief.reading import drawn_from
@@ -163,10 +163,12 @@ class Drawing:
         out_of = self.beyond(run)
         found = self.found if not out_of or not self._told(out_of) or self.extrapolate else None
         if found is None:
-            drawn = self.held.draws(self.count, SEED)
+            drawn = self._paired if self._by_slopes else self.held.draws(self.count, SEED)
             sailed = ship if self.held.fitted else replace(ship, validity={})  # of formulas, which end nowhere sharply
             made = bands(sailed, policy, self.held.names, drawn, speed=speed, duration=run.duration, dt=dt,
                          weather=weather, held=balanced)  # fmt: skip
+            if self._by_slopes:
+                made, drawn = straightened(made, self.count), drawn[1 : self.count + 1]
             basis = basis_of(self.held)
             lines = (self._law,) if self.held.power is None else self.held.power.words
         else:
@@ -174,8 +176,20 @@ class Drawing:
             made, scale, sure = _calibrated(self, found, policy, run, speed, dt, weather, kind)
             basis = CALIBRATED.on(len(set(found.left.groups)))
             lines = _unsure(found, self.level, kind, run.duration, scale, sure, made)
-        lines = (*lines, *self._aside(policy, run, made), *self._caveats(run, out_of, basis, made))
+        lines = (*lines, *self._caveats(run, out_of, basis, made))
         return Sailed(made, drawn, basis, out_of, (basis.words, *lines))
+
+    @property
+    def _by_slopes(self) -> bool:
+        """Whether draws are of a covariance alone, which is that of the fit's slopes."""
+        return self.held.fitted and self.held.samples is None and self.held.power is None
+
+    @property
+    def _paired(self) -> Array:
+        """The fitted numbers, then half of the draws, then the other half: their mirror images about the fit."""
+        held = self.held
+        half = held.draws(-(-self.count // 2), SEED)
+        return np.vstack([held.mean, half, np.clip(2.0 * held.mean - half, *held.bounds)])
 
     @property
     def _law(self) -> str:
@@ -183,20 +197,8 @@ class Drawing:
         held = self.held.samples
         if not self.held.fitted:
             return f"drawn from the sigmas of {len(self.held.free)} numbers, each by itself, within its physical range"
-        return "drawn from the covariance of the fit, within its bounds" if held is None else (
+        return "drawn from the covariance of the fit, within its bounds, and followed by slopes" if held is None else (
             f"drawn from the {len(held)} samples of the posterior beside the model")
-
-    def _aside(self, policy: Manoeuvre, run: Trial, made: Bands) -> tuple[str, ...]:
-        """Indices that the fitted numbers put outside of the band of their own draws."""
-        if not self.held.fitted:
-            return ()
-        at = read(policy, run, self.held.ship.L_pp)
-        edges = {name: made.edges(name, self.level) for name in at}
-        off = [name for name, (low, high) in edges.items() if at[name] < low or at[name] > high]
-        if not off:
-            return ()
-        return (f"{', '.join(_words(off))}: the value by the fitted numbers lies outside of its band, as draws follow "
-                "a straight line where trials fix a curve: read the width of the band, not its place",)
 
     def _caveats(self, run: Trial, out_of: tuple[Beyond, ...], basis: Basis, made: Bands) -> list[str]:
         lines: list[str] = []
