@@ -281,7 +281,8 @@ def test_products_are_those_of_all_rows_by_trial_and_channel() -> None:
     assert grouped.trials == [2, 4]
     np.testing.assert_allclose(grouped.products[1], linear.products[:2].sum(axis=0))
     np.testing.assert_allclose(grouped.squares[0], linear.squares[2:].sum(axis=0))
-    other = linear.testing(world.extra[:, :, ::-1])
+    other = linear.testing(world.extra[:, :, ::-1], linear.extra_slope[:, ::-1])
+    np.testing.assert_allclose(linear.extra_slope, np.einsum("trk,tr->tk", world.extra, world.e))
     np.testing.assert_allclose(other.squares, linear.squares[:, :, ::-1])
     np.testing.assert_allclose(other.gram()[:, :3], linear.gram()[:, :3])
     assert other.A is linear.A
@@ -309,7 +310,7 @@ def test_a_suspect_is_what_a_refit_with_it_gives() -> None:
             for path, by, sd in zip(PATHS, found[:3] - world.p, world.sigma, strict=True):
                 assert one.moves[path] == pytest.approx(by / sd / math.sqrt(size[0]), rel=1e-6)
     same = world.linear()
-    copy = same.testing(world.J[:, :, :1])
+    copy = same.testing(world.J[:, :, :1], same.slope[:, :1])
     assert diagnose._suspicions(copy, np.ones(2), known[:1], covariance, problem) == ()  # type: ignore[arg-type]
 
 
@@ -390,30 +391,38 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     vector = Vector(tuple(Free(path, 0.0) for path in PATHS))
     bad = {"x": channel(size=9.0)}
     assert diagnose._widened(linear, A, trial, Diagnosis({"x": channel()}), vector) is A
-    by_window = np.einsum("tri,tr->ti", world.J, world.e)
-    by_trial = np.array([by_window[trial == k].sum(axis=0) for k in (0, 1)])
-    most = np.diag(A)
-    for scores, times in ((by_window, 5.0 / 4.0), (by_trial, 2.0)):
-        most = np.maximum(most, np.diag(A @ (times * scores.T @ scores) @ A))
     wide = diagnose._widened(linear, A, trial, Diagnosis(bad), vector)
-    np.testing.assert_allclose(np.diag(wide), most, rtol=1e-8)
-    size = np.sqrt(np.outer(np.diag(A), np.diag(A)))
-    np.testing.assert_allclose(wide / np.sqrt(np.outer(most, most)), A / size, rtol=1e-8)
-    # a prior is one more observation, whose score scatters by its own information
-    held = replace(linear, A=world.A + np.diag([0.0, 50.0, 200.0]))
-    back, of_white = np.linalg.inv(held.A), np.diag([1e-9, 1e-9, 1e-9])
-    scatter = [np.diag(back @ (times * scores.T @ scores + np.diag([0.0, 50.0, 200.0])) @ back)
-               for scores, times in ((by_window, 5.0 / 4.0), (by_trial, 2.0))]  # fmt: skip
-    np.testing.assert_allclose(np.diag(diagnose._widened(held, of_white, trial, Diagnosis(bad), vector)),
-                               np.maximum(*scatter), rtol=1e-8)  # fmt: skip
+    windows, trials = (linear.by_groups(group) for group in (np.arange(TRIALS), trial))
+    for way in np.random.default_rng(1).standard_normal((50, 3)) / np.sqrt(np.diag(world.A)):
+        variance = [float(way @ C @ way) for C in (wide, A, windows, trials)]
+        assert variance[0] >= (1.0 - 1e-9) * max(variance[1:]), "no combination is surer than any of the three has it"
+    assert np.array_equal(A, np.linalg.inv(world.A))
     cause = Suspicion("a", "a", "m", 1.0, 100.0, 0.5, 1.0, 0.1, dict(zip(PATHS, (3.0, -2.0, 0.0), strict=True)))
     more = diagnose._widened(linear, A, trial, Diagnosis(bad, (cause, cause)), vector)
-    np.testing.assert_allclose(np.diag(more), most + np.diag(A) * [9.0, 4.0, 0.0], rtol=1e-8)
-    # a prior knows more than residuals that disagree: to 1.2 of the first sigma, and never below the second
-    shares = zip(PATHS, (1.2, 0.5, 99.0), np.sqrt(np.diag(A)), strict=True)
-    held = Vector(tuple(Free(path, 0.0, prior=0.0, sigma=share * sd) for path, share, sd in shares))
-    less = diagnose._widened(linear, A, trial, Diagnosis(bad, (cause, cause)), held)
-    np.testing.assert_allclose(np.diag(less) / np.diag(A), [1.44, 1.0, np.diag(more)[2] / A[2, 2]], rtol=1e-8)
+    shift = np.sqrt(np.diag(A)) * [3.0, -2.0, 0.0]
+    np.testing.assert_allclose(more, wide + np.outer(shift, shift), rtol=1e-8)
+    # a prior knows more than residuals that disagree, of each parameter and of each combination
+    reach = np.sqrt(np.diag(A)) * [1.2, 0.5, 99.0]
+    less = diagnose._widened(replace(linear, reach=reach), A, trial, Diagnosis(bad, (cause, cause)), vector)
+    assert np.all(np.diag(less) <= (1.0 + 1e-9) * reach**2)
+    assert np.linalg.eigvalsh(np.eye(3) - less / np.outer(reach, reach))[0] > -1e-9
+
+
+@pytest.mark.slow
+def test_residuals_that_are_alike_within_a_trial_leave_the_scatter_of_trials_right() -> None:
+    """Refits with new noise, half of it one number a trial and column: their scatter, by trials and as if white."""
+    found, told, white = list[Array](), list[Array](), list[Array]()
+    for seed in range(200):
+        rng, world = np.random.default_rng(seed), World(seed=21)
+        world.y = world.J @ [1.0, 0.1, -5.0] + rng.normal(size=world.y.shape)
+        world.y += np.einsum("trk,tk->tr", world.J / world.J.std(axis=(0, 1)), 0.5 * rng.normal(size=(TRIALS, 3)))
+        found.append(world.p)
+        told.append(np.diag(world.linear().by_groups(np.arange(TRIALS))))
+        white.append(np.diag(np.linalg.inv(world.A)))
+    scatter = np.var(found, axis=0)
+    # two hundred refits know a variance to a tenth
+    np.testing.assert_allclose(np.mean(told, axis=0) / scatter, 1.0, atol=0.3)
+    assert np.all(np.mean(white, axis=0) / scatter < 0.2)
 
 
 def test_fixed_parameters_move_the_free_ones_by_their_error() -> None:
@@ -470,7 +479,8 @@ def test_long_predictions_move_a_regression_by_the_step_to_their_optimum_within_
     vector = Vector((Free("p", 1.0, prior=1.0, sigma=0.5), Free("q", 0.1), Free("s", -5.0)))
     at = world.p + np.array([0.02, 0.001, 0.3])
     e = (world.J @ at - world.y).reshape(TRIALS, ROWS // CHANNELS, CHANNELS)
-    linear = replace(world.linear(), e=e, A=world.A + np.diag([4.0, 0.0, 0.0]))
+    slope = np.einsum("tri,tr->ti", world.J, e.reshape(TRIALS, ROWS))
+    linear = replace(world.linear(), slope=slope, A=world.A + np.diag([4.0, 0.0, 0.0]))
     objective: Any = SimpleNamespace(problem=SimpleNamespace(vector=vector), count=3)
     fit: Any = SimpleNamespace(sigma=np.array([0.1, 0.01, 1.0]), covariance=np.eye(3))
     found, spread = diagnose._pulled(Diagnosis(), linear, at, objective, fit)

@@ -300,7 +300,8 @@ def test_weights_follow_the_residuals_and_initial_states_the_noise(monkeypatch: 
     channels = {"x": channel(noise=0.5, size=3.0, lasting=4.0), "u": channel(noise=0.1, size=0.5, lasting=1.0),
                 "psi": channel(noise=0.2, size=1.0, lasting=9.0)}  # fmt: skip
     then = stages._weighed(replace(problem, nuisance=Nuisance(initial={"x": 7.0})), channels)
-    assert then.loss.sigma == pytest.approx({"x": 1.5, "u": 0.1, "psi": 0.2})
+    # an error that lasts twice as long counts for half as many readings
+    assert then.loss.sigma == pytest.approx({"x": 1.5, "u": 0.1 * 0.5, "psi": 0.2 * 1.5})
     assert (then.loss.correlation, then.loss.weights) == (4.0, {"z*": 2.0})
     assert then.nuisance.initial == {"x": 7.0}
     assert asked == [((), ship.model.motion)]

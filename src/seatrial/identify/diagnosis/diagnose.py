@@ -2,9 +2,9 @@
 
 One Gauss-Newton step from the optimum predicts what estimating one more quantity would change: the objective, that
 quantity, and every parameter (score test, Rao 1948; "modification index" in structural equation models, Soerbom 1989).
-Where the residuals are white, the covariance follows from their size channel by channel; else each sigma is widened to
-the largest of the sandwich estimates by window and by trial (White 1980; Liang and Zeger 1986) and of the shifts that
-the suspects would cause.
+Where the residuals are white, the covariance follows from their size channel by channel; else each combination of
+parameters has the largest variance of that and of the scatter of windows and of trials (White 1980; Liang and Zeger
+1986; Bell and McCaffrey 2002), to which the shifts come that the suspects would cause.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def _pulled(
 ) -> tuple[Diagnosis, Array]:
     """With how far the predictions would move the parameters, to first order, and its square in their covariance."""
     vector, count = objective.problem.vector, objective.count
-    slope = linear.J.reshape(-1, len(p)).T @ linear.e.ravel()
+    slope = linear.slope.sum(axis=0)
     slope[:count] += vector.precision @ (p[:count] - vector.mean)
     step = np.clip(-information.inverse(linear.A) @ slope, -linear.reach, linear.reach)[:count]
     moves = dict(zip(vector.paths, (step / fit.sigma).tolist(), strict=True))
@@ -136,7 +136,7 @@ def _tests(
     problem: Problem,
 ) -> tuple[Array, tuple[Suspicion, ...], tuple[Contradiction, ...], tuple[Differing, ...]]:
     """Covariance for white residuals and noisy inputs, the score tests of the suspects, and trial against trial."""
-    weight, by_inputs = objective.windows.weight, _by_inputs(linear)
+    weight, by_inputs = _independent(objective, channels), _by_inputs(linear)
     # Residuals below the noise do not make an error of an instrument more certain than the noise allows.
     motion = problem.ship.model.motion
     least = np.array([_unit(objective, k) * channels[n].noise if n in channels else 1.0 for k, n in enumerate(motion)])
@@ -173,7 +173,7 @@ def _terms(
     linear: Linear, size: Array, fixed: Mapping[str, float], problem: Problem
 ) -> tuple[Suspicion, ...]:
     """Score tests of the parameters that are held: as relative errors of the values that they have."""
-    held = linear.testing(linear.held / _TENTH)
+    held = linear.testing(linear.held / _TENTH, linear.held_slope / _TENTH)
     known = [Suspect(path, f"an error of {path}, held at {value:.4g},", "%", 0.01) for path, value in fixed.items()]
     covariance = _covariance(linear, np.maximum(size, 1.0)) + _by_inputs(linear)
     found = _suspicions(held, np.maximum(size, 1.0), known, covariance, problem)
@@ -191,7 +191,7 @@ def _moments(linear: Linear, size: Array, problem: Problem) -> Moments:
         drawn = linear.drawn[mine].reshape(both[0].shape[1], -1) / np.sqrt(max(linear.drawn.shape[-1], 1))
         moved = np.concatenate([part @ drawn for part in both])
         scatter[at] += moved @ moved.T
-        slope[at] = np.concatenate([part @ linear.e[mine].ravel() for part in both])
+        slope[at] = np.concatenate([part[mine].sum(axis=0) for part in (linear.slope, linear.extra_slope)])
     cost, rows = float(linear.e.ravel() @ linear.e.ravel()), int(np.count_nonzero(linear.e))
     names = [problem.trials[index].name for index in linear.trials]
     return Moments(names, gram, scatter, slope, information.inverse(linear.A), cost, rows)
@@ -280,6 +280,13 @@ def _channels(
     return out, size
 
 
+def _independent(objective: TrajectoryObjective, channels: Mapping[str, Channel]) -> Array:
+    """Share of the residuals of each channel that counts as independent, shape (motion,): all where each counts."""
+    cut, motion = objective.windows, objective.problem.ship.model.motion
+    own = [min(cut.dt * cut.every / channels[n].lasting, 1.0) if n in channels else cut.weight for n in motion]
+    return np.array(own) if cut.weight < 1.0 else np.ones(len(motion))
+
+
 def _left(linear: Linear) -> Array:
     """What the parameters do not take up of the draws of the noise of inputs, shape (lanes * rows * motion, draws)."""
     return linear.drawn - linear.J @ (information.inverse(linear.A) @ linear.mixed(linear.J, linear.drawn))
@@ -308,7 +315,7 @@ def _suspicions(
     by_channel = linear.squares.sum(axis=0)
     squares, sized_squares = by_channel.sum(axis=0), size @ by_channel
     both = [part.reshape(e.size, -1).T for part in (linear.J, linear.extra)]
-    slope, extra_slope = (part @ e for part in both)
+    slope, extra_slope = linear.slope.sum(axis=0), linear.extra_slope.sum(axis=0)
     drawn = linear.drawn.reshape(e.size, -1) / np.sqrt(max(linear.drawn.shape[-1], 1))
     moved, extra_moved = (part @ drawn for part in both)
     out: list[Suspicion] = []
@@ -343,7 +350,8 @@ def _moves(
         return owns[k] * estimates[k]
     own = np.array([owns[i] for i in pair])
     columns = (np.tensordot(own, linear.J, axes=(1, 2)) + np.moveaxis(linear.extra[..., pair], -1, 0)).reshape(2, -1)
-    return -np.linalg.pinv(columns @ columns.T, hermitian=True) @ (columns @ linear.e.ravel()) @ own
+    slope = own @ linear.slope.sum(axis=0) + linear.extra_slope.sum(axis=0)[pair]
+    return -np.linalg.pinv(columns @ columns.T, hermitian=True) @ slope @ own
 
 
 def _by_inputs(linear: Linear) -> Array:
@@ -387,27 +395,19 @@ def _errors(objective: TrajectoryObjective, p: Array, covariance: Array) -> tupl
 def _widened(
     linear: Linear, covariance: Array, trial: Any, diagnosis: Diagnosis, vector: Vector
 ) -> Array:
-    """Covariance with each sigma widened where the model does not explain the data, to that of its prior at most."""
+    """Covariance, wider where the model does not explain the data, and nowhere wider than without them."""
     if not diagnosis.lacking:
         return covariance
-    back, n = information.inverse(linear.A), len(linear.A)
-    prior = linear.A - linear.gram()[:, :n]
-    by_window = (linear.J.transpose(0, 2, 1) @ linear.e.reshape(len(linear.e), -1, 1))[:, :, 0]
-    most = np.diag(covariance).copy()
-    names = np.unique(trial)
-    by_trial = np.array([by_window[trial == name].sum(axis=0) for name in names])
-    for scores in (by_window, by_trial):
-        if len(scores) > 1:
-            meat = len(scores) / (len(scores) - 1.0) * scores.T @ scores + prior
-            most = np.maximum(most, np.diag(back @ meat @ back))
-    count = len(vector)
+    wide, count = covariance.copy(), len(vector)
+    for group in (np.arange(len(trial)), trial):
+        if len(np.unique(group)) > 1:
+            wide = information.larger(wide, linear.by_groups(group))
+    sigma = np.sqrt(np.diag(covariance))[:count]
     acting = [one for one in diagnosis.suspicions if one.matters and one.possible]
     for cause in (*acting[:1], *diagnosis.differing[:1]):
-        shift = np.array([cause.moves[path] for path in vector.paths])
-        most[:count] += np.diag(covariance)[:count] * shift**2
-    most[:count] = np.minimum(most[:count], np.maximum(vector.sigma**2, np.diag(covariance)[:count]))
-    factor = np.sqrt(most / np.maximum(np.diag(covariance), 1e-300))
-    return factor[:, None] * covariance * factor[None, :]
+        shift = sigma * [cause.moves[path] for path in vector.paths]
+        wide[:count, :count] += np.outer(shift, shift)
+    return information.smaller(np.diag(linear.reach**2), wide)
 
 
 def _influence(

@@ -12,6 +12,7 @@ from ...data import Array
 from ...environment import CHANNELS
 from .. import Problem
 from ..noise import between_rows, input_noise
+from ..posterior import information
 from ..trajectory.objective import TrajectoryObjective
 from ..trajectory.suspects import Suspect
 
@@ -37,6 +38,9 @@ class Linear:
         trial: index of the trial of each lane, shape (lanes,).
         products: of the parameters with these and suspects, by trial and channel (trials, motion, n, n + suspects).
         squares: of the suspects, by trial and channel, shape (trials, motion, suspects).
+        slope, extra_slope, held_slope: derivatives of half the objective, without the priors of the parameters, by
+            parameters, suspects and fixed parameters, shape (lanes, count).  They are those of the fit with its
+            nuisances at their best: what the prior of a start asks is in them, and not in `e`.
         A: information on the parameters, that of priors and intervals included, shape (parameters, parameters).
         reach: how far each parameter may be off where nothing is known, shape (parameters,).
     """
@@ -50,33 +54,47 @@ class Linear:
     trial: Any
     products: Array
     squares: Array
+    slope: Array
+    extra_slope: Array
+    held_slope: Array
     A: Array
     reach: Array
 
     @staticmethod
     def of(
-        e: Array, columns: Array, counts: tuple[int, ...], leverage: Array, trial: Any, before: tuple[Array, Array]
-    ) -> Linear:
+        e: Array, columns: Array, counts: tuple[int, ...], leverage: Array, trial: Any,
+        before: tuple[Array, Array], slopes: Array | None = None,
+    ) -> Linear:  # fmt: skip
         """From columns side by side, shape (lanes, rows * motion, parameters + suspects + fixed + draws).
 
         Args:
             before: information of priors and intervals, shape (parameters, parameters), and the reach, (parameters,).
+            slopes: derivatives by all of them of half the objective, shape (lanes, parameters + ...); None takes those
+                of `e`, as there are no nuisances.
         """
         J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
+        slopes = np.einsum("lrc,lr->lc", columns, e.reshape(len(e), -1)) if slopes is None else slopes
+        of_each = np.split(slopes, np.cumsum(counts)[:-1], axis=-1)[:3]
         products, squares = _by_channel(columns[..., : counts[0] + counts[1]], counts[0], trial, e.shape[2])
         A = products.sum(axis=(0, 1))[:, : counts[0]] + before[0]
-        return Linear(e, J, extra, held, drawn, leverage, trial, products, squares, A, before[1])
+        return Linear(e, J, extra, held, drawn, leverage, trial, products, squares, *of_each, A, before[1])
 
     @property
     def trials(self) -> list[int]:
         """Indices of the trials, in the order of `products`."""
         return np.unique(self.trial).tolist()
 
-    def testing(self, extra: Array) -> Linear:
-        """The same with other suspects."""
+    def testing(self, extra: Array, slope: Array) -> Linear:
+        """The same with other suspects, their columns and derivatives as of `extra` and `extra_slope`."""
         whole = np.concatenate([self.J, extra], axis=-1)
         products, squares = _by_channel(whole, self.J.shape[-1], self.trial, self.e.shape[2])
-        return replace(self, extra=extra, products=products, squares=squares)
+        return replace(self, extra=extra, products=products, squares=squares, extra_slope=slope)
+
+    def by_groups(self, group: Any) -> Array:
+        """Covariance of the parameters by the scatter of groups of lanes, shape (lanes,); see `information`."""
+        parts = [np.flatnonzero(group == one) for one in np.unique(group)]
+        return information.by_groups(self.A, (self.mixed(self.J[mine], self.J[mine]) for mine in parts),
+                                     (self.slope[mine].sum(axis=0) for mine in parts))  # fmt: skip
 
     def freed(self, precision: Array) -> Linear:
         """The same with wider priors of the first parameters, so that no misfit of the ship goes to an instrument.
@@ -122,6 +140,7 @@ def linearised(
     whole *= scale[..., None]
     whole[(scale == 0.0) | ~np.isfinite(whole).all(axis=-1)] = 0.0
     columns = whole.reshape(len(whole), -1, n + k + h + d)
+    slopes_of_all = np.einsum("lrc,lr->lc", columns, e.reshape(len(e), -1))
     weighted = slopes * scale[..., None]
     weighted[scale == 0.0] = 0.0
     leverage = np.zeros((len(columns), columns.shape[1]))
@@ -142,7 +161,7 @@ def linearised(
         columns[mine] = (mixed - flat @ (back @ mixed)).reshape(columns[mine].shape)
         leverage[mine] = np.einsum("rk,kr->r", flat, back).reshape(leverage[mine].shape)
     return Linear.of(e, columns, (n, k, h, d), leverage.reshape(scale.shape), objective.windows.trial,
-                     objective.before(p))  # fmt: skip
+                     objective.before(p), slopes_of_all)  # fmt: skip
 
 
 def _derivatives(

@@ -193,12 +193,17 @@ def _whole(name: str) -> tuple[str, ...]:
 
 
 def _weighed(problem: Problem, channels: Mapping[str, Channel]) -> Problem:
-    """The problem with the residual weights and the correlation time that a fit has left."""
-    sigma = {name: one.noise * max(one.size, 1.0) for name, one in channels.items()}
-    lasting = sorted(one.lasting for one in channels.values())
+    """The problem with the residual weights and the correlation time that a fit has left.
+
+    A channel weighs by how long its own errors last: a fix wanders for a minute while a gyro forgets within a second,
+    and one time for both would leave the track too sure of itself and the gyro unheard.
+    """
+    times = sorted(one.lasting for one in channels.values())
+    lasting = times[len(times) // 2]
+    sigma = {name: one.noise * max(one.size, 1.0) * math.sqrt(one.lasting / lasting) for name, one in channels.items()}
     level = noise(problem.trials, problem.ship.model.motion)
     initial = dict(problem.nuisance.initial) or {name: level[name] for name in channels}
     return replace(
-        problem, loss=Loss(sigma, lasting[len(lasting) // 2], problem.loss.weights),
+        problem, loss=Loss(sigma, lasting, problem.loss.weights),
         nuisance=replace(problem.nuisance, initial=initial),
     )  # fmt: skip
