@@ -13,6 +13,7 @@ from seatrial.core.parameters import Free, values
 from seatrial.data import Array, Trial
 from seatrial.environment import Uniform
 from seatrial.identify import Estimator, Fit, Loss, Nuisance, Problem, StudyError
+from seatrial.identify.diagnosis.linear import linearised
 from seatrial.identify.diagnosis.stages import started
 from seatrial.identify.population.evolution import Evolution
 from seatrial.identify.shooting.logo import Shooting
@@ -132,6 +133,46 @@ def test_a_planted_error_is_named_first_and_nothing_is_identified(
     assert "identified" not in {verdict.status for verdict in fit.verdicts}
     assert first.words in " ".join(fit.diagnosis.lines)
     assert all(factor >= 1.0 for factor in fit.diagnosis.widened.values())
+
+
+def test_the_slopes_of_a_fit_are_those_of_its_objective_with_the_starts_at_their_best() -> None:
+    """What the prior of a start asks is a part: without it a fit at its optimum would seem to be on a slope."""
+    problem = _problem(_logs(), Nuisance(initial=SENSORS))
+    objective = TrajectoryObjective.like(problem, Trajectory())
+    p = problem.vector.start
+    linear = linearised(objective, p, objective.begun(p), (), {}, problem)
+    wanted, tiny = np.zeros(len(p)), 1e-4 * np.abs(p)
+    for k, by in enumerate(tiny):
+        ends = p + np.outer([1.0, -1.0], by * np.eye(len(p))[k])
+        there, back = (float(objective.settled(end[None])[0].cost[0]) for end in ends)
+        wanted[k] = (there - back) / (4.0 * by)  # of half the objective
+    assert linear.slope.sum(axis=0) == pytest.approx(wanted, rel=0.02)
+
+
+def _wandering(seed: int) -> Callable[[Channels], None]:
+    """Fixes that wander by 3 m within two minutes, three times as far as they scatter."""
+    rng = np.random.default_rng(100 + seed)
+
+    def plant(channels: Channels) -> None:
+        for name in ("x", "y"):
+            drawn, now = rng.standard_normal(len(channels[name])), 0.0
+            keep = math.exp(-1.0 / 120.0)
+            for k, one in enumerate(drawn):
+                now = keep * now + math.sqrt(1.0 - keep * keep) * one if k else one
+                channels[name][k] += 3.0 * now
+
+    return plant
+
+
+def test_fixes_that_wander_leave_the_ranges_of_a_fit_right() -> None:
+    found: list[float] = []
+    for seed in range(6):
+        fit = Trajectory().fit(_problem(_logs(_wandering(seed), seed=seed)))
+        found += _z(fit).tolist()
+        assert fit.diagnosis is not None
+        assert fit.diagnosis.channels["x"].lasting > 5.0 * fit.diagnosis.channels["r"].lasting
+    assert np.sqrt(np.mean(np.square(found))) < 1.4
+    assert np.mean(np.abs(found) < 1.96) >= 0.85
 
 
 def test_a_stated_error_model_is_no_more_certain_than_what_is_wrong_allows() -> None:

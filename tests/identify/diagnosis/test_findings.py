@@ -309,6 +309,16 @@ def test_weights_follow_the_residuals_and_initial_states_the_noise(monkeypatch: 
     assert stages._weighed(problem, two).nuisance.initial == {"x": 0.5, "u": 0.1}
 
 
+def test_residuals_count_by_how_long_those_of_their_channel_last() -> None:
+    cut = SimpleNamespace(dt=0.5, every=4, weight=0.1)
+    objective: Any = SimpleNamespace(
+        windows=cut, problem=SimpleNamespace(ship=SimpleNamespace(model=SimpleNamespace(motion=("x", "u", "r")))))
+    channels = {"x": channel(lasting=40.0), "r": channel(lasting=1.0)}
+    assert diagnose._independent(objective, channels).tolist() == [0.05, 0.1, 1.0]
+    cut.weight = 1.0
+    assert diagnose._independent(objective, channels).tolist() == [1.0, 1.0, 1.0]
+
+
 def test_alternatives_count_their_moves_in_sigmas_and_stand_among_the_suspects(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[Any] = []
     found = suspicion(name="exchange", drop=500.0)
