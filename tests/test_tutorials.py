@@ -99,4 +99,4 @@ def test_they_print_what_they_say(path: Path, place: Path) -> None:
 
 
 def test_every_tutorial_is_found() -> None:
-    assert {path.stem for path in TUTORIALS} >= {"estimate", "fine-tuning"}
+    assert {path.stem for path in TUTORIALS} >= {"estimate", "fine-tuning", "blueboat"}

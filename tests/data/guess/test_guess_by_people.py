@@ -6,13 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from columns import TABLE, column, signal
 from turning_log import SCHEMA, fixes, table, trials, truth
 
-from seatrial.data import Trial
+from seatrial.data import Array, Trial
 from seatrial.data.guess import guess
 from seatrial.data.guess.layout import decoded, groups, read_text, told_apart
+from seatrial.data.guess.logs import Topic, _moved
 from seatrial.data.guess.motion import _aside, _gons
 from seatrial.data.guess.naming import meanings, tokens, unit_of
+from seatrial.data.guess.thrust import _scaled
 from workbooks import write_sheets
 
 KNOT = 1852.0 / 3600.0
@@ -202,3 +205,25 @@ def test_a_remark_that_looks_like_a_row_is_not_the_first(tmp_path: Path) -> None
     log.write_text("Samples\t600\n***End***\n" + log.read_text())
     assert read_text(log).heads == ("t", "psi")
     assert read_text(log).layout.skip == 2
+
+
+def test_the_pulse_of_rest_is_the_commonest_one_near_the_neutral() -> None:
+    """Not that of a thrust which was held for longer."""
+    pulses = [1510.0] * 20 + [1750.0] * 60 + [1504.0] * 5 + [1250.0] * 15
+    keys, values, _ = _scaled(signal("throttle_1", pulses), "throttle")
+    assert keys["offset"] == f"{-1510.0 / 410.0:.10g}"
+    assert values[[0, 20]] == pytest.approx([0.0, 240.0 / 410.0])
+
+
+def test_of_recordings_with_two_motors_the_one_that_drives_both_ways_is_looked_at() -> None:
+    """Straight runs tell no side and spins no sense; a heading that crosses north has not moved."""
+    wave, other = np.sin(np.arange(100) / 5.0), np.sin(np.arange(100) / 9.0)
+
+    def far(port: Array, starboard: Array) -> float:
+        columns = tuple(column(values, name, means=tuple(meanings(name))) for name, values in (
+            ("thr_left", port), ("thr_right", starboard), ("yaw", 360.0 * (np.arange(100) % 2))))  # fmt: skip
+        return _moved(Topic("a.csv", TABLE, columns, None))[0]
+
+    assert far(wave, wave) == pytest.approx(0.0)
+    assert far(wave, -wave) == pytest.approx(0.0)
+    assert far(wave, other) > 10.0

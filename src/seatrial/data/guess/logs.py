@@ -236,9 +236,19 @@ def _signed(columns: tuple[Column, ...]) -> tuple[Column, ...]:
 
 
 def _moved(topic: Topic) -> tuple[float, float]:
-    """How far the rudder, or else the heading, goes to and fro, and its range; noise alone goes far in a small one."""
+    """How far the rudder goes to and fro, and its range; noise alone goes far in a small one.
+
+    Without a rudder it is two motors, as far as both together and one against the other go, else the heading.
+    """
     found = signals(topic.columns, topic.clock.heads if topic.clock else ())
+    pair = next(((found[f"{one}_1"].values, found[f"{one}_2"].values) for one in ("throttle", "force")
+                 if "delta" not in found and {f"{one}_1", f"{one}_2"} <= set(found)), None)  # fmt: skip
     values = next((found[role].values for role in ("delta", "heading", "yaw", "r") if role in found), np.zeros(2))
+    ways = [_to_and_fro(one) for one in ((pair[0] + pair[1], pair[0] - pair[1]) if pair else (values,))]
+    return min(far for far, _ in ways), max(range_ for _, range_ in ways)
+
+
+def _to_and_fro(values: Array) -> tuple[float, float]:
     some = values[np.isfinite(values)]
     some = some[:: max(some.size // 100, 1)]
     return (float(np.abs(np.diff(some)).sum()), float(np.ptp(some))) if some.size else (0.0, 0.0)

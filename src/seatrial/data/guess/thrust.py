@@ -82,8 +82,9 @@ def _scaled(signal: Signal, channel: str) -> tuple[dict[str, str], Array, list[s
         return {"unit": quoted(unit)}, values, [*doubts, "a force by its name; whether it was measured is not said"]
     good = values[np.isfinite(values)]
     if good.size and _PULSES[0] < good.min() <= good.max() < _PULSES[1]:
-        usual, often = Counter(good.tolist()).most_common(1)[0]
-        zero = usual if abs(usual - _NEUTRAL) < _NEAR and often > _RESTING * good.size else _NEUTRAL
+        usual = (one for one, often in Counter(good.tolist()).most_common()
+                 if abs(one - _NEUTRAL) < _NEAR and often > _RESTING * good.size)  # fmt: skip
+        zero = next(usual, _NEUTRAL)
         # all pulses that a controller takes stay within full thrust either way, wherever its zero is
         most = _MOST + abs(zero - _NEUTRAL)
         doubt = f"taken as pulses of {zero:g} us for no thrust and {most:g} us either way for all of it"
