@@ -232,6 +232,7 @@ def test_weather_is_within_its_range_and_from_all_sides() -> None:
     ({"weather": Around(wind_from=(1.0, 0.5))}, "weather.wind_from: 1 to 0.5; the least comes first"),
     ({"encounters": Encountered(kinds=("fishing",) * 4)}, "encounters.kinds: 4 of them; 3 ships are met at most"),
     ({"encounters": Encountered(kinds=("fishing",)), "stack": Stack(command="python a.py")}, "is not told kinds"),
+    ({"sensors": Sensing(), "stack": Stack(speaks="signalk", command="python a.py")}, "Signal K tells ships"),
     ({"waters": Where(safety=20.0)}, "is of a chart; give chart too"),
     ({"waters": Where(at=(1.0, 0.0))}, "is of a chart; give chart too"),
     ({"waters": Where(chart="none")}, r"waters\.chart: .*none"),

@@ -230,6 +230,8 @@ class Setup:
                                "met at most")  # fmt: skip
         if any(file.encounters.kinds) and isinstance(stack, Wiring):
             raise RequestError("encounters.kinds: a program is not told kinds of ships; a stack that is called is")
+        if file.sensors is not None and isinstance(file.stack, Stack) and file.stack.speaks == "signalk":
+            raise RequestError("sensors: Signal K tells ships as they are; let the program steer by nmea")
         mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, *_beside(file, folder)])
         grounds = grounds_of(folder / file.ship) if file.ship.endswith(".toml") else None
         return Setup(file, ship, known, met, stack, Rules(), mark, waters_of(file, ship, folder), grounds)
