@@ -56,7 +56,7 @@ def constant_velocity(trial: Trial, restart: float | None, begin: Array | None =
     rows before it are NaN.  With `begin`, a state of shape (6,), the first segment begins in that state at the first
     row.
     """
-    state, segment = begun(trial)[0], segments(trial.t, restart)
+    state, segment = begun(trial)[0].copy(), segments(trial.t, restart)
     out = np.full_like(state, np.nan)
     if begin is not None:
         state[0] = begin
