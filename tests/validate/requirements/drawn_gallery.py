@@ -42,7 +42,7 @@ _GEOSIMS = ("kvlcc2", "kcs", "seiun_maru", "esso_osaka_3m", "gms_110", "twin_vir
             "milliampere")  # fmt: skip
 _LOADED = ("kvlcc2", "kcs", "seiun_maru", "esso_osaka_3m", "suzaku", "gms_110", "twin_virtual")
 _SHARE = {"K": 0.1, "T": 0.1, "T_1": 0.1, "T_2": 0.1, "T_3": 0.1, "alpha": 0.2, "Y_b": 0.12, "N_b": 0.1, "X_0": 0.15,
-          "Y_uv": 0.12, "N_uv": 0.1, "Y_uuv": 0.12, "N_uuv": 0.1, "N_uur": 0.1, "C_R": 0.15, "m_11": 0.03}  # fmt: skip
+          "Y_uv": 0.12, "N_uv": 0.1, "Y_uuv": 0.12, "N_uuv": 0.1, "N_uur": 0.1, "C_R": 0.15}  # fmt: skip
 """Scatter of numbers beside those of `gallery.SCATTER`."""
 
 
@@ -76,6 +76,7 @@ def scattered(base: str, seed: int) -> Ship:
     ship, random = good(base), np.random.default_rng(seed)
     shares = gallery.SCATTER | _SHARE
     drawn = {name: 1.0 + share * float(random.uniform(-1.0, 1.0)) for name, share in shares.items()}
+    drawn["N_d"] = drawn["Y_d"]  # one force of the rudder, at its place
     own = {path: float(x) for path, x in values(ship.model).items() if np.ndim(x) == 0 and path[:5] != "waves"}
     new = {path: x * drawn[name] for path, x in own.items() if (name := path.rpartition(".")[2]) in drawn}
     moved = replace(ship, model=update(ship.model, new), n_P=None)

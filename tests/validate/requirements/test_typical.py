@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,12 @@ import pytest
 
 from seatrial.actuators import Actuators
 from seatrial.core.parameters import update, values
-from seatrial.ships import Ship
+from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import load
-from seatrial.validate.requirements import Finding, judged, plausible, typical
+from seatrial.validate.requirements import Finding, Item, judged, plausible, typical, whole
 from seatrial.validate.requirements import thresholds as limit
 from seatrial.validate.requirements.probe import Probe
-from seatrial.validate.requirements.scopes import judge
+from seatrial.validate.requirements.scopes import checked, judge
 from seatrial.validate.requirements.thresholds import most
 
 
@@ -206,7 +207,29 @@ def test_a_ship_of_no_inertia_is_told_by_its_forces_and_not_run(monkeypatch: pyt
     monkeypatch.setattr(Probe, "sail", lambda *_, **__: runs.append(1.0))
     table = judge(ship, "berthing", Probe.of(ship))
     assert not runs
-    assert {judgement.verdict for _, judgement in table.rows} == {"fail"}
+    assert table.failed == ("4",)
+    assert table.count("not judged") == 13
     (reason,) = (judgement.reason for item, judgement in table.rows if item.check is plausible.plausible)
     assert "inertia" in reason
-    assert all("not run" in one.reason for item, one in table.rows if item.check is not plausible.plausible)
+    assert all("not run" in one.reason for item, one in table.rows if item.number != "4")
+
+
+def test_a_run_that_is_refused_fails_its_item() -> None:
+    def refused(p: Any) -> Any:
+        raise ShipError("2e6 rows")
+
+    found = checked(Item("1", "a run", refused), SimpleNamespace(quickest=1.0))  # type: ignore[arg-type]
+    assert found.verdict == "fail"
+    assert "2e6 rows" in found.reason
+
+
+@pytest.mark.slow
+def test_a_full_ship_is_doubted_at_the_speed_of_a_fast_one() -> None:
+    """A Rhine vessel of C_b .88 at 7.8 m/s, F_n .24: fuller by a quarter than ships as fast (Watson and Gilfillan)."""
+    ship = load("gms_110")
+    slow, fast = (Probe.of(replace(ship, speed=u)) for u in (4.0, 7.776))
+    blocks = {p.U: next(one for one in whole.findings(p) if "ships as fast" in one.what) for p in (slow, fast)}
+    assert blocks[4.0].holds
+    assert blocks[7.776].doubt
+    assert not blocks[7.776].holds
+    assert blocks[7.776].value == pytest.approx(0.8836 / (0.7 + 0.125 * math.atan(-0.1708)), rel=0.01)

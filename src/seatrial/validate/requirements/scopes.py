@@ -158,9 +158,10 @@ SCOPES: Mapping[str, tuple[Item, ...]] = MappingProxyType({
 
 
 def checked(item: Item, p: Probe) -> Judgement:
-    """The judgement of an item; a ship that blows up in a run of it fails, and one too quick to be run at all."""
+    """The judgement of an item; a ship that blows up in a run of it fails, one that is too quick is not run."""
     if p.quickest > limit.QUICK.far.high and item.check not in (plausible, _open_source, _elsewhere):
-        return Judgement("fail", f"not run: a motion of the ship dies out within 1/{p.quickest:.0f} of a length")
+        why = f"a motion dies out within 1/{p.quickest:.0f} of a length: mass, inertia or damping is that of no ship"
+        return Judgement("not judged", f"not run: {why}")
     try:
         return item.check(p)
     except (SimulationError, ShipError, ArithmeticError, np.linalg.LinAlgError) as error:

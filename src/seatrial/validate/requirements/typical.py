@@ -60,8 +60,8 @@ def at_first(p: Probe) -> Iterator[Finding]:
     if not p.conventional:
         return
     angle = min(_AT_FIRST, p.limit)
-    t, runs = p.drift([p.state(p.U)] * 2, [p.controls(p.n_P, side * angle) for side in (1, -1)], p.unit_time)
-    turned = float(runs[0, -1, 2] - runs[1, -1, 2]) / (2.0 * angle) * p.unit_time / float(t[-1])
+    _, runs = p.drift([p.state(p.U)] * 2, [p.controls(p.n_P, side * angle) for side in (1, -1)], p.unit_time)
+    turned = float(runs[0, -1, 2] - runs[1, -1, 2]) / (2.0 * angle)
     wrong = "the first answer of yaw to the rudder is no ship's: gain K, time constant T, speed U, inertia or rudder"
     yield from ranged("heading after one length over the rudder angle", turned, "-", limit.AT_FIRST, wrong)
 

@@ -25,7 +25,7 @@ _SLENDER, _DRAUGHT, _BREADTH = 0.52, 0.05, 2.6
 """d^2 L over the volume, d/L and B/d of a usual ship, for files that do not have them."""
 _LITTLE, _DRIFT, _TURN, _HELM = 0.02, 0.3, 0.5, 0.1
 """v_m/U and r L/U of slopes; of a hard turn; rudder of slopes [rad]."""
-_NU = 1.19e-6
+_NU, _RHO = 1.19e-6, 1025.0
 _SPEED = 0.1
 """Share of U about a speed that slopes of surge are taken over."""
 
@@ -46,9 +46,10 @@ class Whole:
 
     @cached_property
     def volume(self) -> float:
-        """Displaced volume [m^3]; NaN where the mass is unknown."""
-        m = float(self.p.ship.model.displaced)
-        return m / 1025.0 if m > 0.0 and self.p.ship.model.takes("wind") else math.nan
+        """Displaced volume [m^3], in the water of the file; NaN where the mass is unknown."""
+        model = self.p.ship.model
+        m, rho = float(model.displaced), float(getattr(model.part("body"), "rho", _RHO))
+        return m / rho if m > 0.0 and rho > 0.0 and model.takes("wind") else math.nan
 
     @cached_property
     def form(self) -> tuple[float, float, float]:
