@@ -271,6 +271,13 @@ def figures(outcomes: Sequence[Outcome]) -> list[str]:
     return lines
 
 
+def recorded(outcomes: Sequence[Outcome], arguments: Sequence[str]) -> str:
+    """The outcomes as JSON, with the command that made them and the figures of the whole."""
+    rows = ",\n  ".join(json.dumps(asdict(one)) for one in outcomes)
+    command = json.dumps(" ".join(["PYTHONPATH=src:tests python -m strangers.run", *arguments]))
+    return f'{{"command": {command},\n "figures": {json.dumps(figures(outcomes))},\n "outcomes": [\n  {rows}]}}\n'
+
+
 def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="SHIP", choices=[*BY_NAME, []])
@@ -289,7 +296,7 @@ def main(arguments: Sequence[str]) -> int:
         sys.stderr.write(table(outcomes[-1:]).splitlines()[1] + "\n")
     sys.stdout.write(table(outcomes) + "\n")
     if asked.json:
-        asked.json.write_text(json.dumps([asdict(o) for o in outcomes], indent=1) + "\n", encoding="utf-8")
+        asked.json.write_text(recorded(outcomes, arguments), encoding="utf-8")
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import tomllib
 from collections import Counter
@@ -16,8 +17,8 @@ from garden.ships import held_speed, revolutions
 from seatrial.core.files import read_toml
 from seatrial.ships.estimate import estimate
 from strangers.logs import DEG, FAULTS, JITTER, heavy, lasting, read, sheet, trials, unseen, weather, written
-from strangers.run import Outcome, _is, figures, followed, one, table
-from strangers.ships import BY_NAME, JUDGES, STRANGERS, Alike
+from strangers.run import Outcome, _is, figures, followed, one, recorded, table
+from strangers.ships import BY_NAME, JUDGES, STRANGERS, Alike, carried
 
 QUICK = ("mmg_8", "mmg_24")
 """Ships of the slow tier, one without a fault and one with."""
@@ -186,6 +187,21 @@ def test_what_is_counted() -> None:
     assert "planted faults named: 1 of 1" in text
     assert "inside the bands: 2 of 4" in text
     assert "refused: no" in table([Outcome("b", "", refused="no")])
+
+
+def test_outcomes_are_kept_with_their_command_and_figures() -> None:
+    told = json.loads(recorded([_outcome(), Outcome("b", "", refused="no")], ["a", "b"]))
+    assert told["command"] == "PYTHONPATH=src:tests python -m strangers.run a b"
+    assert told["figures"][0].startswith("2 ships, 1 refused")
+    assert [o["name"] for o in told["outcomes"]] == ["a", "b"]
+    assert told["outcomes"][0]["off"]["weak"] == {"s": 0.1}
+
+
+def test_the_resistance_of_a_model_is_carried_to_a_ship_by_friction() -> None:
+    """KVLCC2: .022 of the 7 m model is .0136 at 320 m (S over L d 4.0), and the same at 7 m."""
+    assert carried(0.022, 7.0, 1.18, 4.0) == 0.022
+    assert carried(0.022, 320.0, 7.97, 4.0) == pytest.approx(0.0136, rel=0.1)
+    assert carried(0.022, 20.0, 2.0, 4.0) > carried(0.022, 100.0, 4.5, 4.0)
 
 
 STUDY = """[data]
