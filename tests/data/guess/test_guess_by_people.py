@@ -13,9 +13,9 @@ from seatrial.data import Array, Trial
 from seatrial.data.guess import guess
 from seatrial.data.guess.layout import decoded, groups, read_text, told_apart
 from seatrial.data.guess.logs import Topic, _moved
-from seatrial.data.guess.motion import _aside, _gons
+from seatrial.data.guess.motion import _aside, _gons, _whole
 from seatrial.data.guess.naming import meanings, tokens, unit_of
-from seatrial.data.guess.thrust import _scaled
+from seatrial.data.guess.thrust import _scaled, halves_of_rudder
 from workbooks import write_sheets
 
 KNOT = 1852.0 / 3600.0
@@ -94,13 +94,16 @@ def test_of_columns_of_one_name_the_later_ones_get_a_number(tmp_path: Path) -> N
     ("船首方位", "heading"), ("対地速力(kn)", "sog"), ("対地針路", "cog"), ("舵角", "delta"), ("纬度", "latitude"),
     ("经度", "longitude"), ("对地航速", "sog"), ("对地航向", "cog"), ("航向", "heading"), ("主机转速", "n_P"),
     ("转艏角速度", "r"), ("时间", "time"), ("艏向角", "heading"), ("선수방위", "heading"), ("相对风速", "U_A"),
+    ("Широта", "latitude"), ("КУРС", "heading"), ("Путевой угол, ", "cog"), ("Скорость над грунтом", "sog"),
+    ("Угол перекладки руля", "delta"), ("Руль", "delta"), ("Время", "time"), ("Обороты", "n_P"),
 ])  # fmt: skip
 def test_names_in_other_letters_are_known(name: str, role: str) -> None:
     assert meanings(name.partition("(")[0])[0].role == role
 
 
 def test_units_in_other_letters_are_known() -> None:
-    said = {"节": "kn", "度": "deg", "度/秒": "deg/s", "ノット": "kn", "转/分": "rpm", "米/秒": "m/s", "秒": "s"}
+    said = {"节": "kn", "度": "deg", "度/秒": "deg/s", "ノット": "kn", "转/分": "rpm", "米/秒": "m/s", "秒": "s",
+            "уз": "kn", "град": "deg", "об/мин": "rpm", "nœuds": "kn"}  # fmt: skip
     assert {one: unit_of(one) for one in said} == said
     assert tokens("Rudder angle") == ["rudder", "angle"]
 
@@ -108,6 +111,7 @@ def test_units_in_other_letters_are_known() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("encoding", "names"), [
     ("gb18030", ("时间 (秒)", "纬度", "经度", "对地航速(节)", "对地航向", "船首向", "舵角(度)")),
+    ("cp1251", ("Время (сек)", "Широта", "Долгота", "Скорость (уз)", "Путевой угол", "Курс", "Руль (град)")),
     ("shift_jis", ("時刻 (秒)", "緯度", "経度", "対地速力(kn)", "対地針路", "船首方位", "舵角(deg)")),
 ])  # fmt: skip
 def test_tables_in_other_letters_come_in(encoding: str, names: tuple[str, ...], tmp_path: Path) -> None:
@@ -227,3 +231,39 @@ def test_of_recordings_with_two_motors_the_one_that_drives_both_ways_is_looked_a
     assert far(wave, wave) == pytest.approx(0.0)
     assert far(wave, -wave) == pytest.approx(0.0)
     assert far(wave, other) > 10.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("unit", "factor"), [("cm/s", 100.0), ("mm/s", 1000.0)])
+def test_velocities_in_whole_numbers_are_tried_in_fine_units(unit: str, factor: float, tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    c, s = np.cos(true["psi"]), np.sin(true["psi"])
+    rows = rows_of(Heading=heading(), Rudder=rudder())
+    del rows["SOG [kn]"], rows["COG"]
+    north = np.round(factor * (true["u"] * c - true["v_m"] * s)).astype(int).tolist()
+    east = np.round(factor * (true["u"] * s + true["v_m"] * c)).astype(int).tolist()
+    log = table(tmp_path / "log.csv", {**rows, "v_north": north, "v_east": east})
+    assert f'unit = "{unit}"' in guess(log).text
+    assert the(log)["u"] == pytest.approx(true["u"], abs=1.0 / factor)
+
+
+def test_speeds_of_ships_are_tried_in_no_fine_units() -> None:
+    assert _whole(np.array([61.0, np.nan]), np.array([3.0, 0.0]))
+    assert not _whole(np.array([60.0]), np.array([3.0]))
+    assert not _whole(np.array([300.0]), np.array([2.5]))
+    assert not _whole(np.array([np.nan]), np.array([np.nan]))
+
+
+def test_two_columns_that_are_never_over_together_are_one_rudder() -> None:
+    over = 20.0 * np.sin(np.arange(100) / 9.0)
+    port, starboard = np.maximum(-over, 0.0), np.maximum(over, 0.0)
+
+    def doubts(a: Array, b: Array) -> int:
+        found = {"delta_1": signal("delta_1", a, "Rudder P"), "delta_2": signal("delta_2", b, "Rudder S")}
+        return sum(len(one.answer.doubts) for one in halves_of_rudder(found))
+
+    assert doubts(port, starboard) == 1
+    assert doubts(-port, starboard) == 0  # with their signs they are two rudders, or one that is split
+    assert doubts(np.abs(over), np.abs(over)) == 0
+    assert doubts(np.zeros(100), starboard) == 0
+    assert list(halves_of_rudder({})) == []

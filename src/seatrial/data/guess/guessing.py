@@ -30,7 +30,7 @@ from .entries import (
 from .logs import Log, Topic, bridged, find_log, leap
 from .motion import TIMES, Motion, Verdict
 from .roles import Signal, sided, signals, trial_column
-from .thrust import neglected, thrust_entries
+from .thrust import halves_of_rudder, neglected, thrust_entries
 from .wind import read_two_winds, read_wind, wind_entries
 
 _OTHERS = 8
@@ -183,6 +183,7 @@ def _entries(log: Log) -> Iterator[Entry]:
     )
     yield from control_entries(found, known, angles, turned)
     yield from thrust_entries(found, known)
+    yield from halves_of_rudder(found)
     changes = [said for said, doubted in (
         ("it is turned to the other side if the sense of psi is", turned),
         ("its sense rests on the frame of speeds, which is a doubt; look at it again if that changes",

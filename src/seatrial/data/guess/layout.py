@@ -16,7 +16,7 @@ from .. import DataError
 from ..mapping.schema import Long
 from ..mapping.text import cells_of, texts_of
 from ..table import bytes_of
-from .naming import in_letters, meanings, parted, unit_of
+from .naming import meanings, parted, unit_of, written
 
 DELIMITERS = (";", "\t", ",", "|", "whitespace")
 NEUTRAL = ("", "nan", "na", "null", "n/a", "-", "--", "true", "false")
@@ -26,7 +26,7 @@ ROWS = 20_000
 """Rows that are looked at, at most."""
 
 _PROBED, _FOOT = 200, 30
-_WRITTEN, _HEAD = ("gb18030", "shift_jis", "euc-kr", "big5"), 2000
+_WRITTEN, _HEAD = ("gb18030", "shift_jis", "euc-kr", "big5", "cp1251"), 2000
 """Encodings of other letters, taken where names in the first characters are known."""
 
 _LIKE, _CLEARER = 6, 0.5
@@ -164,7 +164,7 @@ def _encoding(raw: bytes) -> str:
             text = raw.decode(encoding)
         except UnicodeDecodeError:
             continue
-        if encoding == "utf-8-sig" or in_letters(text[:_HEAD]) != text[:_HEAD]:
+        if encoding == "utf-8-sig" or written(text[:_HEAD]):
             return encoding
     return "cp1252"
 

@@ -31,7 +31,7 @@ _LOST = 0.25
 _TURN, _TURN_FINE = 730.0, 36_000.0
 """Whole numbers from there to there are hundredths of degrees on a circle, in which loggers keep angles."""
 _COURSE = 0.3  # weight of the angle between heading and course [rad]: drift and current are no fault
-_ABSURD = 5.0
+_ABSURD, _FASTEST = 5.0, 60.0
 _ASTERN = 0.3  # what a ship that goes astern by its heading counts as [rad]
 _BAND, _FLOOR = 1.3, 0.03
 """Readings with a miss up to this factor and share above the best are as good as it."""
@@ -194,7 +194,8 @@ class Motion:
             return [Option({}, 0.0, ())]
         a, b = (self.values[role] for role in pair)
         said = speed_unit_said(self.found, pair)
-        units = [(unit, unit_strain(unit, said) + 0.3 * k) for k, unit in enumerate(speed_units(said))]
+        fine = ("cm/s", "mm/s") if not said and _whole(a, b) else ()
+        units = [(unit, unit_strain(unit, said) + 0.3 * k) for k, unit in enumerate((*speed_units(said), *fine))]
         out: list[Option] = []
         for unit, strain in units:
             size = KNOWN[unit][1]
@@ -364,6 +365,13 @@ def _turned_strain(signal: Signal) -> float:
 def speed_units(said: str) -> tuple[str, ...]:
     """Units that a speed may be in; one that the log says is among them."""
     return (*SPEEDS, *({said} - set(SPEEDS) - {""}))
+
+
+def _whole(a: Array, b: Array) -> bool:
+    """Whether speeds are whole numbers, and larger than those of ships in usual units."""
+    both = np.concatenate([a, b])
+    good = both[np.isfinite(both)]
+    return bool(good.size and np.abs(good).max() > _FASTEST and (good == np.round(good)).all())
 
 
 def _angles(raw: Array, said: str) -> tuple[str, ...]:

@@ -58,9 +58,19 @@ def in_letters(text: str) -> str:
     """A text with words of names in Chinese, Japanese and Korean characters put into English ones."""
     if text.isascii():
         return text
+    text = text.lower() if _CYRILLIC.search(text) else text
     for word, said in _tables().written.items():
         text = text.replace(word, f" {said} ") if word in text else text
     return text
+
+
+_CYRILLIC = re.compile("[А-я]")
+
+
+def written(text: str) -> bool:
+    """Whether a text has such a word; of letters in few of them any text of another encoding may have."""
+    small = text.lower()
+    return any(word in small for word in _tables().written if len(word) > 3 or not _CYRILLIC.search(word))
 
 
 def parted(head: str) -> tuple[str, str]:
@@ -87,7 +97,7 @@ def unit_of(text: str) -> str:
 
 
 _SIGNAL_K = re.compile(r"(?:navigation|steering|environment|propulsion)\.[a-z]")
-_OF_SIGNAL_K = (("rateOfTurn", "rad/s"), ("revolutions", "Hz"), ("[sS]peed", "m/s"), ("depth", "m"),
+_OF_SIGNAL_K = (("rateOfTurn", "rad/s"), ("revolutions", "1/s"), ("[sS]peed", "m/s"), ("depth", "m"),
                 ("heading|course|[aA]ngle|direction|attitude|Variation", "rad"))  # fmt: skip
 
 
@@ -136,7 +146,8 @@ def magnetic(name: str) -> bool:
 
 
 def _plain(text: str) -> str:
-    for accented, letters in (("ø", "o"), ("Ø", "O"), ("æ", "ae"), ("Æ", "Ae"), ("ß", "ss"), ("å", "a"), ("Å", "A")):
+    for accented, letters in (("ø", "o"), ("Ø", "O"), ("æ", "ae"), ("Æ", "Ae"), ("ß", "ss"), ("œ", "oe"), ("å", "a"),
+                              ("Å", "A")):  # fmt: skip
         text = text.replace(accented, letters)
     bare = unicodedata.normalize("NFKD", text)
     return "".join(one for one in bare if not unicodedata.combining(one))

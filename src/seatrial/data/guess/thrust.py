@@ -21,7 +21,7 @@ from .helm import rudder_sense
 from .naming import tokens
 from .roles import Signal
 
-_SURE = 6.0
+_SURE, _APART = 6.0, 0.98
 _PULSES = (800.0, 2200.0)
 """Widths of the pulses that servos and motor controllers take [us]; 1500 is their neutral, 400 either way the most."""
 
@@ -112,6 +112,20 @@ def sense_of(pair: Sequence[Array], known: Known) -> tuple[tuple[float, float], 
         return (1.0, 1.0), False, ""
     told = f"both raise the speed ({ahead:.0f} standard errors), the sides turn the ship ({sure:.0f})"
     return (p, q), sense < 0.0, told
+
+
+def halves_of_rudder(found: Mapping[str, Signal]) -> Iterator[Entry]:
+    """A doubt where two rudders are one: how far it is over to port, and how far to starboard."""
+    if not {"delta_1", "delta_2"} <= set(found):
+        return
+    a, b = (found[role].values for role in ("delta_1", "delta_2"))
+    known = np.isfinite(a) & np.isfinite(b)
+    a, b = a[known], b[known]
+    if a.size and a.min() >= 0.0 < a.max() and b.min() >= 0.0 < b.max() and (np.minimum(a, b) == 0.0).mean() > _APART:
+        first, second = (found[role].column.said for role in ("delta_1", "delta_2"))
+        doubt = (f"{first} and {second} are never over together: the two sides of one rudder, it seems; write a column "
+                 "of their difference, and take it as delta")  # fmt: skip
+        yield Entry("", {}, Answer("", (doubt,)))
 
 
 def neglected(columns: Sequence[Column], text: str) -> Iterator[Entry]:
