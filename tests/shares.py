@@ -24,7 +24,9 @@ from tiers import left_out
 ROOT = Path(__file__).parents[1]
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "SEATRIAL_THREADS")
 """Processes share the cores already: threads of NumPy, PyTorch and kernels in each would only wait for one another."""
-HEAVY = re.compile(r"\btorch\b|\bscipy\.stats\b|\bscipy import .*\bstats\b")
+_HEAVY = ("torch", "xarray", "distributed", "hypothesis", "fastapi", "matplotlib", "nbclient", r"scipy\.stats",
+          r"scipy import .*\bstats")  # fmt: skip
+HEAVY = re.compile(rf"\b(?:{'|'.join(_HEAVY)})\b")
 """Libraries that take seconds to import: one process does it for all modules that name one."""
 
 
