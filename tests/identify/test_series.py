@@ -7,6 +7,7 @@ import os
 import sys
 import tomllib
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,8 @@ from seatrial.validate.series import members
 from seatrial.workflow import Silent
 from seatrial.workflow.identify import identify
 
-pytest.importorskip("torch")
+if find_spec("torch") is None:
+    pytest.skip("PyTorch is not installed", allow_module_level=True)
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "studies" / "wakita2022.toml"
 DATA = Path(os.environ.get("SEATRIAL_DATA", ROOT.parent / "shared" / "data")) / "esso_osaka_frt" / "data"

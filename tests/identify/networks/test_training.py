@@ -33,6 +33,7 @@ from seatrial.validate.comparison import constant_velocity
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA
 
 torch = pytest.importorskip("torch")
+pytestmark = pytest.mark.slow  # the library takes two seconds to import
 SMALL: dict[str, Any] = {"epochs": 2, "batch": 32, "stride": 20, "horizon": 20, "learning_rate": 3e-3, "threads": 1}
 
 
@@ -93,7 +94,7 @@ def test_gradient_of_the_folded_network_is_that_of_the_printed_equations(
 
 
 @pytest.mark.parametrize("kind", [
-    pytest.param("forgetting", marks=pytest.mark.slow), "rnn", "feedforward", "lstm", "gru",
+    "forgetting", "rnn", "feedforward", "lstm", "gru",
 ])
 def test_training_and_prediction_are_one_simulation(kind: str) -> None:
     from seatrial.identify.networks.data import Rows, Source, fold
@@ -132,7 +133,6 @@ def missed(run: Trial, by: Trial) -> float:
     return sum(float(np.mean((found[c] / sigma) ** 2)) for c, sigma in ESSO_OSAKA_SIGMA.items())
 
 
-@pytest.mark.slow
 def test_an_epoch_brings_the_loss_down() -> None:
     fit = Training(**{**SMALL, "epochs": 6, "horizon": 30, "schedule": "cosine"}).fit(problem())
     assert fit.history[-1, 1] < 0.85 * fit.history[0, 1]
@@ -151,7 +151,6 @@ def test_it_recovers_a_known_ship(acceleration: float, most: float) -> None:
     assert missed(constant_velocity(unseen, 100.0), unseen) > 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["lstm", "gru", "rnn", "feedforward"])
 def test_every_kind_trains_and_is_silent_at_the_origin(kind: str) -> None:
     fit = Training(**{**SMALL, "epochs": 1, "stride": 60}).fit(problem(untrained(kind, layers=(4, 4))))
@@ -161,7 +160,6 @@ def test_every_kind_trains_and_is_silent_at_the_origin(kind: str) -> None:
     assert np.isfinite(fit.objective)
 
 
-@pytest.mark.slow
 def test_seed_decides_and_threads_do_not() -> None:
     told, settings = problem(), {**SMALL, "batch": 300, "stride": 2, "epochs": 1}
     one = Training(**settings).fit(told)
@@ -173,7 +171,6 @@ def test_seed_decides_and_threads_do_not() -> None:
     assert best.ends[0, 0] == one.objective
 
 
-@pytest.mark.slow
 def test_mixture_curriculum_and_a_trained_start() -> None:
     told = problem()
     first = Training(**SMALL, curriculum=[10], acceleration=0.3, wind="true", start="held", schedule="cosine").fit(told)
@@ -187,7 +184,6 @@ class KilledError(Exception):
     pass
 
 
-@pytest.mark.slow
 def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seatrial.identify.networks.training._QUICK", -1.0)
     told, estimator = problem(), Training(**{**SMALL, "epochs": 4}, seeds=[0, 1])
@@ -210,7 +206,6 @@ def test_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("moment", [2, 7, 11])
-@pytest.mark.slow
 def test_goes_on_within_an_epoch(moment: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from seatrial.identify.networks.data import Source
 
@@ -234,7 +229,6 @@ def test_goes_on_within_an_epoch(moment: int, tmp_path: Path, monkeypatch: pytes
     assert np.array_equal(again.history[:, :3], whole.history[:, :3])
 
 
-@pytest.mark.slow
 def test_stops_early_and_keeps_the_best() -> None:
     fit = Training(**{**SMALL, "epochs": 40, "learning_rate": 0.3}, patience=2).fit(problem())
     assert "no better for 2 epochs" in fit.status
@@ -242,7 +236,6 @@ def test_stops_early_and_keeps_the_best() -> None:
     assert len(fit.history) == np.argmin(fit.history[:, 2]) + 3
 
 
-@pytest.mark.slow
 def test_a_loss_that_is_no_number_names_batch_and_channel(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(FitError, match=r"seed 0, epoch \d+, batch \d+: (u|v_m|r|the gradient); lower"):
         Training(**{**SMALL, "learning_rate": 1e30}).fit(problem())
@@ -302,7 +295,6 @@ def test_settings_that_cannot_be(settings: dict[str, Any], said: str) -> None:
         Training(**settings)
 
 
-@pytest.mark.slow
 def test_a_gap_is_left_out() -> None:
     r = virtual(1)["r"].copy()
     r[300] = np.nan
@@ -323,7 +315,6 @@ def test_what_was_filled_is_no_data(name: str) -> None:
     assert len(starts) == len(virtual(1)) - 19 - 29
 
 
-@pytest.mark.slow
 def test_the_remedy_for_another_step_runs_as_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from seatrial.cli.app import main
     from seatrial.data.prepare import resample
@@ -344,7 +335,6 @@ def test_the_remedy_for_another_step_runs_as_printed(tmp_path: Path, monkeypatch
     assert np.isfinite(Training(**SMALL).fit(replace(problem(), trials=fine)).objective)
 
 
-@pytest.mark.slow
 def test_without_torch_it_names_the_extra() -> None:
     code = (
         "import sys; sys.modules['torch'] = None\n"
