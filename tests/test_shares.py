@@ -56,9 +56,10 @@ def test_a_failure_in_any_share_is_told_and_fails_the_whole(
 ) -> None:
     (tmp_path / "tests").mkdir()
     for name in ("test_first.py", "test_second.py"):
-        (tmp_path / "tests" / name).write_text(f"def test_one():\n    assert {name != wrong:d}\n")
-    assert main(["--processes", "2", "-p", "no:cacheprovider"], tmp_path) == (wrong is not None)
+        (tmp_path / "tests" / name).write_text(f"def test_one():\n    assert len('a') == {1 + (name == wrong)}\n")
+    assert main(["--processes", "2"], tmp_path) == (wrong is not None)
     said = capfdbinary.readouterr().out.decode()
     assert said.count("1 passed") == (2 if wrong is None else 1)
-    assert said.count("1 failed") == (wrong is not None)
+    assert said.count("1 failed") == (0 if wrong is None else 2), "at once, and again with the assertion explained"
+    assert ("where 1 = len('a')" in said) == (wrong is not None)
     assert wrong is None or f"tests/{wrong}" in said
