@@ -51,6 +51,24 @@ def test_the_mean_lies_between_its_widths() -> None:
 
 
 @pytest.mark.slow
+def test_what_finds_the_seconds_to_leave_out_is_physics_on_windows_apart_and_counts() -> None:
+    own = turns(TRUE)
+    estimator = Averaged(window=12.5, stride=6.0, widths=(1.0, 0.0), pushed=3.0, threads=1)
+    assert estimator.rounds == (0.0, 0.0, 1.0)
+    each = [values for values, _ in estimator.each(own)]
+    physics = replace(own, free=FREE[:1])
+    apart, over = (Trajectory(window=12.5, stride=stride, threads=1).fit(physics).values[0] for stride in (None, 6.0))
+    assert abs(apart - over) > 1e-3 * abs(Y_v)
+    assert [one[0] for one in each[:2]] == pytest.approx([apart, over], rel=1e-4)
+    assert np.array(each[:2])[:, 1:] == pytest.approx(np.zeros((2, 2)))
+    told = estimator.fit(own)
+    assert told.values == pytest.approx(np.mean(each, axis=0), rel=1e-9)
+    assert told.status.count("(converged)") == 3
+    # nothing pushes these ships; without looking for it there are two
+    assert Averaged(window=12.5, widths=(1.0, 0.0)).rounds == (0.0, 1.0)
+
+
+@pytest.mark.slow
 def test_one_width_is_the_fit_itself() -> None:
     own = turns(TRUE)
     plain = Trajectory(window=12.5, threads=1).fit(own)

@@ -3,8 +3,9 @@
 A correction beside the physics needs data in proportion to the number of its parameters.  `widths:Widths` selects the
 width that predicts left-out trials best, and from some thirty recordings that choice is itself uncertain.  Physics
 alone errs by its form and a wide correction by the accidents of its data, so their errors have little in common, and
-the mean of the fits is better than the fit of any width.  The correction is linear in its weights: the mean of the
-parameters is, but for the physics between the fits, the mean of the forces, and one model.
+the mean of the fits is better than the fit of any width.  So it is with fits to other windows of the same trials.  The
+correction is linear in its weights: the mean of the parameters is, but for the physics between the fits, the mean of
+the forces, and one model.
 """
 
 from __future__ import annotations
@@ -33,13 +34,15 @@ class Averaged(Trajectory):
     """Trajectory least squares with several prior widths of some parameters, and the mean of their parameters.
 
     The fits go from the narrowest width to the widest, each from where the one before ended: a correction should not
-    learn what the physics can explain.
+    learn what the physics can explain.  With `pushed` there is one more before them: physics alone on windows that do
+    not overlap, which also tells what to leave out.
 
     Attributes:
         widths: factors on the prior deviations of `vary`, one fit each; with 0 these stay at the mean of their prior.
         vary: shell-style patterns of the parameters whose priors are scaled together.
-        pushed: leave out the seconds of the trials in which something pushes the ship that the narrowest fit does not
-            hold (`pushed`), means of so many seconds being compared [s]; None uses all of them.
+        pushed: the fits of `widths` leave out the seconds in which something pushes the ship that a first fit of width
+            0, a member of the mean too, does not hold (`pushed`), means of so many seconds being compared [s]; None
+            fits to all of the trials and makes no first fit.
     """
 
     widths: tuple[float, ...] = (0.0, 0.3, 1.0)
@@ -90,30 +93,35 @@ class Averaged(Trajectory):
         if not np.isfinite(cost):
             raise FitError("the model blows up at the mean of the widths; give widths that are closer together")
         history = np.concatenate([fit.history for _, fit in fits])
-        told = ", ".join(f"{w:g} ({fit.status})" for w, (_, fit) in zip(self.widths, fits, strict=True))
+        told = ", ".join(f"{w:g} ({fit.status})" for w, (_, fit) in zip(self.rounds, fits, strict=True))
         out = finished(problem, objective, p, starts, history,
                        sum(fit.evaluations for _, fit in fits), f"mean of prior widths {told}",
                        digest(problem, self))  # fmt: skip
         return replace(out, objective=cost, seconds=time.perf_counter() - began)
 
+    @property
+    def rounds(self) -> tuple[float, ...]:
+        """Width of each fit of the mean, in turn."""
+        return self.widths if self.pushed is None else (0.0, *self.widths)
+
     def each(
         self, problem: Problem, *, progress: Progress | None = None, checkpoint: Path | None = None,
         pool: Pool | None = None,
     ) -> Iterator[tuple[Array, Fit]]:  # fmt: skip
-        """Values of all free parameters with each width, from the narrowest on, shape (free,), and the fit."""
+        """Values of all free parameters in each of `rounds`, shape (free,), and the fit."""
         choice, begun = Widths(widths=self.widths, vary=self.vary, parts=2), problem
         means, plain = choice.means(problem), self._plain()
-        rounds = self.widths if self.pushed is None else (0.0, *self.widths)
-        for k, width in enumerate(rounds):
-            stage(progress, f"averaging widths: fit {k + 1} of {len(rounds)}")
+        for k, width in enumerate(self.rounds):
+            first = self.pushed is not None and k == 0
+            stage(progress, f"averaging widths: fit {k + 1} of {len(self.rounds)}")
             kept = None if checkpoint is None else checkpoint.with_suffix(f".width{k}{checkpoint.suffix}")
-            fit = plain.fit(choice.scaled(begun, width), progress=progress, checkpoint=kept, pool=pool)
+            who = replace(plain, stride=None) if first else plain
+            fit = who.fit(choice.scaled(begun, width), progress=progress, checkpoint=kept, pool=pool)
             found = means | fit.vector.by_path(fit.values)
             begun = replace(begun, free=problem.vector.started(found))
-            if self.pushed is not None and k == 0:
+            if first and self.pushed is not None:
                 begun = replace(begun, trials=undisturbed(fit.ship, problem.trials, self.pushed))
-            else:
-                yield np.array([found[f.path] for f in problem.free]), fit
+            yield np.array([found[f.path] for f in problem.free]), fit
 
     def _plain(self) -> Trajectory:
         return Trajectory(
