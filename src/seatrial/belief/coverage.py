@@ -73,6 +73,10 @@ class Reference:
 
         return spatial.KDTree(self.points)
 
+    def novelty(self, rows: Array) -> Array:
+        """Distance to the training neighbours over the limit, shape (rows,), of complete rows of the channels."""
+        return _nearest(self, rows / self.scale)[0]
+
     @staticmethod
     def of(trials: Sequence[Trial], channels: Sequence[str] | None = None) -> Reference:
         """The distribution of some trials.

@@ -15,11 +15,12 @@ from ...models import STATES
 from ...study.grounds import trial_digest
 from ..parts import LeftOut
 from ..posterior import Posterior
-from .calibration import LEVEL, Calibration, Left, best_share, posterior_digest
+from .calibration import LEVEL, Calibration, Left, best_power, best_share, posterior_digest
 from .conformal import needed, too_few
 from .disturbance import Disturbance
 from .indexing.left_out import left_indices
 from .learning import Variances, Windows, by_trial, learned, quiet, variances, windows_of
+from .novel import acting, reference_of, so_far
 from .sailing import Begins, FreeRuns, sailed
 
 # Draws of a spread; horizons, the first one over L/U and the ratio of two.
@@ -113,14 +114,29 @@ class Withheld:
         self, begin: str, cuts: Sequence[Windows], errors: Sequence[Array], spreads: Sequence[Array]
     ) -> Calibration:  # fmt: skip
         """A calibration from errors and spreads of the windows of each part."""
-        of = self.recording
+        of, cuts = self.recording, list(cuts)
         names = tuple(name for cut in cuts for name in cut.trials)
         left = Left(names, tuple(of[name] for name in names), tuple(kind for cut in cuts for kind in cut.kinds),
-                    self.horizons, np.concatenate(errors), np.concatenate(spreads))  # fmt: skip
+                    self.horizons, np.concatenate(errors), np.concatenate(spreads), self._novelty(cuts))  # fmt: skip
         told = {trial.name: trial_digest(trial) for trial in self.trials if trial.name in names}
         return Calibration(self.held.digest, posterior_digest(self.held), told, begin, self.sigma,
-                           _learned(self.parts), best_share(left, LEVEL), left,
-                           power=self.held.power)  # fmt: skip
+                           _learned(self.parts), share := best_share(left, LEVEL), left, power=self.held.power,
+                           novel=best_power(left, share, LEVEL), reference=reference_of(self.trials))  # fmt: skip
+
+    def _novelty(self, cuts: Sequence[Windows]) -> Array | None:
+        """How unlike the trials of its fit each window is until each horizon; None where the trials do not tell."""
+        found: list[Array] = []
+        for cut in cuts:
+            one = next(part for part in self.parts if cut.trials[0] in part.cut.trials)
+            seen = reference_of([t for other in self.parts if other is not one for t in other.out.trials])
+            if seen is None:
+                return None
+            ship = one.out.held.ship
+            rows = sailed(ship, cut.lanes, quiet(ship, 1), 0)[0]
+            at = so_far(seen, acting(ship, rows, cut.lanes), cut.lanes.t)
+            known = cut.rows < at.shape[1]
+            found.append(np.where(known, at[:, np.minimum(cut.rows, at.shape[1] - 1)], 1.0))
+        return np.concatenate(found)
 
 
 def calibrated(held: Posterior, parts: Iterable[LeftOut], *, longest: float | None = None) -> Calibration:
@@ -155,6 +171,13 @@ def spread_of(
     uncertain = replace(quiet(who.ship, _DRAWS), names=who.names, draws=who.draws(_DRAWS, 1), start=sigma,
                         disturbance=disturbance, past=past)  # fmt: skip
     return spread(sailed(who.ship, lanes, uncertain, 2), sigma)
+
+
+def mean_of(runs: Array) -> Array:
+    """Mean over the draws that stay finite, shape (lanes, rows, 6), of runs as `spread` takes them; NaN of none."""
+    good = np.isfinite(runs)
+    with np.errstate(all="ignore"):
+        return np.where(good, runs, 0.0).sum(axis=0) / good.sum(axis=0)
 
 
 def spread(runs: Array, sigma: Array) -> Array:

@@ -17,11 +17,12 @@ from ...models import STATES
 from ...simulate.replay import Prepared, prepared
 from ...study.grounds import kind_of
 from ..posterior import Posterior
-from .calibrating import spread
+from .calibrating import mean_of, spread
 from .calibration import Calibration
 from .conformal import unsure
 from .disturbance import Disturbance
 from .indexing.loop import Loop
+from .novel import acting
 from .past import Past, disturbing
 from .sailing import FreeRuns, Uncertain, check_traced, sailed
 
@@ -82,13 +83,14 @@ def fan(
     """
     kind, ready = kind_of(trial), prepared(held.ship, trial, restart=restart, begin=begin)
     known = replace(found, disturbance=disturbing(found.disturbance, current))
-    at, width = _spread(held, known, ready, draws, seed, past)
+    at, width, novelty = _spread(held, known, ready, draws, seed, past)
     since, half = np.zeros(len(ready.t)), np.full((len(ready.t), len(STATES)), np.nan)
     for lane, (a, b) in enumerate(pairwise((*ready.starts, len(ready.t)))):
         since[a:b] = ready.t[a:b] - ready.t[a]
         own_width = np.column_stack([np.interp(since[a:b], at, column) for column in width[lane].T])
         by = plain if plain is not None and past is not None and past.seconds[lane] == 0.0 else found
-        half[a:b] = by.half(since[a:b], own_width, kind, level)
+        new = None if novelty is None else np.interp(since[a:b], at, novelty[lane])
+        half[a:b] = by.half(since[a:b], own_width, kind, level, new)
     notes = _notes(found, kind, level, float(since.max(initial=0.0)))
     notes += () if past is None else _surprised(found, past, ready.t[list(ready.starts)])
     return Fan(predicted, since, half, level, kind, notes)
@@ -96,12 +98,13 @@ def fan(
 
 def _spread(
     held: Posterior, found: Calibration, ready: Prepared, draws: int, seed: int, past: Past | None = None
-) -> tuple[Array, Array]:
-    """Times since the start [s], shape (rows,), and spread of the draws there, shape (windows, rows, 6)."""
+) -> tuple[Array, Array, Array | None]:
+    """Times since the start [s], shape (rows,), spread of the draws there, shape (windows, rows, 6), and novelty."""
     every = ready.each * max(-(-(ready.steps - 1) // _ROWS), 1)
     own = whole(FreeRuns(ready.begun, ready.series, ready.dt / ready.each, every))
     who = replace(uncertain(held, found, draws, seed), past=past)
-    return own.t, spread(sailed(held.ship, own, who, seed), found.noise)
+    runs = sailed(held.ship, own, who, seed)
+    return own.t, spread(runs, found.noise), found.novelty(acting(held.ship, mean_of(runs), own), own.t)
 
 
 def _surprised(found: Calibration, past: Past, t: Array) -> tuple[str, ...]:
@@ -128,12 +131,13 @@ def scale_of(
         RequestError: too few recordings for the level.
         ShipError: a model that cannot be disturbed.
     """
-    at, width = _spread(held, found, prepared(held.ship, run, restart=None), draws, seed)
+    at, width, novelty = _spread(held, found, prepared(held.ship, run, restart=None), draws, seed)
     h = found.left.horizons
     ahead = h[h <= max(min(found.reach(level), float(at[-1])), float(h[0]))]
     own = np.column_stack([np.interp(ahead, at, column) for column in width[0].T])
+    new = None if novelty is None else np.interp(ahead, at, novelty[0])
     with np.errstate(divide="ignore"):
-        ratio = np.log(found.half(ahead, own, kind, level) / (NormalDist().inv_cdf(0.5 * (1.0 + level)) * own))
+        ratio = np.log(found.half(ahead, own, kind, level, new) / (NormalDist().inv_cdf(0.5 * (1.0 + level)) * own))
     return float(np.exp(np.mean(ratio[np.isfinite(ratio)]))) if np.isfinite(ratio).any() else 1.0
 
 
@@ -230,5 +234,8 @@ def manoeuvre(
     drawn = loop.run(names, own.draws, own.disturbance, seed)
     t = dt * every * np.arange(fitted.shape[0])
     width = spread(drawn[:, None, :, : len(STATES)], np.zeros(len(STATES)))[0]
-    half = found.half(t, width, kind or policy.kind, level)
+    channels = {"n_P": np.full(len(t), held.ship.n_P or np.nan), **dict(zip(loop.stored, fitted.T, strict=True))}
+    channels |= {name: np.full(len(t), around[0, 0, CHANNELS.index(name)]) for name in ("wind_x", "wind_y")}
+    novelty = found.novelty({name: column[None] for name, column in channels.items()}, t)
+    half = found.half(t, width, kind or policy.kind, level, None if novelty is None else novelty[0])
     return Runs(t, loop.stored, fitted, drawn, half, level)

@@ -19,6 +19,7 @@ import numpy as np
 from ...belief.bands.calibrating import spread
 from ...belief.bands.calibration import Calibration
 from ...belief.bands.learning import quiet
+from ...belief.bands.novel import acting
 from ...belief.bands.prediction import uncertain
 from ...belief.bands.sailing import FreeRuns, Uncertain, check_traced, sailed
 from ...belief.posterior import Posterior
@@ -204,19 +205,20 @@ class Ahead:
         if (lost := int((~good).sum())) > (1.0 - self.known.level) * len(runs):
             return f"{lost} of {len(runs)} draws blow up on the way", np.full((runs.shape[1], 3), np.nan)
         runs = runs[good]
-        away = (runs - runs.mean(axis=0))[:, :, :2] * self._scale(lanes.t, runs)
+        away = (runs - runs.mean(axis=0))[:, :, :2] * self._scale(lanes, runs)
         # the position is within c at the level: chi-squared of two degrees of freedom
         size = -2.0 * math.log(1.0 - self.known.level) / len(away)
         x, y = away[:, :, 0], away[:, :, 1]
         return "", size * np.column_stack([(x * x).sum(axis=0), (x * y).sum(axis=0), (y * y).sum(axis=0)])
 
-    def _scale(self, t: Array, runs: Array) -> Array:
+    def _scale(self, lanes: FreeRuns, runs: Array) -> Array:
         """By how much draws must be farther apart for their bands to be the calibrated ones, shape (marks, 2)."""
-        found, level = self.known.found, self.known.level
+        found, level, t = self.known.found, self.known.level, lanes.t
         if found is None:
             return np.ones((len(t), 2))
+        new = found.novelty(acting(self._plant.ship, runs.mean(axis=0)[None], lanes), t)
         width = spread(runs[:, None], np.zeros(len(STATES)))[0]
-        half = found.half(t, width, _EVERY_KIND, level)
+        half = found.half(t, width, _EVERY_KIND, level, None if new is None else new[0])
         with np.errstate(all="ignore"):
             factor = half / (NormalDist().inv_cdf(0.5 * (1.0 + level)) * width)
         factor[0] = 1.0  # all draws begin in one place
