@@ -39,10 +39,14 @@ def test_the_table_of_the_yardstick_is_that_of_its_results(monkeypatch: pytest.M
 
 
 def test_errors_of_the_hybrid_are_those_of_its_run() -> None:
-    found = result("hybrid_folds")
-    mean, later = found["mean of the widths"]["together"], found["the same, --history 60"]["together"]
-    assert f"| {mean:.3f}; published coefficients 1.37 |" in README
-    assert f"| {mean:.3f} by turns, nothing selected on the folds; {later:.3f} with `--history 60`" in FIGURES
+    rows = [result("hybrid_folds")["day"][name] for name in ("hybrid", "the same, --history 60", "MMG")]
+    told = [f"{one['together']:.2f} ± {one['spread']:.2f}" for one in rows]
+    assert f"| {told[0]}, its physics alone (MMG) {told[2]}; published coefficients 1.37 |" in README
+    own, later, physics = (f"{one['together']:.3f} ± {one['spread']:.3f}" for one in rows)
+    assert f"| {own}, {later} with `--history 60`, the MMG model {physics};" in FIGURES
+    kinds = [" ".join(f"{one[kind]:.3f}" for kind in ("random", "turning", "zigzag", "berthing")) for one in rows]
+    assert f"by kind {kinds[0]} (random, turning, zigzag, berthing), MMG {kinds[2]} |" in FIGURES
+    assert all(rows[0][kind] <= rows[2][kind] for kind in ("random", "turning", "zigzag", "berthing"))
 
 
 def test_coverage_is_that_of_its_run() -> None:

@@ -9,9 +9,10 @@ import pytest
 
 from seatrial.belief.bands.beginnings import _DOUBTS, _past, _predicted, _unlikely, by_history
 from seatrial.belief.bands.calibrating import Withheld, spread_of
-from seatrial.belief.bands.calibration import Calibration
+from seatrial.belief.bands.calibration import POWERS, Calibration
 from seatrial.belief.bands.learning import by_trial, joined, learned
 from seatrial.belief.bands.past import LAWS, Filter
+from seatrial.belief.coverage import Reference
 from seatrial.data import Trial
 from seatrial.manoeuvres.reading import after
 from seatrial.manoeuvres.told import seen
@@ -76,6 +77,25 @@ def test_a_calibration_holds_the_windows_of_each_part(withheld: Withheld, measur
     size = np.sqrt(np.nanmean((found.left.error / found.left.spread) ** 2, axis=(0, 1)))
     assert (size[:2] > 0.4).all()
     assert (size[:2] < 2.5).all()
+
+
+def test_novelty_of_a_window_is_by_the_trials_of_the_other_part(withheld: Withheld, measured: Calibration) -> None:
+    assert measured.left.novelty is not None
+    assert measured.reference is not None
+    own, low = list[float](), 0
+    for part, other in zip(withheld.parts, withheld.parts[::-1], strict=True):
+        seen = Reference.of(other.out.trials, ("u", "v_m", "r", "n_P", "delta"))
+        for trial in part.out.trials:
+            last = np.flatnonzero([name == trial.name for name in part.cut.trials])[0]
+            span = slice(0, round(withheld.horizons[-1] / withheld.dt))
+            rows = np.column_stack([trial[name] for name in seen.channels])[span]
+            own.append(float(np.mean(seen.novelty(rows)) / measured.left.novelty[low + last, -1]))
+        low += len(part.cut.trials)
+    # the trial itself is near its prediction, and its apparent wind is its motion
+    assert np.median(own) == pytest.approx(1.0, rel=0.3)
+    every = measured.reference.points
+    assert len(every) == pytest.approx(sum(len(trial) for trial in withheld.trials) / 2, rel=0.05)  # one a second
+    assert measured.novel in POWERS
 
 
 def test_indices_of_left_out_manoeuvres_are_those_of_the_loop(withheld: Withheld, measured: Calibration) -> None:

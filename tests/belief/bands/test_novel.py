@@ -11,12 +11,15 @@ from known_calibration import UNIT, H, made
 from seatrial.belief.bands.calibration import Left, best_power, crossed_half, factors_of, load, save
 from seatrial.belief.bands.crossed import crossed
 from seatrial.belief.bands.novel import acting, reference_of, so_far
-from seatrial.belief.bands.prediction import fan
+from seatrial.belief.bands.prediction import fan, manoeuvre
 from seatrial.belief.bands.sailing import FreeRuns
 from seatrial.belief.coverage import WIND, Reference, columns
 from seatrial.data import Trial
+from seatrial.environment import Uniform
+from seatrial.manoeuvres.turning import Turning
 from seatrial.simulate.loop import open_loop
 from seatrial.simulate.replay import replay
+from seatrial.simulate.run import approach, simulate
 from virtual_logs import log, posterior, ship
 
 DAYS = ("01-Jan-2020", "02-Jan-2020", "03-Jan-2020", "04-Jan-2020")
@@ -109,6 +112,28 @@ def test_the_power_of_novelty_is_found(power: float, days: bool) -> None:
 
 
 @pytest.mark.slow
+def test_a_gain_of_chance_is_none() -> None:
+    """Errors go with novelty, which hardly differs: the score gains less than a fiftieth."""
+    left = errors(1.0)
+    faint = left.novelty**0.1  # type: ignore[operator]
+    error = left.error * (faint / left.novelty)[:, :, None]
+    assert best_power(replace(left, novelty=faint, error=error), 0.5, 0.9) == 0.0
+
+
+@pytest.mark.slow
+def test_days_choose_and_not_recordings() -> None:
+    """Each day has a kind of its own, whose factor tells its size to its other recordings, and to no other day."""
+    rng, left = np.random.default_rng(2), errors(0.0, windows=4)
+    day = np.array([DAYS.index(name.partition("_")[2]) for name in left.groups])
+    size, chance = 2.0**day, np.exp(0.6 * rng.standard_normal(day.size))
+    wide = replace(left, error=left.error * size[:, None, None], kinds=tuple(f"kind {k}" for k in day),
+                   novelty=np.repeat((size * chance)[:, None], len(H), axis=1))  # fmt: skip
+    assert best_power(wide, 0.5, 0.9) > 0.0
+    untold = tuple(name.partition("_")[0] for name in left.groups)
+    assert best_power(replace(wide, groups=untold), 0.5, 0.9) == 0.0
+
+
+@pytest.mark.slow
 def test_bands_of_an_unseen_day_hold_by_its_novelty() -> None:
     """The day that differs most, by factors of the others: without novelty its bands are too narrow by half."""
     left = errors(1.0)
@@ -174,3 +199,25 @@ def test_a_run_unlike_the_trials_has_wider_bands(tmp_path) -> None:
     assert held.sum() > 20
     # errors that came with a novelty of .01 are 100 times as great at the edge
     assert (after / before)[held, 0] == pytest.approx(100.0 * own[held], rel=0.1)
+
+
+@pytest.mark.slow
+def test_bands_of_a_manoeuvre_grow_with_how_unlike_the_trials_it_is() -> None:
+    """In a wind that no trial has: by the channels of a simulated run, which columns reads on its own."""
+    rng, (U, n_P) = np.random.default_rng(1), approach(ship())
+    logs = [log(ship(), k, rng) for k in range(6)]
+    calm = [one.having(U_T=rng.uniform(0.0, 0.2, len(one)), gamma_T=np.zeros(len(one))) for one in logs]
+    reference = reference_of(calm)
+    assert reference is not None
+    assert set(WIND) <= set(reference.channels)
+    plain = replace(made(), share=0.0)
+    knowing = replace(plain, novel=1.0, reference=reference,
+                      left=replace(plain.left, novelty=np.full(plain.left.error.shape[:2], 0.01)))  # fmt: skip
+    policy, weather = Turning(n_P, 0.3), Uniform(U_T=6.0, gamma_T=1.0)
+    given = {"speed": U, "duration": 30.0, "dt": 0.1, "weather": weather, "draws": 10}
+    before, after = (manoeuvre(posterior(), one, policy, 0.9, **given) for one in (plain, knowing))  # type: ignore[arg-type]
+    run = simulate(ship(), policy, speed=U, duration=30.0, dt=0.1, environment=weather)
+    at = reference.novelty(columns(run, reference.channels))
+    assert (after.half / before.half)[-1, 0] == pytest.approx(100.0 * np.trapezoid(at, run.t) / run.t[-1], rel=0.05)
+    still = manoeuvre(posterior(), knowing, policy, 0.9, **{**given, "weather": Uniform()})  # type: ignore[arg-type]
+    assert still.half[-1, 0] < 0.8 * after.half[-1, 0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 from calibrated_run import calibrated
 from fitted_run import saved, trial
 from seatrial.belief.bands.sailing import Uncertain, sailed
+from seatrial.belief.coverage import Reference
 from seatrial.cli.app import main
 from seatrial.core.errors import ShipError
 from seatrial.environment import Uniform
@@ -123,6 +125,21 @@ def test_calibrated_bands_are_those_of_the_calibration(sure: Path) -> None:
     assert found is not None
     half = found.half(rows[:, 0], np.ones((len(rows), 6)), "", 0.95)[:, :2]  # the draws have no say in it here
     assert np.sqrt(rows[1:, [4, 6]]) == pytest.approx(half[1:] * CHI / 1.95996, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_path_unlike_the_trials_has_wider_bands(sure: Path) -> None:
+    """Novelty is the speed ahead over .01 m/s, as the reference has rested; the left-out windows knew .01 m/s."""
+    rested = Reference(("u",), np.ones(1), np.zeros((5, 1)), 0.01, np.zeros(1), np.zeros(1), {})
+    plant, made = own(sure), ahead(sure, own(sure))
+    plain = np.array(made.look(plant.snapshot())["rows"])
+    found = made.known.found
+    assert found is not None
+    left = replace(found.left, novelty=np.ones(found.left.error.shape[:2]))
+    knowing = replace(found, novel=0.5, left=left, reference=rested)
+    object.__setattr__(made, "known", replace(made.known, found=knowing))
+    wide = np.array(made.look(plant.snapshot())["rows"])
+    assert np.sqrt(wide[1:, 4] / plain[1:, 4]) == pytest.approx(np.sqrt(plant["u"] / 0.01), rel=0.05)
 
 
 @pytest.mark.slow
