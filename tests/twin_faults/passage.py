@@ -169,10 +169,10 @@ class Passage:
         return out
 
     def _waves(self, rng: np.random.Generator) -> Callable[[float], Array]:
-        """First-order motion of sway, heading and rate of turn, at a time."""
+        """First-order motion at a time: sway and heading, and the rates of both."""
         size, L = self.weather.waves, self.vessel.real.length
         if not size:
-            return lambda t: np.zeros(3)
+            return lambda t: np.zeros(4)
         periods = 9.0 * math.sqrt(L / 320.0) * rng.uniform(0.85, 1.2, 6)
         w, phase = math.tau / periods, rng.uniform(0.0, math.tau, (2, 6))
         aside, turn = size * L / 320.0 / math.sqrt(3.0), size * math.radians(0.5) / math.sqrt(3.0)
@@ -181,6 +181,7 @@ class Passage:
             return np.array([
                 aside * float(np.sum(np.sin(w * t + phase[0]))) / math.sqrt(2.0),
                 turn * float(np.sum(np.sin(w * t + phase[1]))) / math.sqrt(2.0),
+                aside * float(np.sum(w * np.cos(w * t + phase[0]))) / math.sqrt(2.0),
                 turn * float(np.sum(w * np.cos(w * t + phase[1]))) / math.sqrt(2.0),
             ])  # fmt: skip
 
@@ -189,14 +190,15 @@ class Passage:
     def _exact(
         self, y: Array, names: tuple[str, ...], current: tuple[float, float], wind: tuple[float, float], rolled: Array
     ) -> dict[str, float]:  # fmt: skip
-        aside, turn, rate = rolled.tolist()
+        aside, turn, across, rate = rolled.tolist()
         psi, r = float(y[2]) + turn, float(y[5]) + rate
-        c, s = math.cos(psi), math.sin(psi)
+        c, s, c_0, s_0 = math.cos(psi), math.sin(psi), math.cos(y[2]), math.sin(y[2])
         ahead, beam = self.antenna
-        u, v = float(y[3]) - r * beam, float(y[4]) + r * ahead
-        out = {"x": float(y[0]) + ahead * c - (beam + aside) * s, "y": float(y[1]) + ahead * s + (beam + aside) * c,
-               "psi": psi, "r": r, "u_w": float(y[3]), "v_north": u * c - v * s + current[0],
-               "v_east": u * s + v * c + current[1]}  # fmt: skip
+        u, v = float(y[3]), float(y[4]) + across  # of midship, along the axes of the slow motion
+        north, east = u * c_0 - v * s_0 + current[0], u * s_0 + v * c_0 + current[1]
+        out = {"x": float(y[0]) + ahead * c - beam * s - aside * s_0,
+               "y": float(y[1]) + ahead * s + beam * c + aside * c_0, "psi": psi, "r": r, "u_w": float(y[3]),
+               "v_north": north - r * (beam * c + ahead * s), "v_east": east - r * (beam * s - ahead * c)}  # fmt: skip
         out |= {name: float(value) for name, value in zip(names, y[6:], strict=True)}
         if self.vessel.real.areas is not None and self.weather.logged:
             out["U_T"], out["gamma_T"] = math.hypot(*wind), math.atan2(wind[1], wind[0])

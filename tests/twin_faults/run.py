@@ -1,6 +1,7 @@
 """The table: what the twin says of each planted fault, and its false alarms.
 
-`python -m twin_faults.run [SHIP ...] [--kinds NAME ...] [--seeds N ...] [--quiet HOURS] [--json FILE]`, from tests/.
+`python -m twin_faults.run [SHIP ...] [--kinds NAME ...] [--seeds N ...] [--weather calm|wind|waves] [--quiet HOURS]
+[--json FILE]`, from tests/.
 """
 
 from __future__ import annotations
@@ -150,6 +151,7 @@ def main(given: Sequence[str] | None = None) -> None:
     parser.add_argument("ships", nargs="*", default=list(VESSELS))
     parser.add_argument("--kinds", nargs="*", default=list(KINDS))
     parser.add_argument("--seeds", type=int, nargs="*", default=[1])
+    parser.add_argument("--weather", default="calm")
     parser.add_argument("--quiet", type=float, default=0.0)
     parser.add_argument("--json", type=Path)
     asked = parser.parse_args(given)
@@ -157,7 +159,7 @@ def main(given: Sequence[str] | None = None) -> None:
     for ship in asked.ships:
         vessel = VESSELS[ship]
         for seed in asked.seeds:
-            for one in planted(vessel, [KINDS[name] for name in asked.kinds], seed, weathers(vessel)["calm"]):
+            for one in planted(vessel, [KINDS[name] for name in asked.kinds], seed, weathers(vessel)[asked.weather]):
                 every.append(one)
                 say(f"{ship:14} {one.kind:24} {one.verdict:7} {'; '.join(one.said)}")
         if asked.quiet:

@@ -193,7 +193,7 @@ def bare(alarms: list[Alarm]) -> Any:
     one.alarms, one.done = alarms, []
     for name in ("_explain", "_give_up", "_forget"):
         setattr(one, name, lambda *_, name=name: one.done.append(name))
-    one.machine = SimpleNamespace(ship=SimpleNamespace(L_pp=100.0, speed=5.0))
+    one.machine = SimpleNamespace(unit=20.0)
     return one
 
 

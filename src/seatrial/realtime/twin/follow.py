@@ -54,14 +54,24 @@ class Machine:
         return self.traced.names
 
     @property
+    def unit(self) -> float:
+        """The time in which the ship sails its length, L/U [s]."""
+        return self.ship.L_pp / max(self.ship.speed, 1e-3)
+
+    @property
     def patience(self) -> float:
         """How long a channel may stay beyond the gate before it is heeded [s]."""
-        return _PATIENCE * self.ship.L_pp / max(self.ship.speed, 1e-3)
+        return _PATIENCE * self.unit
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the readings."""
         return self.traced.model.channels
+
+    def walked(self, span: float) -> Array:
+        """Variance that the states gather in so long [s] without readings, shape (n,); those with a memory no more."""
+        return self.density * np.array([min(max(span, 0.0), self.settings.memory.get(name, math.inf))
+                                        for name in self.names])  # fmt: skip
 
 
 def made(ship: Ship, settings: Settings) -> Machine:

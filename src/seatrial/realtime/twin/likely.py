@@ -126,7 +126,7 @@ def _runs(machine: Machine, rows: Sequence[Row], held: Collection[str]) -> list[
     kept = np.array([*(name in held for name in controls), *(True for _ in CHANNELS)])
     turning = np.array([*(turns(name) for name in controls), *(False for _ in CHANNELS)])
     follower: Follower | None = None
-    out, long = list[list[_Row]](), _GAP * _unit(machine)
+    out, long = list[list[_Row]](), _GAP * machine.unit
     for t, values in rows:
         before = acting.copy()
         for k, name in enumerate(controls):
@@ -154,7 +154,7 @@ def _ways(run: Sequence[_Row]) -> Iterator[Sequence[_Row]]:
     """The rows of each forecast: that from which it starts, to that by which it is judged."""
     if not run:
         return
-    unit, times = _unit(run[0].after.machine), [row.after.t for row in run]
+    unit, times = run[0].after.machine.unit, [row.after.t for row in run]
     at = times[0] + min(max((times[-1] - times[0]) / 3.0, _SOON * unit), _SETTLED * unit)
     while at + _AHEAD * unit <= times[-1]:
         yield run[bisect_left(times, at) : bisect_left(times, at + _AHEAD * unit) + 1]
@@ -188,11 +188,6 @@ def _density(distance: float, spread: Array) -> float:
 def _sum(scores: Iterable[float]) -> float:
     total = sum(scores)
     return total if math.isfinite(total) else -math.inf
-
-
-def _unit(machine: Machine) -> float:
-    """The time in which the ship sails its length [s]."""
-    return machine.ship.L_pp / max(machine.ship.speed, 1e-3)
 
 
 def _places(machine: Machine) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +38,9 @@ from .faults.suspects import (
     threshold,
 )
 from .follow import Follower, Machine, Step, begun, made, surprise, without
-from .settings import MHE, Settings
-from .tally import Counts, Roughness, Tally
+from .settings import MHE, Seaway, Settings, afloat_in
+from .tally import Counts, Tally
+from .waves import Roughness, Swell, settled
 
 # A gap of so many times L/U begins the motion anew.
 _GAP = 5.0
@@ -72,7 +72,7 @@ class Live:
         tally: statistics of the innovations by hour.
         counts: rows that could not be taken in.
         trust: how forecasts have turned out.
-        rough: standard deviation of the sensors that waves make rougher than stated.
+        swell: what waves do to the readings, as it was found while the twin settled and has changed since.
     """
 
     def __init__(
@@ -91,8 +91,8 @@ class Live:
         self.last: Step | None = None
         self.alarms: list[Alarm] = []
         self.tally, self.counts, self.trust = Tally(), Counts(), Trust()
-        self.rough: dict[str, float] = {}
-        self._sea: Roughness | None = None
+        self._settling: tuple[Roughness, list[Kept]] | None = None
+        self.swell = Swell()
         self._bank = Bank(self.machine, suspects(self.machine))
         self._judge = Judge(threshold(len(self._bank.suspects), settings.spacing, settings.false_alarms))
         self._repeats, self._steering = Repeats(), steerings(ship, channels)
@@ -128,22 +128,24 @@ class Live:
         span = t - self.follower.t
         if span <= 0.0:
             return self._earlier(t, readings, self.follower)
-        if span > _GAP * self._long:
+        if span > _GAP * self.machine.unit:
             self.counts.gaps += 1
             return self._anew(t, readings, self.follower)
         acting = self._acting.between(before)
         self._repeats.note(t, dict(zip(self.machine.channels, readings.tolist(), strict=True)))
         for one in self._steering:
             one.note(t, values)
-        if span > _BLIND * self._long:
+        if span > _BLIND * self.machine.unit:
             self._forget(t, 0.0)
         follower, step = self._take(Kept(t, acting, readings), self.follower)
         self.trust.note(follower, step.acting, np.where(self._blind, math.nan, readings))
-        if self._sea is not None:
-            self._sea.note(step)
+        if self._settling is not None:
+            sea, rows = self._settling
+            sea.note(step)
+            rows.append(Kept(t, acting, readings))
             if t >= self._quiet:
-                self.roughen(self._sea.noise(self.machine))
-                self._sea = None
+                self._settling = None
+                self._settle_in(sea.found(), rows)
         self._watch(t)
         return True
 
@@ -153,11 +155,6 @@ class Live:
         out = np.zeros(len(self.machine.channels), dtype=np.bool_)
         out[list(self._masked)] = True
         return out
-
-    @property
-    def _long(self) -> float:
-        """L/U [s]."""
-        return self.machine.ship.L_pp / max(self.machine.ship.speed, 1e-3)
 
     @property
     def acting(self) -> Array:
@@ -176,7 +173,7 @@ class Live:
         self._masked = {self.machine.channels.index(name): self.alarms[k] for name, k in masked.items()}
         now = -math.inf if self.follower is None else self.follower.t
         self._agreed = dict.fromkeys(self._masked, now)
-        self._quiet = now + min(15.0, self._long)
+        self._quiet = now + min(15.0, self.machine.unit)
 
     def _begin(self, t: float, readings: Array) -> bool:
         """Begin at the first row that shows heading and, where it is read at all, position."""
@@ -185,12 +182,13 @@ class Live:
             self.counts.waiting += 1
             return False
         self.follower = begun(self.machine, t, readings)
-        self._quiet, self._sea = t + self.machine.settings.settle, Roughness()
+        self._quiet = t + self.machine.settings.settle
+        self._settling = Roughness(self.machine), [Kept(t, self._acting.now.copy(), readings)]
         return True
 
     def _earlier(self, t: float, readings: Array, old: Follower) -> bool:
         """A row that is not later than the last one: late, or the clock was set back."""
-        if old.t - t < self._long:
+        if old.t - t < self.machine.unit:
             self.counts.late += 1
             return False
         self.counts.restarts += 1
@@ -203,10 +201,10 @@ class Live:
         if not np.isfinite(readings[[k for k, c in enumerate(self.machine.channels) if c in ("psi", "x", "y")]]).all():
             self.counts.waiting += 1
             return False
-        walked = old.cov[own:, own:] + np.diag(self.machine.density[own:]) * max(t - old.t, 0.0)
+        walked = old.cov[own:, own:] + np.diag(self.machine.walked(t - old.t)[own:])
         self.follower, self.last = begun(self.machine, t, readings, (old.mean[own:], walked)), None
         self._history.clear()
-        self._forget(t, 2.0 * self._long)
+        self._forget(t, 2.0 * self.machine.unit)
         return True
 
     def _forget(self, t: float, quiet: float) -> None:
@@ -220,20 +218,20 @@ class Live:
         self._bad.clear()
         self._quiet = max(self._quiet, t + quiet)
 
-    def roughen(self, noise: Mapping[str, float]) -> None:
-        """Take sensors as rough as the sea makes them: standard deviations by name."""
-        if not noise:
-            return
-        settings = self.machine.settings
-        sensors: dict[str, Any] = dict(settings.sensors)
-        sensors |= {name: replace(sensors[name], sd=sd) for name, sd in noise.items()}
-        self.rough = dict(noise)
-        self.machine = made(self.machine.ship, replace(settings, sensors=sensors))
+    def roughen(self, sea: Seaway) -> None:
+        """Take waves as they are; the estimate, whose states may be others, has to be set again."""
+        self.swell, self.machine = Swell(sea), made(self.machine.ship, afloat_in(self.machine.settings, sea))
         self._bank, self.tally.level = Bank(self.machine, suspects(self.machine)), 1.0
-        if self.follower is not None:
-            self.follower = replace(self.follower, machine=self.machine)
-            self._history.clear()
-            self._forget(self.follower.t, min(15.0, self._long))
+
+    def _settle_in(self, sea: Seaway, rows: Sequence[Kept]) -> None:
+        """Begin again from the first row in the sea that was found."""
+        if not (sea.size or sea.noise):
+            return
+        self.roughen(sea)
+        self.follower, self.tally = settled(self.machine, self.swell, rows, _GAP * self.machine.unit)
+        self.machine = self.follower.machine
+        self._history.clear()
+        self._forget(self.follower.t, min(15.0, self.machine.unit))
 
     # -- the filter, and its evidence --
 
@@ -242,6 +240,9 @@ class Live:
         acting = self._acted(row, row.t - before.t)
         before = growing(self.alarms[-_MANY:], before, row.t)
         self.follower, step = before.row(row.t, acting, row.readings, self._masked)
+        if self.swell.sea.size:
+            self.machine = self.swell.note(step, self._masked, self.machine)
+            self.follower = replace(self.follower, machine=self.machine)
         self.last, after = step, self.follower
         settings = self.machine.settings
         if row.t - self._bank.latest >= settings.spacing or self._bank.surprised(step):
@@ -256,7 +257,7 @@ class Live:
         if settings.estimator == MHE:
             self._look_back(before, acting, row.readings, step)
         believed = without(step, self._masked)
-        if step.dt <= _BLIND * self._long:
+        if step.dt <= _BLIND * self.machine.unit:
             self._bank.weigh(believed, row.acting, self._overrides, self.tally.level)
         kept = int(believed.taken.sum())
         nis = believed.nis
@@ -361,7 +362,7 @@ class Live:
         else:
             self._settle(alarm, found.causes, found.consequences, t)
             self.follower = found.follower
-        self._forget(t, min(15.0, self._long))
+        self._forget(t, min(15.0, self.machine.unit))
 
     def _settle(self, alarm: Alarm, causes: Sequence[Alarm], consequences: Sequence[Alarm], t: float) -> None:
         """Tell consequences as such: what they did is undone."""
@@ -419,7 +420,7 @@ class Live:
         del self._overrides[control]
         self._close(lambda a: a.what == (control,) and a.how in OF_CONTROL, t)
         self._again(evidence.onset, ((), np.zeros(0)))
-        self._forget(t, min(15.0, self._long))
+        self._forget(t, min(15.0, self.machine.unit))
 
     def _again(self, since: float, opened: tuple[tuple[str, ...], Array]) -> None:
         """Go back to just before an onset and take in the rows since then again."""
@@ -483,7 +484,7 @@ class Live:
             del self._masked[k]
             self._agreed.pop(k, None)
         self._close(lambda a: a.cause == alarm.cause, t)
-        self._forget(t, min(15.0, self._long))
+        self._forget(t, min(15.0, self.machine.unit))
 
     def _close(self, which: Callable[[Alarm], bool], t: float) -> None:
         self.alarms = [one.ended(t) if math.isinf(one.over) and which(one) else one for one in self.alarms]

@@ -11,15 +11,17 @@ from ...core.files import write_whole
 from ...core.records import read_json, short, to_json
 from ...data import Array
 from ...identify import StudyError
+from ...identify.filters.augmented import WAVES
 from ...ships import Entry, Ship
 from .ahead import Score
 from .faults.acting import Override
 from .faults.alarms import Alarm
 from .follow import Follower
 from .live import Live
+from .settings import Seaway
 from .tally import Hour
 
-_FORMAT = "seatrial-twin/2"
+_FORMAT = "seatrial-twin/3"
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class _Saved:
         acting: controls and environment as last logged; NaN before the first reading.
         masked: number of the alarm by channel that is not believed.
         overrides: controls at fault.
-        rough: noise of sensors that waves make rougher than stated.
+        sea: what waves do.
     """
 
     ship: str
@@ -50,7 +52,7 @@ class _Saved:
     acting: Array
     masked: Mapping[str, int]
     overrides: Mapping[str, Override]
-    rough: Mapping[str, float] = field(default_factory=dict[str, float])
+    sea: Seaway = field(default_factory=Seaway)
 
 
 def save_state(live: Live, path: Path) -> None:
@@ -61,7 +63,7 @@ def save_state(live: Live, path: Path) -> None:
     machine = live.machine
     found = _Saved(machine.ship.name, machine.names, machine.channels, follower.t, follower.mean, follower.cov,
                    tuple(live.alarms), tuple(live.tally.hours), live.tally.level,
-                   {str(h): one for h, one in live.trust.scores.items()}, *live.held(), live.rough)  # fmt: skip
+                   {str(h): one for h, one in live.trust.scores.items()}, *live.held(), live.swell.sea)  # fmt: skip
     write_whole(path, to_json(found, _FORMAT))
 
 
@@ -72,7 +74,14 @@ def load_state(live: Live, path: Path) -> float:
         StudyError: not a saved state, or one of another ship, log or choice of parameters.
     """
     remedy = "remove it, or give another folder with -o"
-    found, machine = read_json(path, _Saved, _FORMAT, StudyError, remedy), live.machine
+    found = read_json(path, _Saved, _FORMAT, StudyError, remedy)
+    if found.sea != Seaway():
+        strays = [f"size.{name}" for name in found.sea.size if name not in WAVES]
+        strays += [f"noise.{name}" for name in found.sea.noise if name not in live.machine.settings.sensors]
+        if strays or (found.sea.size and not found.sea.omega > 0.0):
+            raise StudyError(f"{path}: sea.{short((strays or ['omega'])[0])} is of no motion or sensor here; {remedy}")
+        live.roughen(found.sea)
+    machine = live.machine
     if (found.ship, found.names, found.channels) != (machine.ship.name, machine.names, machine.channels):
         what = "the twin of another ship, log or choice of parameters"
         raise StudyError(f"{path}: {what}; give another folder with -o")
@@ -82,10 +91,6 @@ def load_state(live: Live, path: Path) -> float:
     count = len(found.alarms)
     if stray := [name for name, k in found.masked.items() if name not in machine.channels or not 0 <= k < count]:
         raise StudyError(f"{path}: masked.{short(stray[0])} is no channel with an alarm; {remedy}")
-    if stray := [name for name in found.rough if name not in machine.settings.sensors]:
-        raise StudyError(f"{path}: rough.{short(stray[0])} is no sensor of this log; {remedy}")
-    live.roughen(found.rough)
-    machine = live.machine
     live.follower = Follower(machine, found.t, found.mean, found.cov)
     live.alarms, live.tally.hours, live.tally.level = list(found.alarms), list(found.hours), found.level
     live.trust.scores.update({float(h): one for h, one in found.trust.items()})

@@ -10,7 +10,7 @@ from typing import Any
 
 from ...core.parameters import specs, unknown, values
 from ...identify import StudyError
-from ...identify.filters.augmented import ANTENNA, BIAS, SLOW
+from ...identify.filters.augmented import ANTENNA, BIAS, SLOW, WAVES
 from ...identify.filters.measurement import Antenna, Heading, Log, Rate, Sensor, Track
 from ...identify.nuisance import CURRENT
 from ...ships import Ship
@@ -166,6 +166,36 @@ def scaled(settings: Settings, motion: float, slow: float) -> Settings:
     process = {name: value * factors.get(name, 1.0) for name, value in settings.process.items()}
     start = {name: value * (slow if name in SLOW else 1.0) for name, value in settings.start.items()}
     return replace(settings, process=process, start=start)
+
+
+@dataclass(frozen=True)
+class Seaway:
+    """What waves do that no model of the slow motion has.
+
+    Attributes:
+        omega: frequency of their encounter [rad/s]; 0 where none is seen.
+        damping: damping ratio of their oscillators, which is half the width of the band by its frequency.
+        size: standard deviation of the displacements by `WAVES` [m, rad].
+        noise: standard deviation of the sensors that are rougher than stated and are not seen to move with waves.
+    """
+
+    omega: float = 0.0
+    damping: float = 0.2
+    size: Mapping[str, float] = field(default_factory=dict[str, float])
+    noise: Mapping[str, float] = field(default_factory=dict[str, float])
+
+
+def afloat_in(settings: Settings, sea: Seaway) -> Settings:
+    """The same with sensors as rough as the sea makes them, and first-order motion as further states."""
+    sensors: dict[str, Any] = dict(settings.sensors)
+    sensors |= {name: replace(sensors[name], sd=sd) for name, sd in sea.noise.items()}
+    start, process, memory = (dict(one) for one in (settings.start, settings.process, settings.memory))
+    for name, sd in sea.size.items():
+        rate = WAVES[name]
+        start |= {name: sd, rate: sea.omega * sd}
+        process |= {name: 0.0, rate: math.sqrt(4.0 * sea.damping * sea.omega**3) * sd}
+        memory |= {name: 0.5 / (sea.damping * sea.omega), rate: 1.0 / sea.omega}
+    return replace(settings, sensors=sensors, start=start, process=process, memory=memory)
 
 
 def noisier(settings: Settings, factor: float) -> Settings:

@@ -138,7 +138,7 @@ def test_a_killed_twin_goes_on_with_the_same_numbers(ship, tmp_path: Path) -> No
     with pytest.raises(StudyError, match="another ship, log or choice"):
         load_state(twin(voyage, free=()), kept)
     kept.write_text("{}")
-    with pytest.raises(StudyError, match=r"twin\.json: .*seatrial-twin/2.*; remove it, or give another folder"):
+    with pytest.raises(StudyError, match=r"twin\.json: .*seatrial-twin/3.*; remove it, or give another folder"):
         load_state(twin(voyage), kept)
 
 

@@ -61,6 +61,7 @@ from seatrial.realtime.twin.saved import learnt, load_state, save_state
 from seatrial.realtime.twin.settings import MHE, NOISE, noisier, scaled, usual
 from seatrial.realtime.twin.sources import Ear, channels_of, noise_of
 from seatrial.realtime.twin.tally import Hour, Tally
+from seatrial.realtime.twin.waves import Swell
 from seatrial.ships.files import load
 from shown import aligned, tables
 
@@ -781,8 +782,8 @@ def a_live(tmp: Any = None) -> Any:
               Alarm("log jumped", JUMP, ("u_w",), 11.0, 21.0, (1.0,), "m/s", 40.0, over=30.0)]  # fmt: skip
     tally = Tally(hours=[Hour(0.0, 1000.0, 1000), Hour(3600.0, 1500.0, 1000)])
     return SimpleNamespace(machine=here, follower=follower, alarms=alarms, active=alarms[:1], tally=tally,
-                           trust=Trust(), counts=live_module.Counts(3, 4, 5, 6), rough={},
-                           roughen=lambda noise: None)  # fmt: skip
+                           trust=Trust(), counts=live_module.Counts(3, 4, 5, 6), swell=Swell(),
+                           roughen=lambda sea: None)  # fmt: skip
 
 
 def test_the_card_counts_hours_alarms_and_changes() -> None:
