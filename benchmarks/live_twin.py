@@ -10,7 +10,6 @@ import math
 import os
 import sys
 import time
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -129,13 +128,16 @@ def cost() -> dict[str, Any]:
 _FIXED = ("propeller.D_P", "propeller.pitch_ratio", "propeller.J_syn", "propeller.J_syn0", "rudder.A_R", "rudder.eta",
           "rudder.x_R")  # fmt: skip
 _ESSO, _SHARE = ("hull.*", "propeller.*", "rudder.*", "body.m_x", "body.m_y", "body.I_zG"), 0.3
-_HORIZON, _SMOOTH = 30.0, 5.0
+# Horizons of forecasts [s]; those beyond the first begin at every second start.
+_HORIZONS, _SMOOTH = (30.0, 60.0, 120.0, 300.0, 600.0), 5.0
+# Steps of a forecast are so many times those of the filter, as those of a live twin; quantile of bands of 90 %.
+_LONGER, _QUANTILE = 4.0, 1.6449
 # Seconds over which missing surge is averaged where something else has pushed the model, as in the fits of this set.
 _PUSHED = 3.0
 
 
 def esso() -> dict[str, Any]:
-    """Forecasts over 30 s on the random trials of the Esso Osaka, one trial after the other, beside the plain model.
+    """Forecasts on the random trials of the Esso Osaka, one trial after the other, beside the plain model.
 
     The plain model starts from the readings of the last five seconds (`replay.smoothed_starts`); both know controls.
     Settings are those that `seatrial twin` finds on the first trial.  Forecasts are judged with and without those that
@@ -156,17 +158,20 @@ def esso() -> dict[str, Any]:
         parts = [part for part in free if part.name == trial.name or part.name.startswith(f"{trial.name}_")]
         carried, found = _forecasts(machine, trial, carried, [(part.t[0], part.t[-1]) for part in parts])
         whole += found
-        each[trial.name] = _rms_of(found)
+        each[trial.name] = _rms_of([one for one in found if one.horizon == _HORIZONS[0]])
         print(trial.name, each[trial.name], flush=True)
-    return {"drifting parameters": len(settings.free), "factors": factors._asdict(), "all": _rms_of(whole),
-            "undisturbed": _rms_of([one for one in whole if one.free]), "each": each}  # fmt: skip
+    ahead = {f"{horizon:g} s": {"all": _rms_of(some), "undisturbed": _rms_of([one for one in some if one.free])}
+             for horizon in _HORIZONS if (some := [one for one in whole if one.horizon == horizon])}  # fmt: skip
+    return {"drifting parameters": len(settings.free), "factors": factors._asdict(), "ahead": ahead, "each": each}
 
 
 class _Error(NamedTuple):
-    """Errors of a forecast at its end, of the twin and the plain model [m], and whether nothing else pushed."""
+    """Errors of a forecast at its end [m]; how many of x and y are in their bands; whether nothing else pushed."""
 
+    horizon: float
     twin: float
     plain: float
+    held: int
     free: bool
 
 
@@ -174,7 +179,8 @@ def _rms_of(errors: list[_Error]) -> dict[str, Any]:
     twin, plain = _rms([one.twin for one in errors]), _rms([one.plain for one in errors])
     middle = [float(np.median([getattr(one, name) for one in errors])) for name in ("twin", "plain")]
     return {"forecasts": len(errors), "twin, rms [m]": twin, "plain, rms [m]": plain, "ratio": twin / plain,
-            "medians [m]": middle}  # fmt: skip
+            "medians [m]": middle, "bands of 90 % hold": sum(one.held for one in errors) / max(2 * len(errors), 1),
+            }  # fmt: skip
 
 
 def _forecasts(
@@ -186,11 +192,8 @@ def _forecasts(
     measured = trial.stack(*STATES)
     measured[:, 2] = unwrapped(measured[:, 2])
     first = int(np.argmax(np.isfinite(read).all(axis=1)))
-    follower = begun(machine, float(trial.t[first]), read[first])
-    if carried is not None:
-        mean, cov = follower.mean.copy(), follower.cov.copy()
-        mean[own:], cov[own:, own:] = carried.mean[own:], carried.cov[own:, own:]
-        follower = replace(follower, mean=mean, cov=cov)
+    further = None if carried is None else (carried.mean[own:], carried.cov[own:, own:])
+    follower = begun(machine, float(trial.t[first]), read[first], further)
     starts = [int(np.searchsorted(trial.t, at)) for at in np.arange(trial.t[first] + 60.0, trial.t[-1] - 31.0, 15.0)]
     starts = [k for k in starts if np.isfinite(measured[k]).all()]
     smooth = dict(zip(starts, smoothed_starts(trial.t, measured, starts, _SMOOTH), strict=True))
@@ -204,20 +207,35 @@ def _forecasts(
         last = k
         if k in smooth:
             plain[: len(STATES)] = smooth[k]
-            end = int(np.searchsorted(trial.t, trial.t[k] + _HORIZON))
-            twin, model = (float(np.hypot(*(_onward(machine, one, trial.t, series, k, end)[:2] - measured[end, :2])))
-                           for one in (follower.mean, plain))  # fmt: skip
-            if math.isfinite(twin + model):
-                inside = any(a <= trial.t[k] and trial.t[end] <= b for a, b in free)
-                found.append(_Error(twin, model, inside))
+            longest = len(_HORIZONS) if starts.index(k) % 2 == 0 else 1
+            found += _judged(follower, plain, (trial.t, series, measured[:, :2]), k, free, _HORIZONS[:longest])
     return follower, found
 
 
-def _onward(machine: Machine, mean: Any, t: Any, series: Any, k: int, end: int) -> Any:
-    """The state at row `end` from that at row `k`, without readings."""
-    for row in range(k, end):
-        (mean,) = machine.traced.onward(mean, series[row], float(t[row + 1] - t[row]))
-    return mean
+def _judged(
+    start: Follower, plain: Any, log: tuple[Any, Any, Any], k: int, free: list[tuple[float, float]],
+    horizons: tuple[float, ...],
+) -> list[_Error]:  # fmt: skip
+    """Forecasts from row `k` of a log (times, what acts, places) over each horizon that it has."""
+    t, series, places = log
+    machine, twin, model, now, found = start.machine, start, plain, k, list[_Error]()
+    step = _LONGER * machine.settings.step
+    for horizon in horizons:
+        end = int(np.searchsorted(t, t[k] + horizon))
+        if end >= len(t):
+            break
+        while now < end:
+            after = max(min(int(np.searchsorted(t, t[now] + step)), end), now + 1)
+            acting, span = series[now:after].mean(axis=0), float(t[after] - t[now])
+            twin, _ = twin.ahead(float(t[after]), acting, step)
+            (model,) = machine.traced.onward(model, acting, span)
+            now = after
+        errors = [float(np.hypot(*(one[:2] - places[end]))) for one in (twin.mean, model)]
+        if all(math.isfinite(one) for one in errors):
+            spread = np.sqrt(np.diagonal(twin.cov)[:2] + machine.traced.model.noise[:2] ** 2)
+            held = int((np.abs(places[end] - twin.mean[:2]) <= _QUANTILE * spread).sum())
+            found.append(_Error(horizon, *errors, held, any(a <= t[k] and t[end] <= b for a, b in free)))
+    return found
 
 
 def adversaries() -> dict[str, Any]:

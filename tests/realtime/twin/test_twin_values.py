@@ -15,6 +15,7 @@ from seatrial.realtime.twin import follow
 from seatrial.realtime.twin.ahead import forecast
 from seatrial.realtime.twin.faults.acting import Override
 from seatrial.realtime.twin.faults.alarms import STEERING, Alarm
+from seatrial.realtime.twin.faults.cases import History
 from seatrial.realtime.twin.faults.stuck import FOLLOWS
 from seatrial.realtime.twin.faults.suspects import LAZY, threshold
 from seatrial.realtime.twin.follow import Step, begun
@@ -206,6 +207,20 @@ def test_more_than_six_alarms_in_an_hour_are_no_sensors(first: float, count: int
     one._raise(Alarm("another", "jump", ("x",), t - 10.0, t))
     assert one.done[0] == done
     assert len(one.alarms) == count + 1
+
+
+@pytest.mark.parametrize(("hows", "ago", "done"), [
+    (("grows", "impulse"), 100.0, "_give_up"), (("carried", "carried"), 100.0, "_give_up"),
+    (("grows",), 100.0, "_explain"), (("grows", "jump"), 100.0, "_explain"), (("grows", "impulse"), 241.0, "_explain"),
+])  # fmt: skip
+def test_a_current_that_changes_three_times_in_four_minutes_is_a_wrong_model(
+    hows: tuple[str, ...], ago: float, done: str
+) -> None:  # fmt: skip
+    before = [Alarm(f"cause {k}", how, ("a",), 0.0, 1000.0 - ago, over=1000.0 - ago) for k, how in enumerate(hows)]
+    one = bare(before)
+    one._history = History()  # of no rows that would tell which of them is needed
+    one._raise(Alarm("current changed", "carried", ("a",), 990.0, 1000.0))
+    assert one.done[0] == done
 
 
 def test_an_alarm_of_a_minute_ago_goes_on_and_steering_that_follows_ends_its_own() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from sea_logs import NOISE as READ
 from sea_logs import Bridge, sailed
 from seatrial.identify.filters.augmented import WAVES, augmented
 from seatrial.identify.filters.measurement import Antenna, Heading, Log, Rate, Track
+from seatrial.realtime.twin.faults.suspects import Bank, suspects
 from seatrial.realtime.twin.follow import Step
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.settings import Seaway, afloat_in, usual
@@ -64,7 +66,9 @@ def test_a_wave_of_the_heading_that_the_gyro_shows_as_well_has_its_size_and_freq
     """A sine of six seconds: its standard deviation is its amplitude by the root of two."""
     found = seen(yawing()).found()
     assert found.noise == {}
-    assert set(found.size) == {"wave.psi"}
+    # surge and sway that are not seen are half of what the log would show
+    unseen = 0.5 * NOISE[4] / found.omega
+    assert found.size == pytest.approx({"wave.psi": found.size["wave.psi"], "wave.x": unseen, "wave.y": unseen})
     assert found.size["wave.psi"] == pytest.approx(0.01 / math.sqrt(2.0), rel=0.03)
     assert found.omega == pytest.approx(1.03, rel=0.01)
     assert found.damping == 0.05  # one frequency is the narrowest of all seas
@@ -97,7 +101,7 @@ def test_places_in_waves_are_taken_along_the_axes_of_the_ship_without_what_yaw_d
     off, t = yawing(), np.arange(400.0)
     off[:, 0] += 3.0 * np.sin(1.03 * t + 1.0)
     found = seen(off, psi=0.5 * math.pi).found()
-    assert set(found.size) == {"wave.psi", "wave.y"}
+    assert found.size["wave.x"] == pytest.approx(0.5 * found.size["wave.y"])
     whole = found.size["wave.y"]
     assert whole == pytest.approx(3.0 / math.sqrt(2.0), rel=0.05)
     aft = seen(off, psi=0.5 * math.pi)
@@ -135,7 +139,8 @@ def swollen(rows: int, gain: float, masked: tuple[int, ...] = ()) -> float:
     here = machine()
     names = (*here.names[:9], "wave.r", here.names[10])
     traced = SimpleNamespace(names=names, model=here.traced.model)
-    here, swell = replace(here, traced=traced, density=np.ones(11)), Swell(Seaway(1.0, 0.1, {"wave.psi": 0.01}), -1.0)  # type: ignore[arg-type]
+    here = replace(here, traced=traced, density=np.ones(11))  # type: ignore[arg-type]
+    swell = Swell(Seaway(0.4 * math.pi, 0.1, {"wave.psi": 0.01}), -1.0)
     empty, random = np.zeros(0), np.random.default_rng(2)
     for k in range(rows):
         off = gain * NOISE * np.where(np.arange(5) > 1, np.sign(random.standard_normal(5)), 1e3)
@@ -146,14 +151,37 @@ def swollen(rows: int, gain: float, masked: tuple[int, ...] = ()) -> float:
     return float(here.density[9])
 
 
-def test_noise_of_the_waves_follows_their_innovations_every_twenty_lengths() -> None:
-    assert swollen(398, 1.5) == 1.0
-    assert swollen(400, 1.5) == pytest.approx(2.25)
-    assert swollen(800, 0.5) == pytest.approx(0.25**2)
-    assert swollen(4000, 0.1) == pytest.approx(0.02)
-    assert swollen(4000, 2.0) == pytest.approx(8.0)
-    assert swollen(400, 100.0) == pytest.approx(8.0)
-    assert swollen(400, 1.5, (2, 3)) == 1.0  # sensors that are at fault tell nothing of the sea
+def test_noise_of_the_waves_follows_their_innovations_every_ten_periods() -> None:
+    assert swollen(49, 1.5) == 1.0
+    assert swollen(50, 1.5) == pytest.approx(2.25)
+    assert swollen(100, 0.5) == pytest.approx(0.25**2)
+    assert swollen(1000, 0.1) == pytest.approx(0.02)
+    assert swollen(1000, 2.0) == pytest.approx(100.0)
+    assert swollen(50, 100.0) == pytest.approx(9.0)  # an outlier counts as three deviations
+    assert swollen(50, 1.5, (2, 3)) == 1.0  # sensors that are at fault tell nothing of the sea
+
+
+def test_a_share_and_a_delay_are_those_of_the_slow_motion() -> None:
+    """The eleventh state of the linear ship as the rate of yaw in waves: of 0.03 rad/s, 0.02 are theirs."""
+    here, one_of = machine(), {"wave.r": 10}
+    names = (*here.names[:10], "wave.r")
+    slope = np.eye(5, 11)
+    slope[3] = np.eye(11)[5] + np.eye(11)[one_of["wave.r"]]
+    usual_state = np.zeros(11)
+    usual_state[[5, 10]] = 0.01, 0.02
+    traced: Any = SimpleNamespace(names=names, model=here.traced.model, own=6)
+    bank = Bank(replace(here, traced=traced), [one for one in suspects(here) if "slow.r" not in one.what])
+    bank.onset(0.0, np.ones(10), np.zeros(11))
+    before, empty = usual_state.copy(), np.zeros(0)
+    before[[5, 10]] = 0.008, -0.02
+    step = Step(1.0, 1.0, np.arange(5), np.ones(5, dtype=bool), np.zeros(5), np.eye(5), empty, empty, slope, empty,
+                before, empty, slope @ usual_state)  # fmt: skip
+    found = np.zeros((5, bank._columns, bank._slots))
+    bank._misread(step, found, usual_state)
+    shown = {(one.cause, one.share): found[3, first, 0] for one, first in zip(bank.suspects, bank._first, strict=False)}
+    assert shown["rate gyro scaled", 1.0] == pytest.approx(0.01)
+    late = [value for (cause, _), value in shown.items() if cause == "rate gyro late"]
+    assert late == pytest.approx([-0.002, -0.002])
 
 
 @pytest.mark.slow

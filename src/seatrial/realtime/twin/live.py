@@ -17,7 +17,7 @@ from ...ships import Ship
 from .ahead import Trust
 from .faults.acting import Acting, Override
 from .faults.alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, elsewhere
-from .faults.cases import History, Kept, acted, growing, judged, masks, opening, override_of, together
+from .faults.cases import History, Kept, acted, growing, judged, masks, opening, override_of, restless, together
 from .faults.explained import Window
 from .faults.stuck import FOLLOWS, JAMMED, Repeats, steerings
 from .faults.suspects import (
@@ -221,7 +221,7 @@ class Live:
     def roughen(self, sea: Seaway) -> None:
         """Take waves as they are; the estimate, whose states may be others, has to be set again."""
         self.swell, self.machine = Swell(sea), made(self.machine.ship, afloat_in(self.machine.settings, sea))
-        self._bank, self.tally.level = Bank(self.machine, suspects(self.machine)), 1.0
+        self._bank, self.tally.level, self._judge.wave = Bank(self.machine, suspects(self.machine)), 1.0, sea.period
 
     def _settle_in(self, sea: Seaway, rows: Sequence[Kept]) -> None:
         """Begin again from the first row in the sea that was found."""
@@ -352,7 +352,7 @@ class Live:
         else:
             self.alarms.append(alarm)
         recent = [one for one in self.alarms if one.named > t - _HOUR and one.how != STEERING and not one.of]
-        if len(recent) > _MANY:
+        if len(recent) > _MANY or restless(recent, t):
             self._give_up(recent, t)
             return
         others = together(self.alarms, t, lambda one: one.cause == alarm.cause)

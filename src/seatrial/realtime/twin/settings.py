@@ -184,6 +184,11 @@ class Seaway:
     size: Mapping[str, float] = field(default_factory=dict[str, float])
     noise: Mapping[str, float] = field(default_factory=dict[str, float])
 
+    @property
+    def period(self) -> float:
+        """Of the encounter [s]; 0 where none is seen."""
+        return 2.0 * math.pi / self.omega if self.omega else 0.0
+
 
 def afloat_in(settings: Settings, sea: Seaway) -> Settings:
     """The same with sensors as rough as the sea makes them, and first-order motion as further states."""

@@ -12,7 +12,7 @@ from ...data import Array
 from ...identify.filters.augmented import WAVES
 from .faults.cases import Kept
 from .follow import Follower, Machine, Step, begun
-from .settings import Seaway
+from .settings import SPEED, VELOCITY, Seaway
 from .tally import Tally
 
 # Waves are what changes within this share of L/U; a sensor is rougher than stated from this variance ratio on.
@@ -22,6 +22,8 @@ _FEWEST = 30
 _MOST = 12.0
 # Compass and gyro show the same yaw where its rate and theirs correlate by so much, in means over this share of L/U.
 _SAME, _MEAN = 0.5, 0.05
+# A motion that is not seen is so large at least, as a share of the noise of speeds and of the other motion.
+_UNSEEN = 0.5
 # A sea is no narrower and no wider than this, as a damping ratio.
 _DAMPED = (0.05, 0.4)
 
@@ -68,11 +70,15 @@ class Roughness:
         excess = {name: one / kept for name, one in excess.items()}
         yaw = math.sqrt(excess["psi"] * excess["r"]) / omega
         size = {"wave.psi": math.sqrt(yaw)}
-        ahead, aside = self.machine.settings.antenna
+        moved, (ahead, aside) = dict[str, float](), self.machine.settings.antenna
         for name, lever, place, velocity in (("wave.x", aside, "x", "v_north"), ("wave.y", ahead, "y", "v_east")):
             known = excess[velocity] / omega**2 if velocity in excess else excess.get(place, 0.0)
-            if known > 0.0:  # the antenna moves with the yaw as well
-                size[name] = math.sqrt(max(known - lever**2 * yaw, 0.1 * known))
+            # the antenna moves with the yaw as well
+            moved[name] = math.sqrt(max(known - lever**2 * yaw, 0.1 * known))
+        # on another course, surge and sway that are not seen yet will be
+        told = [one.sd for name, one in sensors.items() if name in (VELOCITY, SPEED)]
+        least = max(_UNSEEN * min(told, default=0.0) / omega, _UNSEEN * max(moved.values()))
+        size |= {name: max(one, least) for name, one in moved.items() if least > 0.0}
         return Seaway(omega, _damping(omega, *means), size)
 
     def _quick(self, channel: str) -> tuple[Array, Array, Array, float] | None:
@@ -148,11 +154,11 @@ def _damping(omega: float, width: float, psi: Array, r: Array) -> float:
     return float(np.clip(-slope, *_DAMPED))
 
 
-# The noise that drives the waves follows the innovations of so many L/U, by no more than these factors in all.
-_FOLLOWS, _LEAST, _MOST_DRIVEN = 20.0, 0.02, 8.0
+# The noise that drives the waves follows the innovations of so many periods, by no more than these factors in all.
+_FOLLOWS, _LEAST, _MOST_DRIVEN = 10.0, 0.02, 100.0
 # An outlier counts as so many squared standard deviations.
 _CLIPPED = 9.0
-_YAW, _PLACE, _VELOCITY = ("psi", "r"), ("x", "y"), ("v_north", "v_east")
+_YAW, _PLACE, _SPEEDS = ("psi", "r"), ("x", "y"), ("v_north", "v_east", "u_w")
 
 
 @dataclass
@@ -175,13 +181,13 @@ class Swell:
     def note(self, step: Step, masked: Collection[int], machine: Machine) -> Machine:
         """Note a row; the machine as it is from here on, another one now and then."""
         variance = np.diagonal(step.spread)
-        groups = _YAW, _VELOCITY if _VELOCITY[0] in machine.channels else _PLACE
+        groups = _YAW, _SPEEDS if any(name in machine.channels for name in _SPEEDS) else _PLACE
         for k, off, spread in zip(step.rows.tolist(), step.innovation.tolist(), variance.tolist(), strict=True):
             group = next((g for g, names in enumerate(groups) if machine.channels[k] in names), None)
             if group is not None and k not in masked:
                 self._sums[group][0] += min(off**2 / spread, _CLIPPED)
                 self._sums[group][1] += 1.0
-        if step.t - self.since < _FOLLOWS * machine.unit:
+        if step.t - self.since < _FOLLOWS * self.sea.period:
             return machine
         return self.turned(step.t, machine)
 

@@ -220,6 +220,16 @@ def test_a_fault_matters_from_a_tenth_of_its_usual_size_on_in_any_direction(size
     assert matters(evidence("a", 60.0, size=size)) is counts
 
 
+def test_in_waves_evidence_has_to_last_over_a_whole_one() -> None:
+    judge, fixed = Judge(10.0), evidence("a", 60.0, REVERSED, (0.0,))
+    judge.wave = 14.0
+    assert [t for t in (0.0, 2.5, 7.0, 13.9, 14.0) if judge.named(t, [fixed]) is not None] == [14.0]
+    judge.clear()
+    assert judge.named(20.0, [fixed]) is None
+    assert judge.named(27.0, [evidence("a", 1.0, REVERSED, (0.0,))]) is None  # the other half of the wave
+    assert judge.named(34.0, [fixed]) is None
+
+
 def test_a_known_size_matters_however_small_and_thrust_is_lost_and_not_found() -> None:
     judge = Judge(10.0)
     fixed = evidence("a", 60.0, REVERSED, (0.0,))
@@ -845,6 +855,12 @@ def test_a_state_of_another_twin_is_refused(tmp_path: Path, spoilt: dict[str, An
     path.write_text(json.dumps(about | spoilt))
     with pytest.raises(StudyError, match="another ship, log or choice"):
         load_state(live, path)
+    for sea, what in (({"size": {"wave.z": 1.0}, "omega": 1.0}, "size.wave.z"),
+                      ({"noise": {"nose": 1.0}}, "noise.nose"),
+                      ({"size": {"wave.psi": 1.0}, "omega": 0.0}, "sea.omega")):  # fmt: skip
+        path.write_text(json.dumps(about | {"sea": sea}))
+        with pytest.raises(StudyError, match=what):
+            load_state(live, path)
     path.write_text(json.dumps(about | {"schema": "seatrial-twin/1"}))
     with pytest.raises(StudyError, match=r"state\.json"):
         load_state(live, path)

@@ -158,11 +158,13 @@ class Judge:
         limit: score from which there is a fault.
         crossed: since when the best suspect is above it [s].
         looked: when suspects were last compared [s].
+        wave: period of the sea [s]: what half a wave makes of the evidence, the other half takes back.
     """
 
     limit: float
     crossed: float = math.nan
     looked: float = -math.inf
+    wave: float = 0.0
 
     def clear(self) -> None:
         """Forget what was above the limit."""
@@ -183,7 +185,8 @@ class Judge:
             return None
         if math.isnan(self.crossed):
             self.crossed = t
-        if t - self.crossed < _OUTLIER or t - self.looked < max(_LOOKS, _LONGER * (self.looked - self.crossed)):
+        soon = t - self.looked < max(_LOOKS, _LONGER * (self.looked - self.crossed))
+        if soon or t - self.crossed < max(_OUTLIER, self.wave):
             return None
         self.looked = t
         evidence = [one for one in compared(evidence) if possible(one)]

@@ -24,6 +24,8 @@ from .suspects import CARRIED, GROWS, IMPULSE, LEVER, LOST, MISREAD, OF_CONTROL,
 CASE = 240.0
 """Faults that are named within this time may have one cause [s]."""
 
+# Water and forces that change so often within a case are those of another ship: they come and go with its turns.
+_CHANGES = 3
 # No more rows than this are kept; estimates to begin from stand so many rows apart.
 _ROWS, _APART = 1200, 5
 # A fault that makes the rows less likely by so much less, as twice a logarithm, is not needed.
@@ -185,3 +187,8 @@ def _unlikely(step: Step, masked: Collection[int]) -> float:
 def together(alarms: Sequence[Alarm], t: float, but: Callable[[Alarm], bool]) -> list[Alarm]:
     """Alarms of the last minutes that are causes so far and may not be."""
     return [one for one in alarms if one.named > t - CASE and not one.of and one.how != STEERING and not but(one)]
+
+
+def restless(alarms: Sequence[Alarm], t: float) -> bool:
+    """Whether water and forces have changed more often of late than they do, so that the model is wrong."""
+    return sum(one.how in (IMPULSE, GROWS, CARRIED) and one.named > t - CASE for one in alarms) >= _CHANGES

@@ -19,7 +19,7 @@ import numpy as np
 
 from ....actuators import Servo
 from ....data import Array
-from ....identify.filters.augmented import ANTENNA, BIAS, SLOW
+from ....identify.filters.augmented import ANTENNA, BIAS, SLOW, WAVES
 from ....identify.nuisance import CURRENT
 from ....models import unit
 from ....ships import Ship
@@ -181,6 +181,7 @@ class Bank:
         self._control = {name: k for k, name in enumerate(machine.ship.model.controls)}
         self._rate = {name: _rate(machine.ship.actuators.of(name)) for name in self._control}
         self._acted = [k for k, one in enumerate(self.suspects) if one.how in OF_CONTROL]
+        self._waves = [k for k, name in enumerate(machine.names) if name in (*WAVES, *WAVES.values())]
         self._sensor = [k for k, one in enumerate(machine.settings.sensors.values()) for _ in one.channels]
         self._said: dict[str, deque[tuple[float, float]]] = {name: deque() for name in machine.channels}
         self._prior = np.array([size**-2.0 for one in self.suspects for size in one.size])[:, None]
@@ -246,7 +247,7 @@ class Bank:
         self._grow(step, away, usual)
         self._act(step, away, logged, faulty, usual)
         found = (step.slope @ away.reshape(n, flat)).reshape(-1, self._columns, self._slots)
-        self._misread(step, found, step.slope @ (usual - step.before) / step.dt)
+        self._misread(step, found, usual)
         deviation = np.sqrt(np.diagonal(step.spread))
         far = np.abs(step.innovation) > GATE * deviation
         counted = ~(far & ~self._far[step.rows])
@@ -313,13 +314,21 @@ class Bank:
                 (instead,) = traced.onward(step.before, other, step.dt)
                 away[:, column] += (instead - usual)[:, None]
 
-    def _misread(self, step: Step, found: Array, rate: Array) -> None:
-        """Add what faulty readings do to the innovations; `rate` is that of the readings [1/s]."""
+    def _misread(self, step: Step, found: Array, usual: Array) -> None:
+        """Add what faulty readings do to the innovations; `usual` is the state that was expected.
+
+        A share or a delay is that of the slow motion: of the waves, which are never quite those of an oscillator, the
+        innovations would look like one.
+        """
+        slow = step.slope.copy()
+        slow[:, self._waves] = 0.0
+        expected = step.expected - (step.slope - slow) @ usual
+        rate = slow @ (usual - step.before) / step.dt
         row = {name: int(np.flatnonzero(step.rows == k)[0]) for k, name in enumerate(self.machine.channels)
                if k in step.rows}  # fmt: skip
         for name, k in row.items():
             said = self._said[name]
-            said.append((step.t, float(step.expected[k])))
+            said.append((step.t, float(expected[k])))
             while len(said) > 2 and said[1][0] < step.t - _LATE[-1][1]:
                 said.popleft()
         for one, first in zip(self.suspects, self._first, strict=False):
@@ -329,7 +338,7 @@ class Bank:
                 if one.how in (JUMP, RAMP):
                     found[row[name], first + k] += 1.0 if one.how == JUMP else step.t - self._onset
                 else:
-                    shown = step.expected[row[name]]
+                    shown = expected[row[name]]
                     found[row[name], first] += shown if one.how == SHARE else (
                         self._late(name, step.t, one.share, float(shown), float(rate[row[name]])))  # fmt: skip
 
