@@ -97,14 +97,14 @@ def test_what_compass_and_gyro_do_not_agree_on_is_noise() -> None:
 
 
 def test_places_in_waves_are_taken_along_the_axes_of_the_ship_without_what_yaw_does_at_the_antenna() -> None:
-    """Heading east, a sway of 3 m north and south; of an antenna 100 m aft, yaw is a metre of it."""
-    off, t = yawing(), np.arange(400.0)
-    off[:, 0] += 3.0 * np.sin(1.03 * t + 1.0)
-    found = seen(off, psi=0.5 * math.pi).found()
-    assert found.size["wave.x"] == pytest.approx(0.5 * found.size["wave.y"])
+    """Heading 0.5 rad, a sway of 3 m to either side; of an antenna 100 m aft, yaw is a metre of it."""
+    off, t, psi = yawing(), np.arange(400.0), 0.5
+    off[:, :2] += 3.0 * np.outer(np.sin(1.03 * t + 1.0), [-math.sin(psi), math.cos(psi)])
+    found = seen(off, psi).found()
     whole = found.size["wave.y"]
     assert whole == pytest.approx(3.0 / math.sqrt(2.0), rel=0.05)
-    aft = seen(off, psi=0.5 * math.pi)
+    assert found.size["wave.x"] == pytest.approx(0.5 * whole)  # none is seen
+    aft = seen(off, psi)
     aft.machine = replace(aft.machine, settings=replace(aft.machine.settings, antenna=(-100.0, 0.0)))
     assert whole**2 - aft.found().size["wave.y"] ** 2 == pytest.approx((100.0 * found.size["wave.psi"]) ** 2)
 

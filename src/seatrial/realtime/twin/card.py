@@ -99,6 +99,12 @@ def alarm(one: Any) -> Mapping[str, Any]:
 def _assumed(live: Live) -> dict[str, str]:
     settings = live.machine.settings
     noise = zip(live.machine.channels, live.machine.traced.model.noise, strict=True)
-    return {"estimator": settings.estimator, "noise of the readings": ", ".join(f"{c} {number(v)}" for c, v in noise),
+    sea = live.swell.sea
+    moved = {"wave.psi": ("yaw", "deg", 180.0 / math.pi), "wave.x": ("surge", "m", 1.0), "wave.y": ("sway", "m", 1.0)}
+    told = [f"{name} {number(factor * sea.size[of], 2)} {unit}" for of, (name, unit, factor) in moved.items()
+            if of in sea.size]  # fmt: skip
+    waves = {"waves": f"{', '.join(told)} rms, at about {number(sea.period, 2)} s"} if told else {}
+    return {"estimator": settings.estimator, **waves,
+            "noise of the readings": ", ".join(f"{c} {number(v)}" for c, v in noise),
             "false alarms a day": f"{settings.false_alarms:g} by its limits, if the model is right",
             "rows late or before the first fix": f"{live.counts.late}, {live.counts.waiting}"}  # fmt: skip

@@ -58,7 +58,7 @@ from seatrial.realtime.twin.follow import Step, _midship, begun, inverse_of, sur
 from seatrial.realtime.twin.likely import FACTORS, NOISIER
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.saved import learnt, load_state, save_state
-from seatrial.realtime.twin.settings import MHE, NOISE, noisier, scaled, usual
+from seatrial.realtime.twin.settings import MHE, NOISE, Seaway, noisier, scaled, usual
 from seatrial.realtime.twin.sources import Ear, channels_of, noise_of
 from seatrial.realtime.twin.tally import Hour, Tally
 from seatrial.realtime.twin.waves import Swell
@@ -826,6 +826,13 @@ def test_the_card_counts_hours_alarms_and_changes() -> None:
     (hours,) = tables(found.sections[5 if found.sections[4].title == "Alarms" else 4].body)
     assert hours[1][:2] == ["0", "1.000"]
     assert hours[2] == ["1", "1.500", hours[1][2], "1000", "no"]
+
+
+def test_the_card_tells_what_waves_do_where_there_are_any() -> None:
+    live = a_live()
+    assert "rms, at about" not in page(live, "a.csv").html
+    live.swell = Swell(Seaway(0.5, 0.1, {"wave.psi": math.radians(0.4), "wave.y": 1.5}))
+    assert "yaw 0.40 deg, sway 1.5 m rms, at about 13 s" in page(live, "a.csv").html
 
 
 def test_before_the_first_row_there_is_nothing_to_show() -> None:
