@@ -112,6 +112,7 @@ def test_ships_are_drawn_from_a_posterior(monkeypatch: pytest.MonkeyPatch) -> No
     assert len({seed for _, seed in asked}) == 2
 
 
+@pytest.mark.slow
 def test_what_it_cannot_be_is_refused() -> None:
     for period in (0.0, 15.0, -20.0):
         with pytest.raises(TaskError, match="whole number of 10 s"):

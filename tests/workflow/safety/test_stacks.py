@@ -300,6 +300,7 @@ def test_a_stack_that_is_called_keeps_clear_and_its_silence_is_counted(tmp_path:
     assert (np.abs(np.diff(silent.tracks.psi[:, 0, -10:])) < 0.01).all()  # the last orders hold
 
 
+@pytest.mark.slow
 def test_orders_that_are_none_hold_the_last_ones_in_their_run_alone() -> None:
     class Half:
         def look(self, scene: Scene) -> Orders:
