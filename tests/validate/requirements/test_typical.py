@@ -15,10 +15,10 @@ from seatrial.actuators import Actuators
 from seatrial.core.parameters import update, values
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.files import load
-from seatrial.validate.requirements import Finding, Item, judged, plausible, typical, whole
+from seatrial.validate.requirements import Finding, Item, judged, plausible, steering, typical, whole
 from seatrial.validate.requirements import thresholds as limit
 from seatrial.validate.requirements.probe import Probe
-from seatrial.validate.requirements.scopes import checked, judge
+from seatrial.validate.requirements.scopes import SCOPES, checked, judge
 from seatrial.validate.requirements.thresholds import most
 
 
@@ -233,3 +233,14 @@ def test_a_full_ship_is_doubted_at_the_speed_of_a_fast_one() -> None:
     assert blocks[7.776].doubt
     assert not blocks[7.776].holds
     assert blocks[7.776].value == pytest.approx(0.8836 / (0.7 + 0.125 * math.atan(-0.1708)), rel=0.01)
+
+
+@pytest.mark.slow
+def test_the_item_on_turning_tells_a_gain_in_degrees() -> None:
+    """K times 57.3: Norrbin's term keeps the circle a ship's, and the first answer is not."""
+    ship = load("frigate_100m")
+    ship = replace(ship, model=update(ship.model, {"K": math.degrees(float(values(ship.model)["K"]))}))
+    (item,) = (one for one in SCOPES["berthing"] if one.check is steering.turning)
+    found = checked(item, Probe.of(ship))
+    assert found.verdict == "fail"
+    assert "first answer of yaw" in found.reason
