@@ -348,6 +348,7 @@ BAD: tuple[tuple[Callable[[str], str], str], ...] = (
     (lambda t: t.replace("d = 9.0\n", ""), r"missing d$"),
     (lambda t: t + "bredth = 2.0\n", r"no number 'bredth'"),
     (lambda t: t + "speeed = 2.0\n", r"no number 'speeed'; near: speed"),
+    (lambda t: t + "rpm = 100.0\n", r"no number .rpm.; write n_P"), (lambda t: t + "Draught = 1.0\n", r"write d$"),
     (lambda t: t + 'speed = { value = 5.0, unit = "furlong" }\n', r"unit 'furlong'"),
     (lambda t: t + "volume = 30000.0\n", r"volume makes a block coefficient"),
     (lambda t: t.replace("B = 25.0", "B = 100.0"), r"L_pp/B is 1.5; .*2 to 12"),

@@ -270,3 +270,21 @@ def test_frames_of_fast_packets_on_two_buses_are_not_mixed() -> None:
                 whole.append(one.data)
     assert [one.hex() for one in whole] == ["0102030405060708090a"] * 2
     assert packets.lost == 0
+
+
+def test_a_gear_makes_revolutions_of_the_shaft_of_those_of_the_engine(tmp_path: Path) -> None:
+    """1450 rpm of the engine: 24.17 1/s as the shaft's with a doubt, 12.08 1/s by a gear of 2 to 1."""
+    lines = [_heading(100 * k, k=k) for k in range(30)]
+    engine = struct.pack("<BHHbH", 0, 5800, 0xFFFF, 0x7F, 0xFFFF).hex()
+    lines += [f"({EPOCH + k:.6f}) can0 {identifier(127488):08X}#{engine}" for k in range(30)]
+    log, mapping = _written(tmp_path / "a.log", sorted(lines)), tmp_path / "m.toml"
+    plain = n2k.read(log)
+    assert plain["n_P"] == pytest.approx(1450.0 / 60.0)
+    assert any("gear = 2.0 in a mapping" in one for one in plain.meta["processing"])
+    mapping.write_text('schema = "seatrial-nmea/1"\ngear = 2.0\n')
+    geared = n2k.read(log, n2k.read_mapping(mapping))
+    assert geared["n_P"] == pytest.approx(1450.0 / 120.0)
+    assert not any("doubt" in one for one in geared.meta["processing"] if "revolutions" in one)
+    mapping.write_text('schema = "seatrial-nmea/1"\ngear = 0.0\n')
+    with pytest.raises(DataError, match="gear is 0"):
+        n2k.read_mapping(mapping)

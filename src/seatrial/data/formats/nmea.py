@@ -17,6 +17,7 @@ logs, is one; every key may be left out:
     mast = { forward = -50.0 }                       # of the anemometer
     datum = { latitude = 35.0, longitude = 139.5 }   # else the first fix
     variation = 3.5                                  # deg, east positive, of a magnetic compass
+    gear = 2.0                                       # turns of the engine for one of the shaft
     prefer = { heading = "HEHDT", position = "GPGGA" }
     L_pp = 150.0
 """
@@ -76,6 +77,7 @@ class Aboard(Described):
             antenna of which the file says nothing.
         datum: where x and y are zero; None for the first fix.
         variation: of a magnetic compass, east positive [deg]; it counts before what sentences say.
+        gear: turns of the engine for one of the shaft, where no shaft tells its own.
         prefer: source (talker and kind) of a quantity, by the names of `nmea.sources.GROUPS`.
     """
 
@@ -84,6 +86,7 @@ class Aboard(Described):
     mast: Place = Place()
     datum: Datum | None = None
     variation: float | None = None
+    gear: float | None = None
     prefer: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @property
@@ -94,7 +97,10 @@ class Aboard(Described):
 
 def read_mapping(path: Path) -> Aboard:
     """Read the mapping file of an NMEA log."""
-    return read_described(path, Aboard, _SCHEMA)
+    found = read_described(path, Aboard, _SCHEMA)
+    if found.gear is not None and not 0.0 < found.gear < math.inf:
+        raise DataError(f"{path}: gear is {found.gear:g}; it is turns of the engine for one of the shaft, above zero")
+    return found
 
 
 def beside(source: Path) -> Path:
@@ -165,7 +171,7 @@ def trial_of(source: Path, log: Log, aboard: Aboard, what: str) -> Trial:
     datum = _positions(channels, raw, psi, aboard, steps)
     _velocities(channels, raw, psi, r, aboard, steps)
     channels["r"] = r
-    controls(channels, raw, steps)
+    controls(channels, raw, steps, aboard.gear)
     _around(channels, raw, psi, r, aboard.mast)
     channels |= {name: raw[name] for name in log.plain if name in raw}
     where = {} if datum is None else {"datum": asdict(datum)}
@@ -272,7 +278,9 @@ def _from(place: Place, u: Array, v: Array, r: Array) -> tuple[Array, Array]:
     return u + place.starboard * r if place.starboard else u, v - place.forward * r if place.forward else v
 
 
-def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[str]) -> None:
+def controls(
+    channels: dict[str, Array], raw: Mapping[str, Array], steps: list[str], gear: float | None = None
+) -> None:  # fmt: skip
     """Rudders and shafts, numbered port to starboard where there are several; engines where the log has no shaft."""
     for name in ("delta", "delta_cmd"):
         starboard, port = raw.get(name), raw.get(name.replace("delta", "delta_port"))
@@ -284,12 +292,17 @@ def controls(channels: dict[str, Array], raw: Mapping[str, Array], steps: list[s
     shafts = [name for name in raw if name.startswith("rpm_")]
     of = "rpm_S_" if any(name.startswith("rpm_S_") for name in shafts) else "rpm_E_"
     numbers = [int(name.removeprefix(of)) for name in shafts if name.startswith(of)]
-    if shafts and of == "rpm_E_":
-        steps.append("doubt: revolutions are those of the engine, before its gear; the shaft is taken to turn as fast")
+    turns = 60.0
+    if shafts and of == "rpm_E_" and gear is not None:
+        turns = 60.0 * gear
+        steps.append(f"revolutions of the shaft by those of the engine and its gear, {gear:g} to 1")
+    elif shafts and of == "rpm_E_":
+        steps.append("doubt: revolutions are those of the engine, before its gear; the shaft is taken to turn as fast; "
+                     "gear = 2.0 in a mapping says how often the engine turns for one turn of the shaft")  # fmt: skip
     elif len(numbers) < len(shafts):
         steps.append("revolutions are those of the shaft; those of the engine are left out")
     for place, number in enumerate(sorted(numbers, key=lambda k: k if k % 2 else -k), 1):
-        channels["n_P" if len(numbers) == 1 else f"n_P_{place}"] = raw[f"{of}{number}"] / 60.0
+        channels["n_P" if len(numbers) == 1 else f"n_P_{place}"] = raw[f"{of}{number}"] / turns
 
 
 def _around(channels: dict[str, Array], raw: Mapping[str, Array], psi: Array, r: Array, mast: Place) -> None:

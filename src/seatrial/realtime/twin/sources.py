@@ -128,7 +128,7 @@ class Ear:
         raw, self._now = self._now, {}
         self._held |= {name: np.array(value) for name, value in raw.items() if name.startswith(("rpm_", "delta"))}
         steered = dict[str, Array]()
-        controls(steered, self._held, [])
+        controls(steered, self._held, [], self.aboard.gear)
         out = {name: float(value) for name, value in steered.items()}
         out |= {name: raw[name] for name in ("psi", "r", "U_T", "depth") if name in raw}
         self._psi, self._r = raw.get("psi", self._psi), raw.get("r", self._r)

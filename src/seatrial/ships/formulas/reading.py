@@ -146,6 +146,12 @@ def _table(path: Path, document: Mapping[str, Any], key: str) -> Mapping[str, An
     return cast("Mapping[str, Any]", found)
 
 
+_USUALLY = {"n": "n_P", "rpm": "n_P", "revolutions": "n_P", "rps": "n_P", "lpp": "L_pp", "length": "L_pp", "lbp": "L_pp",
+            "beam": "B", "breadth": "B", "width": "B", "draught": "d", "draft": "d", "t": "d", "cb": "C_b",
+            "diameter": "D_P", "d_prop": "D_P", "rudder_area": "A_R", "v": "speed", "u": "speed"}  # fmt: skip
+"""What others call the particulars."""
+
+
 def _numbers(
     path: Path, document: Mapping[str, Any], key: str, known: Mapping[str, Spec]
 ) -> tuple[dict[str, float], dict[str, Entry]]:
@@ -154,7 +160,9 @@ def _numbers(
     entries: dict[str, Entry] = {}
     for name, raw in _table(path, document, key).items():
         if name not in known:
-            raise ShipError(f"{path}: {key}: {unknown(name, known, 'number')}")
+            usual = _USUALLY.get(name.lower())
+            hint = f"no number '{name}'; write {usual}" if usual in known else unknown(name, known, "number")
+            raise ShipError(f"{path}: {key}: {hint}")
         given = as_table(raw, known[name].unit, path)
         values[name], entries[name] = number(given, known[name], f"{path}: {key}.{name}")
     return values, entries
