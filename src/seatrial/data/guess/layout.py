@@ -29,8 +29,8 @@ _PROBED, _FOOT = 200, 30
 _WRITTEN, _HEAD = ("gb18030", "shift_jis", "euc-kr", "big5", "cp1251"), 2000
 """Encodings of other letters, taken where names in the first characters are known."""
 
-_LIKE, _CLEARER = 6, 0.5
-"""Lines behind the first row that show that it is one; by how much of a quantity names of groups have to help."""
+_LIKE = 6
+"""Lines behind the first row that show that it is one."""
 
 _NUMBER = r"[+-]?(?:\d+(?:{mark}\d*)?|{mark}\d+)(?:[eE][+-]?\d+)?"
 _NUMBERS = {mark: re.compile(_NUMBER.format(mark=re.escape(mark))) for mark in ".,"}
@@ -108,11 +108,11 @@ def told_apart(table: Table) -> Table:
     """
     heads = list(table.heads)
     if len(table.over) == len(heads) and groups(table.over):
-        group, joined = "", list[str]()
-        for over, head in zip(table.over, heads, strict=True):
+        group = ""
+        for k, (over, head) in enumerate(zip(table.over, heads, strict=True)):
             group = over or group
-            joined.append(f"{group} {head}".strip())
-        heads = joined if _said(joined) > _said(heads) + _CLEARER else heads
+            joined = f"{group} {head}" if head else over
+            heads[k] = joined if _said(joined) > _said(head) else head
     seen = Counter[str]()
     for k, head in enumerate(heads):
         seen[head] += 1
@@ -130,13 +130,9 @@ def groups(over: Sequence[str]) -> bool:
     return len(filled) > 1 and not any(map(is_value, filled)) and len(set(filled)) < len(over)
 
 
-def _said(heads: Sequence[str]) -> float:
-    """How many quantities names tell, each once."""
-    best: dict[str, float] = {}
-    for head in heads:
-        for one in meanings(parted(head)[0])[:1]:
-            best[one.role] = max(best.get(one.role, 0.0), one.score)
-    return sum(best.values())
+def _said(head: str) -> float:
+    """How well a name tells a quantity."""
+    return max((one.score for one in meanings(parted(head)[0])), default=0.0)
 
 
 def decoded(path: Path) -> tuple[str, str]:

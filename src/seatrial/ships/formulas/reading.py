@@ -146,9 +146,9 @@ def _table(path: Path, document: Mapping[str, Any], key: str) -> Mapping[str, An
     return cast("Mapping[str, Any]", found)
 
 
-_USUALLY = {"n": "n_P", "rpm": "n_P", "revolutions": "n_P", "rps": "n_P", "lpp": "L_pp", "length": "L_pp", "lbp": "L_pp",
-            "beam": "B", "breadth": "B", "width": "B", "draught": "d", "draft": "d", "t": "d", "cb": "C_b",
-            "diameter": "D_P", "d_prop": "D_P", "rudder_area": "A_R", "v": "speed", "u": "speed"}  # fmt: skip
+_USUALLY = {"n": "n_P", "rpm": "n_P", "revolutions": "n_P", "rps": "n_P", "lpp": "L_pp", "length": "L_pp",
+            "lbp": "L_pp", "beam": "B", "breadth": "B", "width": "B", "draught": "d", "draft": "d", "t": "d",
+            "cb": "C_b", "diameter": "D_P", "d_prop": "D_P", "rudder_area": "A_R", "v": "speed"}  # fmt: skip
 """What others call the particulars."""
 
 
