@@ -244,3 +244,13 @@ def test_the_item_on_turning_tells_a_gain_in_degrees() -> None:
     found = checked(item, Probe.of(ship))
     assert found.verdict == "fail"
     assert "first answer of yaw" in found.reason
+
+
+@pytest.mark.slow
+def test_what_physics_rules_out_is_asked_of_forces_and_of_runs() -> None:
+    found = plausible.plausible(Probe.of(load("container_son_nomoto"))).findings
+    asked = {one.what.partition(" (")[0] for one in found}
+    assert {
+        "greatest speed under any steady orders", "motion left 20 L/U after the engines stop, at most",
+        "turn in a current, drift taken off", "square of the roll frequency over g/L", "fastest motion at the approach",
+    } <= asked  # fmt: skip
