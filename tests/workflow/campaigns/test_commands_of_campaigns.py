@@ -279,12 +279,14 @@ def calibration(power: Any = None) -> Any:
     spread = np.array([1.0, 3.0])[:, None, None] * np.ones((2, 3, 6))
     spread[:, 2] = np.nan
     left = SimpleNamespace(groups=("2020-01-02 a", "2020-01-02 b"), trials=("a", "b"), kinds=("turning",) * 2,
-                           horizons=np.array([10.0, 20, 40]), spread=spread, usual=8.0 * np.ones((3, 6)))  # fmt: skip
+                           horizons=np.array([10.0, 20, 40]), spread=spread, novelty=None,
+                           usual=8.0 * np.ones((3, 6)))  # fmt: skip
     factor = np.array([2.0, 5.0])[:, None, None] * np.ones((2, 3, 6))
     made = SimpleNamespace(factor=factor, kinds=("turning", ""), recordings=np.array([[2, 2, 0], [2, 2, 0]]))
     process = [SimpleNamespace(sigma=0.0, tau=1.0), SimpleNamespace(sigma=0.5, tau=30.0)]
     return SimpleNamespace(
-        level=0.95, fit="digest", trials=("a", "b"), left=left, share=1.0 / 3.0, power=power, begin="measured",
+        level=0.95, fit="digest", trials=("a", "b"), left=left, share=1.0 / 3.0, novel=0.0, power=power,
+        begin="measured",
         factors=lambda level: made, reach=lambda level: 20.0,
         disturbance=SimpleNamespace(current=0.1, processes=process),
     )  # fmt: skip
@@ -306,6 +308,10 @@ def test_half_widths_are_the_factor_times_the_usual_spread(monkeypatch: pytest.M
     power = SimpleNamespace(numbers=lambda: {"factor": 2.0}, words=("counted by half",))
     assert calibrate._document(calibration(power), Path("c"))["left_out"] == {"factor": 2.0}
     assert len(STATES) == 6
+    new = calibration()
+    new.novel, new.left.novelty = 0.5, np.array([[4.0, 9.0, 1.0], [4.0, 9.0, 1.0]])
+    np.testing.assert_allclose(calibrate._usual(new)[:2], usual * np.array([[2.0], [3.0]]) * np.ones((2, 6)))
+    assert any("less like the trials of the fit, by its root" in one.text for one in calibrate._shown(new)[1:])
 
 
 def test_a_terminal_shows_the_first_the_middle_and_the_last_horizon_in_degrees() -> None:

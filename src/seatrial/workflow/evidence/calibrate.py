@@ -216,7 +216,9 @@ def _usual(found: Calibration) -> Array:
     """The spread of a usual window at each horizon, shape (horizons, 6)."""
     left = found.left
     known = np.isfinite(left.spread).any(axis=0)  # no trial may reach the last horizons
-    return np.nanmedian(np.where(known, left.spread, 1.0), axis=0) ** found.share * left.usual ** (1.0 - found.share)
+    new = np.ones(1) if left.novelty is None else np.median(left.novelty, axis=0)[:, None] ** found.novel
+    spread = np.nanmedian(np.where(known, left.spread, 1.0), axis=0)
+    return spread**found.share * left.usual ** (1.0 - found.share) * new
 
 
 def of_one_day(found: Calibration) -> tuple[str, ...]:
@@ -246,6 +248,8 @@ def _shown(found: Calibration) -> Body:
     head = ("left out", "ahead [s]", "recordings", "x [m]", "y [m]", "psi [deg]", "u [m/s]", "v_m [m/s]", "r [deg/s]")
     said = (f"half widths of usual bands of {100 * LEVEL:.3g} %, by kind of manoeuvre{_begun(found)}",
             f"bands hold up to {found.reach(LEVEL):.4g} s from a start", *of_one_day(found),
+            *(("bands are as much wider as a run is less like the trials of the fit"
+               f"{'' if found.novel == 1.0 else ', by its root'}",) if found.novel else ()),
             *unsure(len(set(found.left.groups)), LEVEL),
             *(() if found.power is None else found.power.words))  # fmt: skip
     return table(head, rows) + joined(map(line, said))
