@@ -65,11 +65,10 @@ def _head(series: Series, found: Table, failed: Sequence[str]) -> Body:
     shown: list[tuple[str, str]] = []
     if best is not None:
         shown.append((number(best.mean(TOGETHER)), f"least error, all test trials together: {best.name}"))
-    shown += [
-        (number(found.standings[-1].mean(TOGETHER)), f"the same for {BASELINE}"),
-        (f"{outcomes.count('holds')} of {len(outcomes)}", "rows in which an expected order holds"),
-        (f"{len(trained)}", f"fits, {number(sum(m.seconds for m in trained) / _MINUTE, 2)} minutes in all"),
-    ]
+    shown.append((number(found.standings[-1].mean(TOGETHER)), f"the same for {BASELINE}"))
+    if outcomes:
+        shown.append((f"{outcomes.count('holds')} of {len(outcomes)}", "rows in which an expected order holds"))
+    shown.append((f"{len(trained)}", f"fits, {number(sum(m.seconds for m in trained) / _MINUTE, 2)} minutes in all"))
     care = [f"failed: {line}" for line in failed]
     if series.budget != FULL:
         what = "it shows that everything runs; its errors are meaningless"
