@@ -397,6 +397,12 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
         variance = [float(way @ C @ way) for C in (wide, A, windows, trials)]
         assert variance[0] >= (1.0 - 1e-9) * max(variance[1:]), "no combination is surer than any of the three has it"
     assert np.array_equal(A, np.linalg.inv(world.A))
+    other = World(11)  # what all windows of a trial ask alike shows between trials only
+    other.y += 0.5 * other.J[:, :, 0] * np.array([1.0, 1.0, 1.0, -1.5, -1.5])[:, None]
+    apart = other.linear(trial)
+    by_trial, by_window = apart.by_groups(trial)[0, 0], apart.by_groups(np.arange(TRIALS))[0, 0]
+    assert by_trial > 1.5 * by_window
+    assert diagnose._widened(apart, A, trial, Diagnosis(bad), vector)[0, 0] >= (1.0 - 1e-9) * by_trial
     cause = Suspicion("a", "a", "m", 1.0, 100.0, 0.5, 1.0, 0.1, dict(zip(PATHS, (3.0, -2.0, 0.0), strict=True)))
     more = diagnose._widened(linear, A, trial, Diagnosis(bad, (cause, cause)), vector)
     shift = np.sqrt(np.diag(A)) * [3.0, -2.0, 0.0]
