@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seatrial.data import Array, Trial
-from seatrial.data.check.drift import _Leg, _leg, _of_legs, _steady, circle, drift_faults
+from seatrial.data.check.drift import _Leg, _leg, _of_legs, _rate, _steady, circle, drift_faults
 from seatrial.data.check.relations import length_of, noise_of, slides_unseen, window_of
 from seatrial.data.check.rows.still import _digit, _lasts, _matters, _runs, _same, still_faults
 from seatrial.data.check.sensors import (
@@ -197,6 +197,7 @@ def test_a_leg_is_found_by_the_heading_where_no_gyro_tells_the_rate() -> None:
     found = _leg(log(t, psi=0.7 + 1e-4 * np.sin(t), **straight))
     assert found is not None
     assert found.sway == pytest.approx(0.3, abs=0.01)
+    assert _rate(log(t, psi=0.7 + 1.2e-3 * t, **straight), 6.0) == pytest.approx(1.2e-3)  # also at the ends
     assert _leg(log(t, psi=0.7 + 1.2e-3 * t, **straight)) is None
     assert _leg(log(t, psi=0.7 - 1.2e-3 * t, **straight)) is None
 

@@ -11,6 +11,7 @@ import pytest
 
 from seatrial.data.nmea import lines
 from seatrial.data.nmea.digits import WIDEST, alike, decimals
+from seatrial.data.nmea.framing import Tag, tag_block, tag_times
 from seatrial.data.nmea.lines import Lines, _Ear, _plain, listen
 from seatrial.data.nmea.stamping import around, form_of
 
@@ -166,3 +167,16 @@ def test_memory_is_flat_with_the_file(tmp_path: Path) -> None:
         most.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert most[2] - most[1] < 120_000 * 24 * 3  # the parts and the whole, and an order to sort by
+
+
+def test_tag_blocks_of_many_forms_are_all_taken_apart_at_once() -> None:
+    """Sources, the width of a number and what else is told make forms; more than are looked for one by one, too."""
+    for forms in (2, 40):
+        texts = [tag_block(Tag(f"{chr(65 + k % forms % 26)}{chr(65 + k % forms // 26)}01", k % 10, 1793275200.5 + k))
+                 for k in range(200)]  # fmt: skip
+        data = np.frombuffer(b"".join(texts) + b"\0" * 30, np.uint8)
+        width = np.array([len(one) for one in texts])
+        times, begins, sources = tag_times(data, np.cumsum(width) - width, width)
+        assert times == pytest.approx(1793275200.5 + np.arange(200.0))
+        assert (begins == np.cumsum(width) - width).all()
+        assert len(set(sources.tolist())) == forms
