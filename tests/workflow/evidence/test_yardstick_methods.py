@@ -202,16 +202,17 @@ window = 10.0
 def test_a_study_that_finds_a_deviation_predicts_what_that_compass_reads(tmp_path: Path) -> None:
     """A boat by its own model, logged by a compass that deviates 9 deg, with speeds made of that heading.
 
-    The truth begun with the sway as logged turns away by itself; a fit that knows the compass does not.
+    The truth begun with the sway as logged turns away by itself; a fit that knows the compass does not, though by then
+    that reads another 5 deg too much, which its cycle does not tell and the sway does.
     """
     (tmp_path / "logs").mkdir()
     ship, t = load("blueboat"), 0.1 * np.arange(1200)
-    rng = np.random.default_rng(3)
+    rng, errors = np.random.default_rng(3), {"deviation.north": -0.15, "deviation.east": 0.05}
     for name in ("a", "b"):
         orders = {f"throttle_{side}": np.repeat(rng.uniform(0.2, 0.9, 24), 50) for side in ("port", "starboard")}
         zero = dict.fromkeys(STATES, np.zeros(t.size))
         made = replay(ship, Trial(name, t, {**zero, **orders})).having(**orders)
-        log = as_logged(made, {"deviation.north": -0.15, "deviation.east": 0.05}, ship.model, ("u", "v_m", "r"))
+        log = as_logged(made, errors | {"bias.psi": 0.08 * (name == "b")}, ship.model, ("u", "v_m", "r"))
         write_trials([log], tmp_path / "logs")
     (tmp_path / "study.toml").write_text(COMPASS)
     task = tmp_path / "lake.toml"
@@ -224,7 +225,7 @@ def test_a_study_that_finds_a_deviation_predicts_what_that_compass_reads(tmp_pat
     assert study.ahead[1].heading < 0.02
     assert study.ahead[0].position < 0.02
     assert bare.ahead[1].heading > 5.0 * study.ahead[1].heading
-    assert study.eq25 < 1e-3
+    assert study.eq25 < 0.1 * bare.eq25
 
 
 def test_what_is_no_method_and_no_set_is_refused_in_a_line(
