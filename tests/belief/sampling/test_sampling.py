@@ -138,15 +138,15 @@ def test_chains_are_judged_once_by_the_same_draws_and_leave_their_checkpoint(tur
         return "no" if len(seen) == 2 else ""
 
     monkeypatch.setattr(sampling, "hopeless", judge)
-    sample(fitted, turns, ESTIMATOR, LEAST, seed=2)
+    sample(fitted, turns, ESTIMATOR, 2 * LEAST, seed=2)
     file = tmp_path / "checkpoint.npz"
     with pytest.raises(HopelessError, match="no"):
-        sample(fitted, turns, ESTIMATOR, LEAST, seed=2, checkpoint=file)
+        sample(fitted, turns, ESTIMATOR, 2 * LEAST, seed=2, checkpoint=file)
     assert file.exists()
     assert len(seen) == 2
-    assert seen[0][0].shape[:2] == (25, 8)
+    assert seen[0][0].shape[:2] == (50, 8)
     assert np.array_equal(seen[0][0], seen[1][0])
-    assert seen[0][1:] == (tuple(one.path for one in turns.free), 50)
+    assert seen[0][1:] == (tuple(one.path for one in turns.free), 100)
 
 
 def test_heavy_tails_are_named():

@@ -26,7 +26,7 @@ _RIDGE, _LISTED, _LOST = 0.95, 4, 0.005
 # Fourth moment of residuals over that of a Gaussian beyond which their tails are heavy.
 _TAILS = 2.0
 # R-hat foreseen for the end from which on chains are given up; what keeps the covariance within chains regular.
-_HOPELESS, _RIDGED = 1.05, 0.05
+_HOPELESS, _RIDGED = 1.1, 0.05
 
 
 @dataclass(frozen=True)

@@ -39,8 +39,9 @@ _WIDE = 30.0
 _CLIMBS, _STEPS, _GAIN, _WALL, _BLOWN = 8, 200, 0.05, 100.0, 1e12
 # Time between writings of the checkpoint [s].
 _PAUSE = 5.0
-# Chains are judged after this share of the draws that are kept, or so many of each where that is more.
-_JUDGED, _FEWEST = 0.25, 25
+# Chains are judged after this share of the draws that are kept, or so many of each where that is more: of fewer R-hat
+# is 1.2 by chance.
+_JUDGED, _FEWEST = 0.25, 50
 
 
 class HopelessError(StudyError):
@@ -82,7 +83,7 @@ class _Watch:
             self.told(now.move, self.warm + self.draws)
         why = ""
         last = self.warm + max(round(_JUDGED * self.draws), _FEWEST)
-        if not self.judged and now.move >= last:
+        if not self.judged and last <= now.move < self.warm + self.draws:
             self.judged = True
             drawn = in_values(self.sampler, now).drawn[self.warm : last]  # the same draws after an interruption
             why = hopeless(drawn, self.paths, self.draws, self.clock.spent)
