@@ -142,7 +142,7 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
 
     def _judged(self) -> tuple[Array, dict[str, Any]]:
         """Rewards of the verdicts; which rules were broken, in `broken`; a run whose model failed has none of both."""
-        t = _ROW * np.arange(len(self._kept))
+        t: Array = _ROW * np.arange(len(self._kept), dtype=np.float64)
         sailed = self._sailing.ended(t, np.stack(self._kept, axis=-1))
         reward, broken = np.zeros(self.num_envs), np.full(self.num_envs, None, dtype=object)
         if len(sailed.runs):

@@ -399,7 +399,7 @@ class Lockstep:
         self._on_wire, self._to, self._patience = on_wire, to, patience
         self.failure, self.answers, self.waited, self._asked = "", 0, 0.0, on_wire.asked
         self.alive: Callable[[], bool] = lambda: True
-        self._by = by
+        self._by: Answers = by
         if by != "clock":
             loop.after(self.tick)
 

@@ -369,9 +369,11 @@ def _part(setup: Setup, first: int) -> Part:
     rows = slice(first, min(first + setup.together, setup.runs))
     found = _of_part(setup, rows, plain=False)
     plain = _of_part(setup, rows, plain=True) if setup.posterior else []
-    return Part(setup.digest, first, *(tuple(getattr(one, name) for one in found) for name in ("broken", "judged")),
-                tuple(one.broken for one in plain), tuple(one.closest for one in found),
-                tuple(one.closest for one in plain), tuple(one.untested for one in found))  # fmt: skip
+    return Part(
+        setup.digest, first, tuple(one.broken for one in found), tuple(one.judged for one in found),
+        tuple(one.broken for one in plain), tuple(one.closest for one in found),
+        tuple(one.closest for one in plain), tuple(one.untested for one in found),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -124,14 +124,14 @@ def ran(scenario: Scenario, wiring: Wiring, speaks: Spoken = "nmea") -> Ran:
         WireError: a sentence that the ship cannot send.
     """
     with ExitStack() as kept:
-        port, clock, link = kept.enter_context(opened(wiring)), None, ""
+        port, clock, link, sitl = kept.enter_context(opened(wiring)), None, "", None
         if speaks == "ardupilot":
             sitl = Sitl("udp://127.0.0.1:0")
             kept.callback(sitl.close)
             clock, link = _Granted(sitl, wiring.patience), f"{sitl.address.host}:{sitl.address.port}"
             scenario = replace(scenario, rate=_SITL_RATE, own=replace(scenario.own, piloted=False))
         stage = Stage(scenario, math.inf if clock is None else 1.0, wiring.line(cast("Port", port), None), clock=clock)
-        if clock is not None:
+        if sitl is not None:
             sitl.steer(stage.loop, OWN, {})
         watch = _Watch(stage, wiring, clock, _ANSWERS[speaks])
         if _ANSWERS[speaks] == "link":

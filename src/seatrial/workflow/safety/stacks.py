@@ -264,7 +264,7 @@ class _Instances:
         self._live: list[Any] = []
         begun = self._inputs(scene)
         for k in range(len(scene.x)):
-            one = (FMU3Slave if self._three else FMU2Slave)(
+            one: Any = (FMU3Slave if self._three else FMU2Slave)(
                 guid=told.guid, modelIdentifier=told.coSimulation.modelIdentifier, unzipDirectory=slave.folder,
                 instanceName=f"run {k}")  # fmt: skip
             one.instantiate()
