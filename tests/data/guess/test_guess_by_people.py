@@ -276,3 +276,14 @@ def test_a_name_of_a_group_joins_only_the_names_that_say_less_alone() -> None:
     assert found.heads[6] == "Ruder Lage"
     assert (*found.heads[:6:5], *found.heads[7:]) == ("Zeit", "Kurs", "Drehzahl", "")
     assert (found.layout.skip, found.layout.named) == (4, True)
+
+
+@pytest.mark.slow
+def test_a_control_that_no_entry_takes_is_a_doubt_also_where_the_mapping_names_all_columns(tmp_path: Path) -> None:
+    rows = {**rows_of(Heading=heading()), "Actual": rudder(), "Ordered": rudder(1.1)}
+    log = table(tmp_path / "log.csv", {**rows, "Angle": rudder(0.3)})
+    log.write_text(",GPS,,,,Gyro,Helm servo,,Rudder\n" + log.read_text())
+    found = guess(log)
+    assert "columns = [" in found.text
+    assert any("looks like a control" in one for one in found.doubts)
+    assert "columns left out of log.csv" in found.text

@@ -83,14 +83,15 @@ def guess(src: str | Path) -> Guess:
     columns = [column for topic in (log.main, *log.topics) for column in topic.columns]
     tables = [topic.table for topic in (log.main, *log.topics)]
     entries = [_reaching(log, in_its_unit(columns, once_named(tables, one))) for one in _entries(log)]
-    text = " ".join(value for one in entries for value in one.keys.values())
+    # what the entries name, where the names of all columns are not meant
+    text = " ".join(value for one in entries for key, value in one.keys.items() if key != "columns")
     entries += [one for topic in (log.main, *log.topics) for one in neglected(topic.columns, text)]
     if not any(one.table.startswith("channels.") or one.table in _SOURCES for one in entries):
         raise DataError(f"{log.main.table.path}: {_nothing(log)}")
     notes = [*log.notes, *([known.said] if known else [])]
     head = ["A mapping for `seatrial import csv`, guessed; correct what is wrong.",
             f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
-            *notes, *_left_out(log, entries)]  # fmt: skip
+            *notes, *_left_out(log, text)]  # fmt: skip
     doubts = tuple(f"{_place(one)}: {doubt}" for one in entries for doubt in one.answer.doubts)
     asks = tuple(f"{one.table}.{key}" if one.table else key for one in entries for key in one.asked)
     return Guess(
@@ -435,9 +436,8 @@ _WINDS = {
 }
 
 
-def _left_out(log: Log, entries: list[Entry]) -> list[str]:
+def _left_out(log: Log, text: str) -> list[str]:
     """The columns that no entry names."""
-    text = " ".join(value for one in entries for value in one.keys.values())
     out: list[str] = []
     for topic in (log.main, *log.topics):
         rest = [column.head if column.varies or not np.isfinite(column.values).any()

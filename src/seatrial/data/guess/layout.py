@@ -111,8 +111,8 @@ def told_apart(table: Table) -> Table:
         group = ""
         for k, (over, head) in enumerate(zip(table.over, heads, strict=True)):
             group = over or group
-            joined = f"{group} {head}" if head else over
-            heads[k] = joined if _said(joined) > _said(head) else head
+            joined = f"{group} {head}".strip() if head else over
+            heads[k] = joined if _said(joined) > _said(head) or not _said(head) else head
     seen = Counter[str]()
     for k, head in enumerate(heads):
         seen[head] += 1
