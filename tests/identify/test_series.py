@@ -282,7 +282,7 @@ def torch_fails(monkeypatch: pytest.MonkeyPatch, error: ImportError) -> None:
             if name == "torch":
                 raise error
 
-    monkeypatch.delitem(sys.modules, "torch")
+    monkeypatch.delitem(sys.modules, "torch", raising=False)
     monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
 
 

@@ -55,7 +55,7 @@ def test_every_unit_is_worth_what_its_definition_says() -> None:
         "s": 1, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60, "h": 3600, "d": 86400,
         "m": 1, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "NM": 1852,
         "nmi": 1852, "ft": 0.3048, "yd": 0.9144, "mrad": 1e-3, "cdeg": d / 100, "gon": math.pi / 200,
-        "mil": math.tau / 6400, "ft/s": 0.3048, "mph": 1609.344 / 3600, "rad": 1,
+        "mil": math.tau / 6400, "ft/s": 0.3048, "mph": 1609.344 / 3600, "rad": 1, "mm/s": 1e-3,
         "deg": d, "°": d, "m/s": 1, "cm/s": 1e-2, "km/h": 1 / 3.6, "kn": knot,
         "kt": knot, "kts": knot, "knot": knot, "knots": knot, "rad/s": 1, "deg/s": d, "°/s": d, "deg/min": d / 60,
         "rad/min": 1 / 60, "1/s": 1, "rps": 1, "Hz": 1, "rpm": 1 / 60, "1/min": 1 / 60, "m/s^2": 1, "m/s2": 1,

@@ -32,6 +32,9 @@ _WRITTEN, _HEAD = ("gb18030", "shift_jis", "euc-kr", "big5", "cp1251"), 2000
 _LIKE = 6
 """Lines behind the first row that show that it is one."""
 
+_LONGEST = 100
+"""Characters of a cell that may be a value, twice those of any stamp; angles take the cube of it to match."""
+
 _NUMBER = r"[+-]?(?:\d+(?:{mark}\d*)?|{mark}\d+)(?:[eE][+-]?\d+)?"
 _NUMBERS = {mark: re.compile(_NUMBER.format(mark=re.escape(mark))) for mark in ".,"}
 _BESIDE = r"\s*(?:°?\s*[A-Za-z]{1,5}|%|(?:°|[A-Za-z]{1,3}|1)/[A-Za-z]{1,3}|°)"
@@ -168,7 +171,7 @@ def _encoding(raw: bytes) -> str:
 def is_value(cell: str, mark: str = ".") -> bool:
     """Whether a cell is a number with this decimal mark, with a letter, a time or an angle in minutes."""
     plain = cell.strip()
-    return bool(
+    return len(plain) <= _LONGEST and bool(
         _NUMBERS[mark].fullmatch(plain) or _LETTERED[mark].fullmatch(plain) or _BLANKED.fullmatch(plain)
         or ((":" in plain or plain.count("-") >= 2 or plain.count("/") >= 2 or plain.count(".") >= 2)
         and _STAMP.fullmatch(plain)) or (any(c in plain for c in "°'′\"") and _SEXAGESIMAL.fullmatch(plain))
