@@ -52,21 +52,6 @@ def test_draws_that_failed_are_told_once_by_the_run_that_lost_most() -> None:
     assert list(kept) == ["drawn from samples", "12 of 200 draws blew up", "2 of 100 draws blew up"]
 
 
-@pytest.mark.parametrize(("value", "told"), [(10.4, True), (10.6, False), (19.4, False), (19.6, True)])
-def test_a_value_outside_of_the_band_of_its_own_draws_is_told(value: float, told: bool) -> None:
-    """Draws of 10 to 20 in steps of .01; the band of 90 % is 10.5 to 19.5."""
-    made = found(np.linspace(10.0, 20.0, 1001)).bands
-    run = Trial("run", np.arange(20.0), {})
-    indices = {"index": SimpleNamespace(value=value, unit="m"), "never": SimpleNamespace(value=1.0, unit="m")}
-    policy: Any = SimpleNamespace(indices=lambda run, L_pp: indices)
-    held: Any = SimpleNamespace(fitted=True, ship=SimpleNamespace(L_pp=7.0))
-    asked = drawn.Drawing(held, None, 0.9, 1001, extrapolate=False, explained=True)
-    (*said,) = asked._aside(policy, run, made)
-    assert [one.partition(":")[0] for one in said] == ["index"] * told
-    held.fitted = False
-    assert asked._aside(policy, run, made) == ()
-
-
 def test_indices_are_put_apart_about_the_fitted_run_and_keep_their_sign() -> None:
     values = {"a": np.array([1.0, 2.0, 4.0]), "b": np.array([-1.0, 2.0, 3.0]), "c": np.array([1.0, math.nan, 5.0])}
     made = drawn._apart(values, {"a": 2.0, "b": 1.0}, 3.0)

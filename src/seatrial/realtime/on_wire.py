@@ -364,7 +364,7 @@ Answers = Literal["wire", "link", "clock"]
 """What answers in lock step."""
 
 _LOOK = 0.002
-"""Longest wait between two looks for an answer [s of the clock]; a datagram ends it."""
+"""Wait between two looks for an order of a link [s of the clock]."""
 
 
 class Lockstep:
@@ -437,5 +437,5 @@ class Lockstep:
             if answer or now - begin > self._patience or not self.alive():
                 self.waited += now - begin
                 return answer
-            wire.wait(_LOOK)  # gives way to the autopilot, and to the threads of links
-            wire.wait(min(0.2, self._patience))
+            # a datagram ends the wait; an order of a link does not, whose thread is given way to
+            wire.wait(min(0.2 if by == "wire" else _LOOK, self._patience))

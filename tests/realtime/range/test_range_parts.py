@@ -498,10 +498,10 @@ def test_an_answer_is_waited_for_as_long_as_it_may_take(monkeypatch: pytest.Monk
     step = Lockstep(stage.loop, stage.on_wire)
     step.meet()
     assert (waits, step.waited) == ([0.2] * 3, 9.0)
-    assert step._answered() is False
+    assert step._answered("wire") is False
     assert (len(waits), step.waited) == (7, 21.0)  # 12 s are more than 10 s
     step.alive = lambda: False
-    assert step._answered() is False
+    assert step._answered("wire") is False
     assert step.waited == 21.0
 
 
