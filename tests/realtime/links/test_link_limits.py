@@ -64,12 +64,23 @@ def test_sixteen_clients_are_let_in(link: Any) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("count", "heard"), [(199, 199), (200, 200), (260, 200)])
-def test_two_hundred_requests_a_second_end_a_rosbridge(count: int, heard: int) -> None:
+@pytest.mark.parametrize(("count", "pauses"), [(199, 0), (200, 0), (201, 1), (450, 2)])
+def test_more_than_two_hundred_requests_a_second_wait_for_the_next(
+    count: int, pauses: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An autopilot in lock step may ask as much; nobody has more than its second's share of the ship's process."""
+    slept: list[float] = []
+
+    async def sleep(seconds: float) -> None:
+        slept.append(seconds)
+
+    monkeypatch.setattr("seatrial.realtime.links.rosbridge.asyncio.sleep", sleep)
     socket, bridge = Socket(*[{"op": "no"}] * count), Rosbridge(stage())
     with suppress(ConnectionAbortedError):
         asyncio.run(bridge._listen(socket, {}))  # type: ignore[arg-type]
-    assert len(socket.told) == heard
+    assert len(socket.told) == count
+    assert len(slept) == pauses
+    assert all(0.5 < one <= 1.0 for one in slept)
     assert socket.told[0] == {"op": "status", "level": "error", "msg": "no such op"}
 
 

@@ -79,10 +79,13 @@ class Rosbridge:
     async def _listen(self, ws: WebSocket, wanted: dict[str, float]) -> None:
         loop = asyncio.get_running_loop()
         since, count = loop.time(), 0
-        while count < _A_SECOND:
+        while True:
             said = await hear(ws)
-            count = count + 1 if loop.time() - since < 1.0 else 0
-            since = since if count else loop.time()
+            left, count = since + 1.0 - loop.time(), count + 1
+            if count > _A_SECOND and left > 0.0:  # more are let wait, as in lock step a second may have many
+                await asyncio.sleep(left)
+            if count > _A_SECOND or left <= 0.0:
+                since, count = loop.time(), 1
             try:
                 answer = self.obey(said, wanted)
             except RefusalError as error:
