@@ -31,6 +31,7 @@ OWN = {
     "workflow.evidence.ahead": "what a command of another folder needs",
     "identify.networks.pushed": "a benchmark measures it too", "study.drafting.limits": "what physics decides of signs",
     "desk.view": "what is drawn of a trial, beside the door that serves it",
+    "encounters.rules.grounding": "a rule, beside the others",
     "data.nmea.carried": "frames of NMEA 2000 in sentences, a layout of its own",
 }  # fmt: skip
 """Modules that stay by themselves, and why."""

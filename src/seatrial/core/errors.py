@@ -15,7 +15,7 @@ from typing import Literal
 __all__ = [
     "AccessError", "BusyError", "CampaignError", "ChartError", "ClusterError",
     "CommandError", "CompilerError", "DataError", "DeviceError",
-    "FitError", "LoopError", "MissingError", "NmeaError", "NoTorchError",
+    "FitError", "HopelessError", "LoopError", "MissingError", "NmeaError", "NoTorchError",
     "ParameterError", "Reason", "RefusalError", "ReportError",
     "RequestError", "ResumeError", "RunError", "SeatrialError", "SensorError", "ShipError", "SimulationError",
     "StudyError", "TaskError", "TomlError", "UsageError", "WeatherError", "WireError",
@@ -114,6 +114,10 @@ class SensorError(RequestError):
 
 class StudyError(RequestError):
     """A study that cannot be run; the text names the key and what would be right."""
+
+
+class HopelessError(StudyError):
+    """Chains that would not agree by their end."""
 
 
 class NoTorchError(StudyError):

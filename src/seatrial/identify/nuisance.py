@@ -55,14 +55,14 @@ def begun_as(problem: Problem, initial: str) -> Problem:
         return problem
     named = problem.loss.sigma or STATES
     read = [name for name in STATES if any(measured(trial, name) for trial in problem.trials)]
-    free = dict.fromkeys((name for name in read if name in named), math.inf) | _unread(problem, read)
+    free = dict.fromkeys((name for name in read if name in named), math.inf) | unread(problem, read)
     free = {name: free[name] for name in STATES if name in free}
     if problem.ship.model.motion != STATES:
         free |= _heeled(problem)
     return replace(problem, nuisance=replace(problem.nuisance, initial=free))
 
 
-def _unread(problem: Problem, read: Sequence[str]) -> dict[str, float]:
+def unread(problem: Problem, read: Sequence[str]) -> dict[str, float]:
     """Deviations of the states that no trial has read, about what `simulate.begun` makes of the others.
 
     A position that nothing reads acts on nothing and is none of them.

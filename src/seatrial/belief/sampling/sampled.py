@@ -214,7 +214,7 @@ def hopeless(draws: Array, paths: Sequence[str], count: int, seconds: float) -> 
     root = np.linalg.cholesky(within)
     means = np.linalg.solve(root, unit.mean(axis=0).T)
     along = np.abs(root @ np.linalg.svd(means)[0][:, 0])
-    names = [paths[k] for k in np.argsort(-along)[:_LISTED] if along[k] > 0.5 * along.max()]
+    names = [paths[int(k)] for k in np.argsort(-along)[:_LISTED] if along[k] > 0.5 * along.max()]
     hours = seconds / done * needed / 3600.0
     return (f"given up after {done} of {count} draws of each chain and {seconds:.0f} s of CPU time: R-hat is "
             f"{math.sqrt(1.0 + apart):.2f}, the chains lie apart along {', '.join(names)}, and R-hat would be about "

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import HopelessError
 from ...core.files import packed, write_whole
 from ...core.parameters import values as parameters_of
 from ...data import Array
@@ -43,9 +44,6 @@ _PAUSE = 5.0
 # is 1.2 by chance.
 _JUDGED, _FEWEST = 0.25, 50
 
-
-class HopelessError(StudyError):
-    """Chains that would not agree by their end."""
 
 Told = Callable[[int, int], None]
 """Called with the moves made and all moves."""

@@ -17,7 +17,8 @@ import numpy as np
 
 from ...core.parameters import values
 from ...data import Array, Trial
-from ...models import unit
+from ...data.prepare import measured
+from ...models import STATES, unit
 from .. import Fit, Problem
 from ..noise import noise
 from ..nuisance import EVERY
@@ -77,7 +78,7 @@ def diagnosed(
     if not np.isfinite(objective.cost(p, eta)):
         return replace(fit, verdicts=blown_up(fit.verdicts))
     known = tuple(one for one in suspects(problem.ship.model, problem.trials) if one.name not in problem.nuisance.common
-                  and not _estimated(one.name, problem))  # fmt: skip
+                  and not _estimated(one.name, problem) and not _unread(one.name, problem))  # fmt: skip
     fixed = {path: value for path, value in _fixed(fit, problem).items() if path in objective.kernel.system.parameters}
     linear = linearised(objective, p, eta, known, fixed, problem)
     vector, count = problem.vector, len(problem.free)
@@ -235,6 +236,12 @@ def _estimated(name: str, problem: Problem) -> bool:
     kind, _, channel = name.partition(".")
     own = problem.nuisance
     return (kind == "bias" and channel in own.bias) or (kind == "current" and own.current > 0)
+
+
+def _unread(name: str, problem: Problem) -> bool:
+    """Whether it is an error of a sensor that no trial has: it would act through starts that are estimated anyway."""
+    _, _, channel = name.partition(".")
+    return channel in STATES and not any(measured(trial, channel) for trial in problem.trials)
 
 
 def _fixed(fit: Fit, problem: Problem) -> dict[str, float]:

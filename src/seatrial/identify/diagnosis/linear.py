@@ -73,11 +73,12 @@ class Linear:
                 of `e`, as there are no nuisances.
         """
         J, extra, held, drawn = np.split(columns, np.cumsum(counts)[:-1], axis=-1)
-        slopes = np.einsum("lrc,lr->lc", columns, e.reshape(len(e), -1)) if slopes is None else slopes
-        of_each = np.split(slopes, np.cumsum(counts)[:-1], axis=-1)[:3]
+        asked = np.einsum("lrc,lr->lc", columns, e.reshape(len(e), -1)) if slopes is None else slopes
+        of_J, of_extra, of_held, _ = np.split(asked, np.cumsum(counts)[:-1], axis=-1)
         products, squares = _by_channel(columns[..., : counts[0] + counts[1]], counts[0], trial, e.shape[2])
         A = products.sum(axis=(0, 1))[:, : counts[0]] + before[0]
-        return Linear(e, J, extra, held, drawn, leverage, trial, products, squares, *of_each, A, before[1])
+        return Linear(e, J, extra, held, drawn, leverage, trial, products, squares, of_J, of_extra, of_held, A,
+                      before[1])  # fmt: skip
 
     @property
     def trials(self) -> list[int]:

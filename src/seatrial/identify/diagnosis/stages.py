@@ -18,7 +18,7 @@ from typing import Any
 
 from .. import Fit, FitError, Loss, Problem, Progress, StudyError
 from ..noise import noise, screened
-from ..nuisance import EVERY
+from ..nuisance import EVERY, unread
 from ..record import Settings, compared_as, scales
 from ..trajectory.local import WINDOW, Cut, local
 from .apart import refuse_copies
@@ -202,7 +202,8 @@ def _weighed(problem: Problem, channels: Mapping[str, Channel]) -> Problem:
     lasting = times[len(times) // 2]
     sigma = {name: one.noise * max(one.size, 1.0) * math.sqrt(one.lasting / lasting) for name, one in channels.items()}
     level = noise(problem.trials, problem.ship.model.motion)
-    initial = dict(problem.nuisance.initial) or {name: level[name] for name in channels}
+    read = {name: level[name] for name in channels}
+    initial = dict(problem.nuisance.initial) or read | unread(problem, [*read])
     return replace(
         problem, loss=Loss(sigma, lasting, problem.loss.weights),
         nuisance=replace(problem.nuisance, initial=initial),

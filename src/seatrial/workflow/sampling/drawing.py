@@ -59,7 +59,8 @@ def drawn_for(cell: Cell, out: Path, fits: Mapping[str, Fit], count: int, sink: 
         fits: made in this run; one that is not among them is read from its folder.
     """
     from ...belief.drawn import read_draws, save_draws
-    from ...belief.sampling.sampling import HopelessError, sample
+    from ...belief.sampling.sampling import sample
+    from ...core.errors import HopelessError
     from ...study.stored import load_fit
 
     where = out / cell.folder
