@@ -54,21 +54,25 @@ def begun_as(problem: Problem, initial: str) -> Problem:
     if initial != "free" or problem.nuisance.initial:
         return problem
     named = problem.loss.sigma or STATES
-    read = [name for name in STATES if any(measured(trial, name) for trial in problem.trials)]
-    free = dict.fromkeys((name for name in read if name in named), math.inf) | unread(problem, read)
+    free = dict.fromkeys((name for name in _read(problem) if name in named), math.inf) | unread(problem)
     free = {name: free[name] for name in STATES if name in free}
     if problem.ship.model.motion != STATES:
         free |= _heeled(problem)
     return replace(problem, nuisance=replace(problem.nuisance, initial=free))
 
 
-def unread(problem: Problem, read: Sequence[str]) -> dict[str, float]:
+def _read(problem: Problem) -> list[str]:
+    return [name for name in STATES if any(measured(trial, name) for trial in problem.trials)]
+
+
+def unread(problem: Problem) -> dict[str, float]:
     """Deviations of the states that no trial has read, about what `simulate.begun` makes of the others.
 
     A position that nothing reads acts on nothing and is none of them.
     """
     U, L = problem.ship.speed, problem.ship.L_pp
     every = {"psi": _COURSE, "u": _SPEED * U, "v_m": _SPEED * U, "r": _SPEED * U / L}
+    read = _read(problem)
     return {name: sd for name, sd in every.items() if name not in read}
 
 

@@ -306,7 +306,12 @@ def test_weights_follow_the_residuals_and_initial_states_the_noise(monkeypatch: 
     assert then.nuisance.initial == {"x": 7.0}
     assert asked == [((), ship.model.motion)]
     two = {name: channels[name] for name in ("x", "u")}
-    assert stages._weighed(problem, two).nuisance.initial == {"x": 0.5, "u": 0.1}
+    initial = stages._weighed(problem, two).nuisance.initial
+    assert {name: initial[name] for name in two} == {"x": 0.5, "u": 0.1}
+    # what nothing reads is as free as ships go: of the order of their speed, and of that over their length
+    assert sorted(initial) == ["psi", "r", "u", "v_m", "x"]
+    assert 0.1 < initial["v_m"] / ship.speed <= 1.0
+    assert initial["r"] == pytest.approx(initial["v_m"] / ship.L_pp)
 
 
 def test_residuals_count_by_how_long_those_of_their_channel_last() -> None:

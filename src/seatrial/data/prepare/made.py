@@ -127,7 +127,7 @@ def _made(trial: Trial, name: str, of: tuple[str, ...], reach: int, most: float)
 def _filter(columns: Array, values: Array) -> tuple[Array, Array]:
     """Weights of least squares, and what they leave, by degree of freedom."""
     # of a smooth run the columns are nearly alike: their squares would leave no digit to the weights
-    weights = np.linalg.lstsq(columns, values, rcond=1e-13)[0]
+    weights: Array = np.linalg.lstsq(columns, values, rcond=1e-13)[0].astype(np.float64)
     freedom = max(values.size - weights.size, 1)
     return weights, (values - columns @ weights) * math.sqrt(values.size / freedom)
 

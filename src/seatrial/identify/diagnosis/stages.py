@@ -203,7 +203,7 @@ def _weighed(problem: Problem, channels: Mapping[str, Channel]) -> Problem:
     sigma = {name: one.noise * max(one.size, 1.0) * math.sqrt(one.lasting / lasting) for name, one in channels.items()}
     level = noise(problem.trials, problem.ship.model.motion)
     initial = dict(problem.nuisance.initial) or (
-        {name: level[name] for name in channels} | unread(problem, [*channels]))  # fmt: skip
+        unread(problem) | {name: level[name] for name in channels})  # fmt: skip
     return replace(
         problem, loss=Loss(sigma, lasting, problem.loss.weights),
         nuisance=replace(problem.nuisance, initial=initial),
