@@ -41,6 +41,8 @@ _ENOUGH = 2000
 _SHOWN, _NONE = 2e-4, 1e-6
 # Rows that a second pass leaves out: those of wraps and outliers, in median deviations.
 _WILD = 8.0
+# Share of a series below which differences are rounding.
+_ROUND = 1e-9
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ def _made(trial: Trial, name: str, of: tuple[str, ...], reach: int, most: float)
 def _filter(columns: Array, values: Array) -> tuple[Array, Array]:
     """Weights of least squares, and what they leave, by degree of freedom."""
     # of a smooth run the columns are nearly alike: their squares would leave no digit to the weights
-    weights: Array = np.linalg.lstsq(columns, values, rcond=1e-13)[0].astype(np.float64)
+    weights: Array = np.linalg.lstsq(columns, values, rcond=1e-10)[0].astype(np.float64)
     freedom = max(values.size - weights.size, 1)
     return weights, (values - columns @ weights) * math.sqrt(values.size / freedom)
 
@@ -135,7 +137,9 @@ def _filter(columns: Array, values: Array) -> tuple[Array, Array]:
 def _tame(columns: Array, values: Array) -> tuple[Array, Array]:
     """The same without the few rows that are far off: of wraps and outliers."""
     weights, off = _filter(columns, values)
-    kept = np.abs(off) <= _WILD * float(np.median(np.abs(off)))
+    # of a log without noise the median is what rounding leaves, and many rows are far off that
+    rounding = _ROUND * float(np.sqrt(np.mean(values**2)))
+    kept = np.abs(off) <= max(_WILD * float(np.median(np.abs(off))), rounding)
     return _filter(columns[kept], values[kept]) if 0.9 < kept.mean() < 1.0 else (weights, off)
 
 
