@@ -505,6 +505,25 @@ def test_an_answer_is_waited_for_as_long_as_it_may_take(monkeypatch: pytest.Monk
     assert step.waited == 21.0
 
 
+def test_an_order_of_a_link_is_looked_for_every_few_milliseconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No datagram ends such a wait: one as long as a wire's would let five steps pass in a second."""
+    stage, wire = on_wire(scene(rate=1.0))
+    on = stage.on_wire
+    assert on is not None
+    waits = list[float]()
+
+    def wait(seconds: float) -> None:
+        waits.append(seconds)
+        wire.waiting.append(encode(Sentence("AG", "ACK", {"alarmid": 1})))  # a sentence is no order of a link
+        on.asked += len(waits) == 3
+
+    monkeypatch.setattr(wire, "wait", wait)
+    step = Lockstep(stage.loop, on, by="link")
+    assert step._answered("link") is True
+    assert len(waits) == 3
+    assert max(waits) <= 0.01
+
+
 def test_a_scenario_file_without_a_word_means_what_a_scenario_without_one_does() -> None:
     """Two statements of the same defaults, one in degrees, the other in radians."""
     plain, file = scene(), vars(ScenarioFile)
