@@ -107,6 +107,14 @@ def test_rounding_hides_no_difference_of_a_fine_heading() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("share", [1e-6, 3e-4])
+def test_a_few_slips_however_small_hide_no_difference_of_a_fine_heading(share: float) -> None:
+    log = sailed(noisy=1e-3)
+    r = velocities(log)[2]
+    r[np.random.default_rng(1).choice(r.size, 12, replace=False)] += share * float(np.sqrt(np.mean(r**2)))
+    assert [one.name for one in unsaid(log.having(r=r))] == ["r"]
+
+
 def test_check_tells_it_and_its_remedy_marks_it(tmp_path: Path) -> None:
     log = sailed()
     log = log.having(r=velocities(log)[2])
