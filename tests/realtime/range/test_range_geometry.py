@@ -309,6 +309,16 @@ def test_the_soonest_danger_comes_first():
     assert {one.cause.text for one in stage.alarms.standing()} == {"CPA 01 other", "CPA 02 soon"}
 
 
+def test_a_ship_that_is_numbered_already_is_named_once_and_only_the_wire_cuts_the_name():
+    ships = [Other(name, ordinary("s", 90.0, 5.0), Sailing(1500.0, k, math.pi, 5.0))
+             for k, name in enumerate(("1 a ship of the command line", "2", "11 eleven"))]  # fmt: skip
+    stage = Stage(scene(*ships, rate=2.0))
+    stage.loop.run(2.0)
+    causes = sorted((one.cause for one in stage.alarms.standing()), key=lambda one: one.instance)
+    assert [one.text for one in causes] == ["CPA 1 a ship of the command line", "CPA 2", "CPA 03 11 eleven"]
+    assert causes[0].title == "CPA 1 a ship of"
+
+
 # --- faults ---
 
 UNITS = {

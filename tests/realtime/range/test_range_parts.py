@@ -20,7 +20,7 @@ from seatrial.environment import CALM, Uniform
 from seatrial.environment.weather import Gust
 from seatrial.manoeuvres.track import legs
 from seatrial.realtime.on_wire import Lockstep
-from seatrial.realtime.range.alerts import Alarm, Cause, _short
+from seatrial.realtime.range.alerts import Alarm, Cause
 from seatrial.realtime.range.judge import Judge
 from seatrial.realtime.range.panel import Panel
 from seatrial.realtime.range.pilots import OwnPilot, Sight
@@ -538,7 +538,7 @@ def test_a_scenario_file_without_a_word_means_what_a_scenario_without_one_does()
 
 
 def test_texts_of_alarms_have_sixteen_plain_characters_and_rudders_their_numbers() -> None:
-    assert _short("CPA 01 M\u00f6we, the long one") == "CPA 01 M we  the"
+    assert Cause(10001, 1, "A", "CPA 01 M\u00f6we, the long one").title == "CPA 01 M we  the"
     stage = Stage(scene(name="kvlcc2"))
     stage.alarms._stuck = lambda control, t: True  # type: ignore[method-assign]
     assert [(one.identifier, one.instance) for one in stage.alarms._causes(0.0)] == [(10021, 1)]

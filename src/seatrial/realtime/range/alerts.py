@@ -41,13 +41,19 @@ class Cause(NamedTuple):
     priority: Priority
     text: str
 
+    @property
+    def title(self) -> str:
+        """The text as ALF takes it: 16 characters, letters, digits and spaces."""
+        plain = (c if c.isascii() and (c.isalnum() or c in " ._/-") else " " for c in self.text)
+        return "".join(plain)[:16].strip()
+
 
 @dataclass
 class Alarm:
     """One alarm.
 
     Attributes:
-        cause: what raises it; its text has 16 characters at most.
+        cause: what raises it.
         state: as in the sentence ALF.
         changed: simulated time of the last change [s].
         revision: number of changes, 1 to 99 and then 1 again.
@@ -142,7 +148,8 @@ class Alarms:
     def _causes(self, t: float) -> Iterator[Cause]:
         for one in self._contacts.dangerous():
             number = self._numbers[one.name]
-            yield Cause(CPA, number, "A", _short(f"CPA {number:02d} {one.name}"))
+            numbered = one.name.partition(" ")[0] == str(number)  # as ships of the command line are
+            yield Cause(CPA, number, "A", f"CPA {one.name}" if numbered else f"CPA {number:02d} {one.name}")
         for kind, identifier, text in (("gyro", GYRO, "HEADING LOST"), ("gnss", GNSS, "POSITION LOST")):
             if kind in self._heard and t - self._heard[kind] > _SILENT:
                 yield Cause(identifier, 1, "W", text)
@@ -186,8 +193,3 @@ class Alarms:
         self.alarms: dict[Key, Alarm] = {}
         self._heard: dict[str, float] = {}
         self._angles: dict[str, list[tuple[float, float]]] = {}
-
-
-def _short(text: str) -> str:
-    """A text as ALF takes it: 16 characters, letters, digits and spaces."""
-    return "".join(c if c.isascii() and (c.isalnum() or c in " ._/-") else " " for c in text)[:16].strip()

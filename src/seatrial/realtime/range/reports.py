@@ -212,13 +212,13 @@ class Reports:
                 "alertcat": "A" if cause.identifier == CPA else "B", "alertpriority": cause.priority,
                 "alertstate": alarm.state, "mfrcode": _MAKER, "alertid": cause.identifier,
                 "alertinst": cause.instance, "revisionctr": alarm.revision, "escalationctr": 0,
-                "alerttxt": cause.text,
+                "alerttxt": cause.title,
             }))  # fmt: skip
         if "ALR" in self._only:
             yield encode(Sentence("II", "ALR", {
                 "timealarmchange": time, "alarmnum": _short(cause.identifier, cause.instance),
                 "alarmcond": "A" if alarm.state in ("V", "A") else "V",
-                "alarmstate": "V" if alarm.state in ("V", "U") else "A", "alarmtext": cause.text,
+                "alarmstate": "V" if alarm.state in ("V", "U") else "A", "alarmtext": cause.title,
             }))  # fmt: skip
 
     def _clock(self, t: float) -> float:
