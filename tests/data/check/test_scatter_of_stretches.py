@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from seatrial.data.check.symmetry import _Least
+from seatrial.data.check.symmetry import Least
 
 
 def test_each_stretch_counts_by_itself_in_whatever_order_its_rows_come() -> None:
     rng = np.random.default_rng(5)
     back, e, length = rng.normal(size=(3, 40)), rng.normal(size=40), np.array([2.0, 3.0, 5.0])
     stretch = rng.permutation(np.repeat([0.0, 1.0, 4.0, 7.0], 10))
-    x, covariance = _Least(back, length, np.array([4.0, 9.0, 1.0]), e, stretch).first(2)
+    x, covariance = Least(back, length, np.array([4.0, 9.0, 1.0]), e, stretch).first(2)
     wanted = np.zeros((2, 2))
     for k in (0.0, 1.0, 4.0, 7.0):
         score = sum(back[:2, row] * e[row] for row in range(40) if stretch[row] == k) / length[:2]

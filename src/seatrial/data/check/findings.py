@@ -20,6 +20,7 @@ from .controls.rudder import helm_faults
 from .controls.sense import sense_faults
 from .controls.shaft import shaft_faults
 from .drift import drift_faults
+from .pivot import pivot_faults
 from .rows.drawn import line_faults
 from .rows.outliers import outlier_faults
 from .rows.still import still_faults
@@ -167,6 +168,8 @@ def _together(trials: list[Trial], told: dict[str, list[Fault]]) -> None:
         shared += drift_faults(sound)
         drifts = {one.key for one in shared}
         shared += () if "heading_bias" in drifts else symmetry_faults(sound, "current" in drifts)
+        if not any(one.key == "lever_arm" for one in common) and not wrong & {"delta", "psi", "u", "v_m", "r"}:
+            shared += pivot_faults(sound)
     for trial in sound:
         told[trial.name] = [one for one in told[trial.name] if not _repeats(one, shared)] + shared
 

@@ -92,7 +92,7 @@ def sideways(trials: Sequence[Trial]) -> Sideways | None:
 
 def _astray(trials: Sequence[Trial]) -> Sideways | None:
     """The drift that no turn and no rudder explains, be it by the heading or by a current; None without both turns."""
-    rates = np.concatenate([known["r"] for trial in trials if has(known := _turning(trial), "r")] or [np.zeros(1)])
+    rates = np.concatenate([known["r"] for trial in trials if has(known := with_rate(trial), "r")] or [np.zeros(1)])
     low, high = np.nanquantile(rates, (0.02, 0.98))
     if min(high, -low) < _BOTH * max(high, -low) or high <= low:
         return None
@@ -118,7 +118,7 @@ def swung(trials: Sequence[Trial]) -> Swung | None:
 
 
 @dataclass(frozen=True)
-class _Least:
+class Least:
     """Least squares over the rows of all trials.
 
     Attributes:
@@ -134,6 +134,15 @@ class _Least:
     x: Array
     e: Array
     stretch: Array
+
+    @classmethod
+    def of(cls, columns: Array, y: Array, stretch: Array) -> Least:
+        """The factors of the columns, shape (rows, columns), that leave least of y."""
+        length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        A = columns / length
+        back = np.linalg.pinv(A, rcond=1e-6)
+        x = back @ y
+        return cls(back, length, x, y - A @ x, stretch)
 
     def apart(self, count: int) -> float:
         """Share that the other columns leave of the combination of the first ones that they explain best."""
@@ -151,7 +160,7 @@ class _Least:
 
 def _told(
     trials: Sequence[Trial], *, rudder: bool = False, deviates: bool = False, still: bool = False
-) -> _Least | None:  # fmt: skip
+) -> Least | None:  # fmt: skip
     """What explains the sway of all trials, columns as in `_rows`; None where there is little of it.
 
     Args:
@@ -159,7 +168,7 @@ def _told(
         rudder, deviates: see `_rows`.
         still: whether the water is taken to stand still, by which short logs are enough.
     """
-    known = [_turning(trial) for trial in trials] if still else trials
+    known = [with_rate(trial) for trial in trials] if still else trials
     some = [part for trial in known if (part := _rows(trial, rudder=rudder, deviates=deviates)) is not None]
     parts = [(np.delete(A, (1, 2), axis=1), y, np.floor(t / _BRIEF)) if still else (A, y, np.floor(t / _ALIKE))
              for A, y, t in some]  # fmt: skip
@@ -169,14 +178,10 @@ def _told(
     stretch = np.concatenate([1000 * k + one[2] for k, one in enumerate(parts)])
     if len(np.unique(stretch)) < (_FEW if still else _STRETCHES):
         return None
-    length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    A = columns / length
-    back = np.linalg.pinv(A, rcond=1e-6)
-    x = back @ y
-    return _Least(back, length, x, y - A @ x, stretch)
+    return Least.of(columns, y, stretch)
 
 
-def _turning(trial: Trial) -> Trial:
+def with_rate(trial: Trial) -> Trial:
     """The trial with a rate of turn, by its heading where it has no other."""
     if has(trial, "r") or not has(trial, "psi"):
         return trial

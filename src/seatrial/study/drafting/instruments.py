@@ -4,6 +4,10 @@ Current: estimated about zero, unless one is on record or all head one way.
 
 Compass.  Its deviation is estimated where the sway under way shows one (`data.check.symmetry.swung`).
 
+Antenna.  Positions and speeds of one that is far from midship agree with each other, and a fit takes its sway for that
+of the hull: told where the pivot of the turns is none of a ship of this length (`data.check.pivot`), and not estimated,
+as no equation of sway and yaw tells one point of a hull from another.
+
 Errors that the logs show without any model (`identify.diagnosis.blame.witness`) are estimated from the first fit on:
 one that is held at zero throws numbers of the ship so far off that no step from there finds it (a heading 4 deg off
 read as -2.7 deg, and the flow at the rudder was fourteen times its value).
@@ -24,6 +28,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ...data import Trial
+from ...data.check.pivot import pivot, told
 from ...data.check.symmetry import swung
 from ...data.prepare.made import measured
 from ...identify.diagnosis.blame.witness import witnesses
@@ -75,7 +80,17 @@ def shared(
         out |= dict.fromkeys(both, _WIDE * abs(said.size))
         notes.append(f"{one.name}: the logs show {one.words} of {said.size / one.per:.2g} {one.unit} by themselves; "
                      "it is estimated")  # fmt: skip
-    return out, tuple(notes)
+    return out, (*notes, *_antenna(trials, L_pp))
+
+
+def _antenna(trials: Sequence[Trial], L_pp: float) -> tuple[str, ...]:
+    """What `check` cannot say of logs that do not tell the length of their ship."""
+    found = pivot(trials, L_pp)
+    place = found.antenna(L_pp) if found else None
+    if found is None or place is None:
+        return ()
+    what, evidence, remedy = told(found, L_pp, place)
+    return (f"{what} ({evidence}); {remedy}",)
 
 
 def _current(trials: Sequence[Trial], speed: float) -> float:
