@@ -92,12 +92,12 @@ def test_a_heading_that_deviates_is_not_freed_twice() -> None:
 
 
 def test_an_antenna_far_from_midship_is_told_by_the_length_of_the_ship() -> None:
-    """Its sway is -pivot r: 12 m ahead of the tracked point, which is midship of a ship of 30 m and no point of 14 m."""
+    """It pivots 12 m ahead of the tracked point, which may be midship of a ship of 30 m, and not of one of 14 m."""
     log = weaving(1.0, 0.0)
     log = log.having(v_m=log["v_m"] - 12.0 * log["r"], delta=np.sin(log.t / 30.0))
     assert shared([log], 30.0, 2.0)[1] == ()
     [note] = shared([log], 14.0, 2.0)[1]
-    assert "an antenna some 6 m abaft of midship" in note
+    assert "an antenna some 6.1 m abaft of midship" in note
     assert "antenna = [ahead, to starboard]" in note
 
 
