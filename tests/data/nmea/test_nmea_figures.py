@@ -176,22 +176,26 @@ def test_a_position_report_is_in_knots_degrees_and_their_tenths() -> None:
     assert float(fast["turn"]) < -700.0
     small = told(ais.position(ais.Transponder(1, class_b=True), AT, 5, "VDM"))
     assert (small["msg_type"], small["speed"], small["heading"]) == (18, pytest.approx(10.0), 90)
+    assert said["status"] == 0
+    stuck = told(ais.position(ais.Transponder(1, status="aground"), AT, 5, "VDM"))
+    assert stuck["status"] == 6  # ITU-R M.1371-5, Table 48
 
 
 @pytest.mark.parametrize("class_b", [False, True])
 def test_static_data_tell_the_ship_about_its_antenna(class_b: bool) -> None:
-    by = ais.Transponder(7, "Blåhaj-1 of the northern seas", 100.0, 20.0, 6.04, (-30.0, 4.0), class_b)
+    by = ais.Transponder(7, "Blåhaj-1 of the northern seas", 100.0, 20.0, 6.04, (-30.0, 4.0), class_b, "tanker")
     lines = ais.static(by, "VDO")
     said = told(lines) if not class_b else {**told(lines[:1]), **told(lines[1:])}
     assert said["shipname"].strip() == "BL HAJ-1 OF THE NORT"
     assert [said[f"to_{side}"] for side in ("bow", "stern", "port", "starboard")] == [80, 20, 14, 6]
-    assert said["ship_type"] == 70
+    assert said["ship_type"] == 80  # ITU-R M.1371-5, Table 53
     if not class_b:
         assert (said["draught"], said["epfd"]) == (pytest.approx(6.0), 1)
     deep = ais.Transponder(7, length=3000.0, breadth=500.0, draught=40.0, antenna=(0.0, 300.0))
     far = told(ais.static(deep, "VDO"))
     assert [far[f"to_{side}"] for side in ("bow", "port", "starboard")] == [511, 63, 0]
     assert far["draught"] == pytest.approx(25.5)
+    assert far["ship_type"] == 0  # not told
 
 
 # -- frames

@@ -7,15 +7,19 @@ import math
 import os
 import re
 import socket
+from dataclasses import replace
 from datetime import datetime
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from scenes import FERRY, Fault, Weather, on_wire, scene
+from seatrial.data.nmea import ais
 from seatrial.data.nmea.sentences import Sentence, encode
 from seatrial.environment import Environment
+from seatrial.realtime.range.scenario import Sailing
 from seatrial.realtime.range.stage import Stage
 from seatrial.realtime.wire import Authority
 
@@ -25,7 +29,7 @@ from websockets.exceptions import InvalidStatus
 
 from seatrial.realtime.links import signalk
 from seatrial.realtime.links.rosbridge import Rosbridge
-from seatrial.realtime.links.signalk import SignalK, _shaft, identity, values
+from seatrial.realtime.links.signalk import SignalK, _shaft, _transponded, identity, values
 
 PILOT = "/signalk/v2/api/vessels/self/autopilots/seatrial"
 DEG = math.pi / 180.0
@@ -68,7 +72,11 @@ VESSEL = _branch(
     mmsi={"type": "string", "pattern": r"^[2-7]\d{8}$"}, uuid={"type": "string", "pattern": URN},
     name={"type": "string"},
     navigation=_branch(position=PLACE, rateOfTurn=NUMBER, speedOverGround=NUMBER, speedThroughWater=NUMBER,
-                       headingTrue=ANGLE, headingMagnetic=ANGLE, courseOverGroundTrue=ANGLE, magneticVariation=ANGLE),
+                       headingTrue=ANGLE, headingMagnetic=ANGLE, courseOverGroundTrue=ANGLE, magneticVariation=ANGLE,
+                       state=_leaf({"enum": [
+                           "not under command", "anchored", "moored", "sailing", "motoring", "fishing", "aground",
+                           "restricted manouverability", "constrained by draft"]})),
+    design=_branch(aisShipType=_leaf({"enum": [{"id": 60, "name": "Passenger ship"}, {"id": 52, "name": "Tug"}]})),
     environment=_branch(
         wind=_branch(speedApparent=NUMBER, speedTrue=NUMBER, speedOverGround=NUMBER, angleApparent=ANGLE,
                      angleTrueWater=ANGLE, angleTrueGround=ANGLE, directionTrue=ANGLE),
@@ -92,7 +100,8 @@ RULES = {
 
 def sea_of_all() -> tuple[Stage, ...]:
     """Ships with and without MMSI, on one shaft and on two, ahead and astern, with alarms."""
-    quiet = sailing(FERRY, variation=-0.1, faults=(Fault("silent", "gyro", at=1.0),), seconds=9.0)
+    ferry = replace(FERRY, sailing=replace(FERRY.sailing, kind="passenger", status="restricted"))
+    quiet = sailing(ferry, variation=-0.1, faults=(Fault("silent", "gyro", at=1.0),), seconds=9.0)
     twin = sailing(name="gms_110")
     twin.loop.order("own", "n_P", -1.0)
     twin.loop.run(60.0)
@@ -133,6 +142,14 @@ def test_the_full_model_hello_and_deltas_are_valid_by_the_published_schema():
         with Served(SignalK(stage)) as http, http.socket("/signalk/v1/stream?subscribe=all") as ws:
             assert wrong("hello.json", heard(ws)) == []
             assert wrong("delta.json", heard(ws)) == []
+    quiet, told = sea_of_all()[0], full(sea_of_all()[0])
+    own = next(one for one in told["vessels"].values() if one["name"] == quiet.scenario.own.ship.name)
+    for kind, status in zip_longest(ais.TYPES, ais.STATUSES, fillvalue="under way"):
+        leaves = dict(_transponded(Sailing(0.0, 0.0, 0.0, 1.0, kind=kind, status=status)))  # type: ignore[arg-type]
+        for path, value in leaves.items():
+            branch, _, leaf = path.partition(".")
+            own.setdefault(branch, {})[leaf] = {**own["navigation"]["headingTrue"], "value": value}
+        assert wrong("signalk.json", told) == [], (kind, status)
 
 
 @pytest.mark.slow

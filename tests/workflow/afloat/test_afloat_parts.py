@@ -14,6 +14,7 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.data.geodesy import Datum
 from seatrial.realtime.listening import listen
+from seatrial.realtime.range.stage import Stage
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
 from seatrial.workflow.afloat import cannot, drills, sail, situation_of
@@ -178,6 +179,17 @@ def test_a_scenario_without_options_is_what_its_file_says() -> None:
     assert repr(changed()) == repr(made)
     said = {key: value for key, value in SCENE.items() if key not in ("weather", "gusts")}
     assert changed(said).weather == ()
+
+
+def test_what_a_transponder_says_of_its_ship_stands_in_the_scenario() -> None:
+    said = copy.deepcopy(SCENE)
+    said["own"] |= {"type": "tanker"}
+    said["traffic"]["ferry"] |= {"type": "passenger", "status": "restricted"}
+    made = changed(said)
+    assert (made.own.sailing.kind, made.own.sailing.status) == ("tanker", "under way")
+    assert (made.others[0].sailing.kind, made.others[0].sailing.status) == ("passenger", "restricted")
+    fit = Stage(made).fittings.transponder
+    assert (fit.kind, fit.status) == ("tanker", "under way")
 
 
 def test_options_take_the_place_of_what_a_scenario_says_of_its_own_ship() -> None:

@@ -12,6 +12,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Literal
 
 from ...core.constants import KNOT
@@ -20,7 +21,22 @@ _MOST_KNOTS = 102.2
 _MOST_TURN = 708.0
 """Greatest rate of turn that is told as a figure [deg/min]."""
 
-_NO_MANOEUVRE, _GPS, _CARGO = 0, 1, 70  # not available, of which 3 is reserved; kind of receiver; type of ship
+_NO_MANOEUVRE, _GPS = 0, 1  # not available, of which 3 is reserved; kind of receiver
+
+Type = Literal["fishing", "towing", "dredging", "diving", "military", "sailing", "pleasure", "high-speed", "pilot",
+               "rescue", "tug", "passenger", "cargo", "tanker", "other"]  # fmt: skip
+TYPES: Mapping[Type, int] = MappingProxyType({
+    "fishing": 30, "towing": 31, "dredging": 33, "diving": 34, "military": 35, "sailing": 36, "pleasure": 37,
+    "high-speed": 40, "pilot": 50, "rescue": 51, "tug": 52, "passenger": 60, "cargo": 70, "tanker": 80, "other": 90,
+})  # fmt: skip
+"""Types of ship and cargo (ITU-R M.1371-5, Table 53); 0 where none is told."""
+Status = Literal["under way", "at anchor", "not under command", "restricted", "constrained by draught", "moored",
+                 "aground", "fishing", "sailing"]  # fmt: skip
+STATUSES: Mapping[Status, int] = MappingProxyType({
+    "under way": 0, "at anchor": 1, "not under command": 2, "restricted": 3, "constrained by draught": 4, "moored": 5,
+    "aground": 6, "fishing": 7, "sailing": 8,
+})  # fmt: skip
+"""Navigational status (ITU-R M.1371-5, Table 48); a transponder of class B tells none."""
 
 Message = Literal[1, 2, 3]
 
@@ -34,6 +50,8 @@ class Transponder:
         name, length, breadth, draught: of the ship.
         antenna: place of its receiver, forward and to starboard of midship.
         class_b: whether it is of class B.
+        kind: type of ship; None: not told.
+        status: what it is doing, by its watch.
     """
 
     mmsi: int
@@ -43,6 +61,8 @@ class Transponder:
     draught: float = 0.0
     antenna: tuple[float, float] = (0.0, 0.0)
     class_b: bool = False
+    kind: Type | None = None
+    status: Status = "under way"
 
 
 def position(by: Transponder, m: Mapping[str, float], second: int, kind: str, message: Message = 1) -> list[bytes]:
@@ -62,7 +82,8 @@ def position(by: Transponder, m: Mapping[str, float], second: int, kind: str, me
     if by.class_b:
         return _encoded(said, kind)
     turn = math.degrees(m["r"]) * 60.0 + 1e-9  # pyais takes 127 for the code of "more than 5 deg in 30 s"
-    turning = {"turn": min(max(turn, -_MOST_TURN), _MOST_TURN), "maneuver": _NO_MANOEUVRE}
+    turning = {"turn": min(max(turn, -_MOST_TURN), _MOST_TURN), "maneuver": _NO_MANOEUVRE,
+               "status": STATUSES[by.status]}  # fmt: skip
     return _encoded({**said, **turning}, kind)
 
 
@@ -71,15 +92,16 @@ def static(by: Transponder, kind: str, sequence: int = 0) -> list[bytes]:
     forward, starboard = by.antenna
     ahead, aside = 0.5 * by.length, 0.5 * by.breadth
     name = re.sub(r"[^ -_]", " ", by.name.upper())[:20]
+    number = 0 if by.kind is None else TYPES[by.kind]
     size = {
         "to_bow": _metres(ahead - forward, 511), "to_stern": _metres(ahead + forward, 511),
         "to_port": _metres(aside + starboard, 63), "to_starboard": _metres(aside - starboard, 63),
     }  # fmt: skip
     if not by.class_b:
-        said = {"msg_type": 5, "mmsi": by.mmsi, "shipname": name, "ship_type": _CARGO, "epfd": _GPS,
+        said = {"msg_type": 5, "mmsi": by.mmsi, "shipname": name, "ship_type": number, "epfd": _GPS,
                 "draught": _tenths(min(by.draught, 25.5))}  # fmt: skip
         return _encoded({**said, **size}, kind, sequence)
-    parts = ({"partno": 0, "shipname": name}, {"partno": 1, "ship_type": _CARGO, **size})
+    parts = ({"partno": 0, "shipname": name}, {"partno": 1, "ship_type": number, **size})
     return [line for part in parts for line in _encoded({"msg_type": 24, "mmsi": by.mmsi, **part}, kind)]
 
 

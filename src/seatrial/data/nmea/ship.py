@@ -61,6 +61,7 @@ class Fittings:
         shafts: controls that are propellers, port to starboard.
         variation: of the magnetic compass, east positive [rad]; None where the ship has no magnetic compass.
         mmsi: of the transponder; 0 for none.
+        kind, status: type of the ship and what it is doing, for the transponder.
         name, length, breadth, draught: of the ship, for the transponder [m].
         simulator: whether sentences are marked as those of a simulator; listeners then take no position, as RMC is
             void in every mode but those of a true receiver.
@@ -76,6 +77,8 @@ class Fittings:
     shafts: tuple[str, ...] = ("n_P",)
     variation: float | None = None
     mmsi: int = 0
+    kind: ais.Type | None = None
+    status: ais.Status = "under way"
     name: str = ""
     length: float = 0.0
     breadth: float = 0.0
@@ -90,7 +93,8 @@ class Fittings:
     @property
     def transponder(self) -> ais.Transponder:
         """The transponder of the ship."""
-        return ais.Transponder(self.mmsi, self.name, self.length, self.breadth, self.draught, self.antenna)
+        return ais.Transponder(self.mmsi, self.name, self.length, self.breadth, self.draught, self.antenna,
+                               kind=self.kind, status=self.status)  # fmt: skip
 
     @property
     def numbers(self) -> Mapping[str, int]:

@@ -22,8 +22,10 @@ from starlette.responses import JSONResponse, Response
 
 from ...core.errors import AccessError, RefusalError
 from ...core.version import __version__
+from ...data.nmea.ais import TYPES, Status, Type
 from ..pages import Task, admitted, body, close, converse, hear, same_origin
 from ..range.alerts import CPA, GNSS, GYRO, KEEL, PILOT, RUDDER, TRACK, Alarm
+from ..range.scenario import Sailing
 from ..range.stage import Stage
 from .orders import Orders
 
@@ -49,6 +51,17 @@ _NOTICES: Mapping[int, str] = {
 """Paths of alarms below `notifications`; those of which there may be several have their instance as a further part."""
 
 _GRADES = {"A": "alarm", "W": "warn", "C": "alert"}
+_STATES: Mapping[Status, str] = {
+    "under way": "motoring", "at anchor": "anchored", "restricted": "restricted manouverability",
+    "constrained by draught": "constrained by draft",
+}  # fmt: skip
+"""Navigational status in the words of the schema, where they are others."""
+_TYPES: Mapping[Type, str] = {
+    "dredging": "Engaged in dredging or underwater operations", "diving": "Engaged in diving operations",
+    "military": "Engaged in military operations", "high-speed": "High speed craft", "pilot": "Pilot vessel",
+    "rescue": "SAR", "passenger": "Passenger ship", "cargo": "Cargo ship",
+}  # fmt: skip
+"""Types of ship in the words of the schema, where they are others."""
 
 
 def values(stage: Stage) -> dict[str, Any]:
@@ -77,6 +90,7 @@ def values(stage: Stage) -> dict[str, Any]:
     conning = on_wire.conning
     said["steering.autopilot.state"] = "auto" if conning.mode in ("heading", "track") else "standby"
     said["steering.autopilot.target.headingTrue"] = conning.control.course
+    said.update(_transponded(stage.scenario.own.sailing))
     said.update(_notice(alarm) for alarm in tuple(stage.alarms.alarms.values()))
     return said
 
@@ -111,6 +125,14 @@ def _notice(alarm: Alarm) -> tuple[str, dict[str, Any]]:
         "state": state, "method": method, "message": cause.text}  # fmt: skip
 
 
+def _transponded(sailing: Sailing) -> Iterator[tuple[str, Any]]:
+    """What a transponder says of its ship, by the names of the schema."""
+    yield "navigation.state", _STATES.get(sailing.status, sailing.status)
+    if sailing.kind is not None:
+        name = _TYPES.get(sailing.kind, sailing.kind.capitalize())
+        yield "design.aisShipType", {"id": TYPES[sailing.kind], "name": name}
+
+
 def contacts(stage: Stage) -> Iterator[tuple[str, dict[str, Any]]]:
     """Context and values of each ship with a transponder."""
     for other in stage.scenario.others:
@@ -124,7 +146,7 @@ def contacts(stage: Stage) -> Iterator[tuple[str, dict[str, Any]]]:
             "": {**known, "name": other.name},
             "navigation.position": {"latitude": latitude, "longitude": longitude},
             "navigation.speedOverGround": seen.U, "navigation.courseOverGroundTrue": seen.chi % math.tau,
-            "navigation.headingTrue": plant["psi"] % math.tau,
+            "navigation.headingTrue": plant["psi"] % math.tau, **dict(_transponded(other.sailing)),
         }  # fmt: skip
 
 

@@ -118,8 +118,9 @@ class Reports:
         mmsi = (other.sailing.mmsi if other is not None else 0) or FIRST + self._numbers[name] - 1
         class_b = other is not None and other.ais == "class B"
         # the antenna of another ship is taken to be amidships
+        kind, status = (None, "under way") if other is None else (other.sailing.kind, other.sailing.status)
         return Transponder(mmsi, other.name if other else plant.ship.name, plant.ship.L_pp, beam(plant),
-                           float(plant.ship.model.draught), class_b=class_b)  # fmt: skip
+                           float(plant.ship.model.draught), class_b=class_b, kind=kind, status=status)  # fmt: skip
 
     def _ais(self, loop: Loop) -> Iterator[bytes]:
         for name, number in self._numbers.items():

@@ -9,6 +9,7 @@ from typing import Literal
 
 from ...actuators import Actuator, Actuators
 from ...data.geodesy import Datum
+from ...data.nmea.ais import Status, Type
 from ...encounters.sensing import Sensing
 from ...environment import CALM, Environment
 from ...environment.chart import Chart
@@ -34,6 +35,7 @@ class Sailing:
         speed: initial speed through the water [m/s].
         route: waypoints (x, y) to pass, in order [m]; none: the line of the initial heading.
         mmsi: of the transponder; 0 for none of its own.
+        kind, status: what its transponder says of its type and of what it is doing.
     """
 
     x: float
@@ -42,6 +44,8 @@ class Sailing:
     speed: float
     route: tuple[tuple[float, float], ...] = ()
     mmsi: int = 0
+    kind: Type | None = None
+    status: Status = "under way"
 
     @property
     def legs(self) -> tuple[Leg, ...]:

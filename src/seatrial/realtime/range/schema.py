@@ -7,6 +7,7 @@ from datetime import datetime
 from typing import Annotated, Any, Literal
 
 from ...core.records import Limits, NotNegative, Positive
+from ...data.nmea.ais import Status, Type
 from ...encounters.sensing import Sensing
 
 SCHEMA = "seatrial-scenario/1"
@@ -38,6 +39,8 @@ class SailingTable:
     speed: NotNegative | None = None
     route: tuple[Point, ...] = ()
     mmsi: Mmsi | None = None
+    type: Type | None = None
+    status: Status = "under way"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -235,7 +235,9 @@ class Stage:
         scenario, ship = self.scenario, plant.ship
         fittings = Fittings(
             scenario.datum or NULL_ISLAND, scenario.epoch, stern=-0.5 * ship.L_pp, transducer=draught(ship),
-            variation=scenario.variation, mmsi=scenario.own.sailing.mmsi, simulator=line is not None and line.simulator,
+            variation=scenario.variation, mmsi=scenario.own.sailing.mmsi,
+            kind=scenario.own.sailing.kind, status=scenario.own.sailing.status,
+            simulator=line is not None and line.simulator,
         )  # fmt: skip
         abaft = (-0.4 * ship.L_pp, 0.0) if scenario.own.usual else fittings.antenna
         return fitted(ship, replace(fittings, antenna=scenario.own.antenna or abaft))

@@ -193,7 +193,7 @@ def _sailing(key: str, table: SailingTable, ship: Ship, datum: Datum | None) -> 
     if table.heading is None and route:
         heading = math.atan2(route[0][1] - y, route[0][0] - x)
     speed = speed_of(ship, table.speed, f"{key}.speed")
-    return Sailing(x, y, heading, speed, tuple(route), table.mmsi or 0)
+    return Sailing(x, y, heading, speed, tuple(route), table.mmsi or 0, table.type, table.status)
 
 
 def _other(path: Path, name: str, table: TrafficTable, datum: Datum | None) -> Other:
