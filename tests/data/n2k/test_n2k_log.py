@@ -55,7 +55,13 @@ LAYOUTS: dict[str, Callable[[float, int, bytes], str]] = {
     "seasmart": _pcdin,
     "airmar": lambda t, pgn, d: f"{_iso(t)} - {pgn} {identifier(pgn):08x} {_spaced(d, ',')}",
     "pcan": lambda t, pgn, d: f"  2)  {(t - EPOCH) * 1000:.1f}  Rx  {identifier(pgn):08X}  {len(d)}  {_spaced(d)}",
-}
+    "vector": lambda t, pgn, d: f"{t - EPOCH:11.6f} 1  {identifier(pgn):X}x       Rx   d {len(d)} {_spaced(d).upper()}",
+    "vector, told more": lambda t, pgn, d: f"{t - EPOCH:11.6f} 1  {identifier(pgn):X}x  Tx   d {len(d)} {_spaced(d)} "
+                                           f" Length = 273910 BitCount = 141 ID = {identifier(pgn)}x",
+    "savvycan": lambda t, pgn, d: f"{round((t - EPOCH) * 1e6)},{identifier(pgn):08X},true,Rx,0,8,{_spaced(d, ',')},",
+    "savvycan, old": lambda t, pgn, d: f"{round((t - EPOCH) * 1e6)},{identifier(pgn):08X},true,0,8,{_spaced(d, ',')},",
+    "python-can": lambda t, pgn, d: f"{t:.6f},0x{identifier(pgn):x},1,0,0,8,{base64.b64encode(d).decode()}",
+}  # fmt: skip
 
 
 def _heading(units: int, reference: int = 0, source: int = SOURCE, k: float = 0.0) -> str:

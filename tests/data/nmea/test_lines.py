@@ -113,6 +113,23 @@ def test_many_lines_at_a_time_tell_what_each_tells_alone(cases: int) -> None:
     assert alone < 0.4 * every  # a log of damage: of others it is one in a thousand
 
 
+def test_a_sentence_that_was_cut_off_is_none_where_its_source_has_checksums(tmp_path: Path) -> None:
+    """Of a device that never writes one, and of one that seldom does, all count."""
+    whole = [signed(f"HEHDT,{k}.5,T") for k in range(40)]
+    bare = [b"$GPHDT,%d.5,T" % k for k in range(40)]
+    mixed = [signed(f"IIHDT,{k}.5,T") if k % 3 else b"$IIHDT,%d.5,T" % k for k in range(40)]
+    lines = [line for three in zip(whole, bare, mixed, strict=True) for line in three]
+    lines[60], lines[90] = b"$HEHDT,2", b"at last: $HEHDT,30.5"
+    (tmp_path / "a.nmea").write_bytes(b"\r\n".join(lines))
+    heard = listen(tmp_path / "a.nmea")
+    found = {one.source: np.degrees(one.values[0]) for one in heard.found}
+    assert heard.wrong == 2
+    assert "HEHDT has in other lines: it was cut off" in heard.first
+    np.testing.assert_allclose(found["HEHDT"], [k + 0.5 for k in range(40) if k not in (20, 30)])
+    np.testing.assert_allclose(found["GPHDT"], np.arange(40) + 0.5)
+    np.testing.assert_allclose(found["IIHDT"], np.arange(40) + 0.5)
+
+
 @pytest.mark.slow
 def test_blocks_of_any_size_tell_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     draw = np.random.default_rng(5)

@@ -141,7 +141,7 @@ def recordings(format: str, src: str | Path, mapping: str | Path | None = None) 
 def _is(path: Path, format: str) -> bool:
     """Whether a file is of a format by what is in it, whatever its name."""
     known = recognise(path)
-    return known.format == format if known is not None else format == "nmea" and sentences(path)
+    return known.format == format if known is not None and known.format else format == "nmea" and sentences(path)
 
 
 def _found(chosen: Format, checked: Any, here: Path) -> list[Path]:

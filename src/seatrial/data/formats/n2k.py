@@ -1,4 +1,4 @@
-"""Logs of NMEA 2000: lines of candump, canboat, Actisense, Yacht Devices, iKonvert, SeaSmart, Airmar or PCAN-View.
+"""Logs of NMEA 2000: lines of candump, canboat, Actisense, Yacht Devices, iKonvert, SeaSmart, Airmar or CAN loggers.
 
 Lines of JSON (`n2k.spoken`) and records of Yacht Devices (`n2k.recorder`) are brought into a form of lines first.
 

@@ -175,4 +175,12 @@ _LAYOUTS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Frame | None]],
     # the same from version 2 on: type, perhaps a bus, and perhaps a reserved column
     (re.compile(r"\s*\d+\s+(\d+\.\d+)\s+DT\s+(?:\d\s+)?" + _ID + r"\s+[RT]x\s+(?:-\s+)?(\d)\s+" + _HEX + "$"),
      lambda m: _of_id("start", float(m[1]) / 1000.0, m[2], m[4], m[3])),
+    # Vector ASC, seconds and a bus from 1 on; GVRET of SavvyCAN, microseconds; CSV of python-can
+    (re.compile(r"\s*(\d+\.\d+)\s+(\d+)\s+([0-9A-Fa-f]{7,8})x\s+[RT]x\s+d\s+(\d)"
+                r"((?: +[0-9A-Fa-f]{2})*)\s*(?: [A-Z].*)?$"),
+     lambda m: _of_id(*_seconds(m[1]), m[3], m[5], m[4], str(int(m[2]) - 1))),
+    (re.compile(r"(\d+),(?:0x)?" + _ID + r",(?:true|1),(?:[RT]x,)?(\d),(\d),((?:[0-9A-Fa-f]{2},?)*),?\s*$", re.I),
+     lambda m: _of_id(*_seconds(f"{int(m[1]) / 1e6:.6f}"), m[2], m[5], m[4], m[3])),
+    (re.compile(r"(\d+\.\d+),0x([0-9a-f]{7,8}),1,0,0,(\d),([A-Za-z0-9+/]*=*)\s*$"),
+     lambda m: _of_id(*_seconds(m[1]), m[2], base64.b64decode(m[4]).hex(), m[3])),
 )  # fmt: skip

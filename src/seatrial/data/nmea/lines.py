@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -39,6 +40,8 @@ _ADDRESS = 8
 """Bytes of an address at most, in a plain line."""
 _PAD = WIDEST + _ADDRESS
 _NEVER = 1 << 62
+_ENOUGH, _NEARLY = 10, 0.9
+"""Sentences of a source, and the part of them with a checksum, from which on one without was cut off."""
 
 _REMARKS = (b"#", b";", b"%", b"//")
 _CAPITAL = bytes(chr(k) in "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789" for k in range(256))
@@ -80,8 +83,9 @@ def listen(path: Path) -> Lines:
         DataError: not readable.
     """
     try:
-        form = form_of(around([(_untagged(one[0].before), one[0].behind) for one in _tried(existing(path))]))
-        ear = _Ear(form)
+        tried = _tried(existing(path))
+        form = form_of(around([(_untagged(one[0].before), one[0].behind) for one in tried]))
+        ear = _Ear(form, _summing([part.sentence for one in tried for part in one]))
         for block in _blocks(path):
             ear.block(block)
     except OSError as error:
@@ -125,6 +129,17 @@ def _tried(path: Path) -> list[list[Piece]]:
                 file.seek(at)
                 rest += _plain(file.read(_LINE // 16)).splitlines()[1:2]
     return [parts for line in (*head[:_TRIED], *rest) if (parts := list(pieces(line)))]
+
+
+def _summing(sentences: Sequence[bytes]) -> frozenset[str]:
+    """The sources of some sentences that nearly always have a checksum: one of theirs without was cut off."""
+    every, summed = Counter[str](), Counter[str]()
+    for one in sentences:
+        with suppress(NmeaError):
+            heard = hear(one)
+            every[heard.source] += 1
+            summed[heard.source] += heard.checked
+    return frozenset(source for source, n in every.items() if n >= _ENOUGH and summed[source] >= _NEARLY * n)
 
 
 def _untagged(before: bytes) -> bytes:
@@ -201,8 +216,8 @@ _Said = dict[_Key, list[tuple[int, list[float], float]]]
 class _Ear:
     """The lines that have been heard so far."""
 
-    def __init__(self, form: Form | None) -> None:
-        self._form, self._tagged = form, False
+    def __init__(self, form: Form | None, summed: frozenset[str] = frozenset()) -> None:
+        self._form, self._tagged, self._summed = form, False, summed
         self._frames = list[carried.Carried]()
         self._said = Lines(about=form.about if form else "")
         self._kept: dict[_Key, list[Spoken]] = defaultdict(list)
@@ -265,6 +280,8 @@ class _Ear:
         for k in np.flatnonzero(strange).tolist():
             self._said.others[names[k][1]] += int(np.count_nonzero(which == k))
         left[found.line[strange[which]]] = False
+        whole = found.checked | ~np.array([talker + kind in self._summed for talker, kind in names], bool)[which]
+        wanted &= whole
         found, stamp, tags, which = found.only(wanted), before[0][wanted], before[1][wanted], which[wanted]
         letters = np.flatnonzero(mapped(data, _LETTER))
         shape = data[letters]
@@ -335,6 +352,9 @@ class _Ear:
             heard = hear(sentence)
         except NmeaError as error:
             self._refuse(k, error)
+            return
+        if not heard.checked and heard.source in self._summed:
+            self._refuse(k, f"no checksum, which {heard.source} has in other lines: it was cut off")
             return
         values, place, (stamp, by) = readings(heard), (self._said.all + k + 1) * PIECES + number, before
         frame = carried.carried(heard, place, stamp) if heard.kind in carried.KINDS else None
