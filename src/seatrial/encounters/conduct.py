@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..data import Array
-from .rules.geometry import STILL, Bools, approach, wrapped
+from .rules.geometry import STILL, Bools, wrapped
 from .rules.limits import Limits
 from .rules.roles import MUST_ACT, Role, classes
 
@@ -68,6 +68,11 @@ class Scene:
     def bow(self) -> tuple[Array, Array]:
         """Cosine and sine of the headings."""
         return np.cos(self.psi), np.sin(self.psi)
+
+    @cached_property
+    def going(self) -> Array:
+        """x, y, north and east, runs side by side: shape (4, ships, runs)."""
+        return np.stack([one.T for one in (self.x, self.y, self.north, self.east)])
 
 
 class Master(Protocol):
@@ -143,7 +148,6 @@ class Watch:
         self._psi, self._share, self._off = self._course.copy(), np.ones(runs), np.zeros(runs, dtype=bool)
         self.role = np.full((runs, ships), int(Role.NONE), order="F")  # runs side by side, as those of scenes
         self.risk = np.zeros((runs, ships), dtype=bool, order="F")
-        self._others = np.arange(ships) != ship
         lengths = np.maximum(scene.L, scene.L[ship])
         self._passing, self._horizon = limits.passing.of(lengths), limits.horizon.of(lengths)
         act = np.array([one.act if one.gives_way else -1.0 for one in known])
@@ -159,21 +163,21 @@ class Watch:
 
     def look(self, scene: Scene) -> Orders:
         """Settle parts, act, hold, or go back."""
-        own = slice(self._ship, self._ship + 1)
-        x, y = scene.x - scene.x[:, own], scene.y - scene.y[:, own]
-        north, east = scene.north - scene.north[:, own], scene.east - scene.east[:, own]
-        square, toward = north**2 + east**2, -(x * north + y * east)
+        own, risk = self._ship, self.risk.T
+        x, y, north, east = scene.going - scene.going[:, own : own + 1]  # all of shape (ships, runs) from here
+        square, toward = north * north + east * east, -(x * north + y * east)
         closing = (toward > 0.0) & (square >= STILL**2)
-        tcpa = np.divide(toward, square, out=np.zeros_like(toward), where=closing)
-        danger = closing & ((x + tcpa * north) ** 2 + (y + tcpa * east) ** 2 < self._passing**2)
-        near = danger & (tcpa <= self._horizon)
-        self._settle(scene, x, y, near & ~self.risk)
-        cos, sin = scene.bow
-        abaft = x * cos[:, own] + y * sin[:, own] < 0.0
-        self.risk = (self.risk | near) & (closing | ~(abaft & (x * cos + y * sin > 0.0)))
-        self._alter(scene, np.asarray((self.risk & danger & (tcpa <= self._until)).any(axis=1)))
+        tcpa = toward / np.maximum(square, STILL**2)
+        danger = closing & ((x + tcpa * north) ** 2 + (y + tcpa * east) ** 2 < self._passing[:, None] ** 2)
+        near = danger & (tcpa <= self._horizon[:, None])
+        self._settle(scene, x, y, near & ~risk)
+        cos, sin = (one.T for one in scene.bow)
+        abaft = x * cos[own] + y * sin[own] < 0.0
+        risk = (risk | near) & (closing | ~(abaft & (x * cos + y * sin > 0.0)))
+        self.risk = risk.T
+        self._alter(scene, np.asarray((risk & danger & (tcpa <= self._until.T)).any(axis=0)))
         back = np.flatnonzero(self._off)
-        back = back[(~self.risk[back] | abaft[back] | ~closing[back]).all(axis=1)]
+        back = back[(~risk | abaft | ~closing).all(axis=0)[back]]
         if back.size:
             home = back[self._room(scene, self._course[back], np.ones(back.size), back) >= 0.0]
             self._psi[home], self._share[home], self._off[home] = self._course[home], 1.0, False
@@ -190,8 +194,8 @@ class Watch:
         """Parts towards those with whom risk begins, and when to act for them."""
         if not new.any():
             return
-        rows, ships = np.nonzero(new)
-        bearing, psi = np.arctan2(y[rows, ships], x[rows, ships]), scene.psi[rows, ships]
+        ships, rows = np.nonzero(new)
+        bearing, psi = np.arctan2(y[new], x[new]), scene.psi[rows, ships]
         own = scene.psi[rows, self._ship]
         b, a = wrapped(bearing - own), wrapped(bearing + math.pi - psi)
         may = classes(b, a, wrapped(psi - own), self._limits)
@@ -235,8 +239,7 @@ class Watch:
     def _room(self, scene: Scene, psi: Array, share: Array, rows: NDArray[np.intp]) -> Array:
         """Least distance to anybody beyond the passing distance that it aims at [m], after a turn of its own."""
         own = self._ship
-        # a row for each ship, as runs lie side by side
-        x, y, north, east = (one.T.take(rows, axis=1) for one in (scene.x, scene.y, scene.north, scene.east))
+        x, y, north, east = scene.going.take(rows, axis=2)
         heading, speed = scene.psi[rows, own], self._speed[rows]
         now = wrapped(psi - heading)
         t = np.abs(now) * scene.L[own] / (_TURNING * np.maximum(speed, 1e-3))
@@ -244,6 +247,13 @@ class Watch:
         ahead_n, ahead_e = way * np.cos(middle), way * np.sin(middle)
         far_n, far_e = x + north * t - (x[own] + ahead_n), y + east * t - (y[own] + ahead_e)
         over = share * speed
-        dcpa, tcpa = approach(far_n, far_e, north - over * np.cos(psi), east - over * np.sin(psi))
-        far = (tcpa > 1.5 * self._horizon[:, None]) | ~self._others[:, None]
-        return np.where(far, np.inf, dcpa - _MARGIN * self._passing[:, None]).min(axis=0)
+        north, east = north - over * np.cos(psi), east - over * np.sin(psi)
+        square = north * north + east * east
+        tcpa = -(far_n * north + far_e * east) / np.maximum(square, STILL**2)
+        tcpa[square < STILL**2] = 0.0  # the distance stays
+        left = np.maximum(tcpa, 0.0)
+        dcpa = np.sqrt((far_n + left * north) ** 2 + (far_e + left * east) ** 2)
+        room = dcpa - _MARGIN * self._passing[:, None]
+        room[tcpa > 1.5 * self._horizon[:, None]] = np.inf
+        room[own] = np.inf
+        return np.asarray(room.min(axis=0))

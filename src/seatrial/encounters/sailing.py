@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -19,7 +20,9 @@ from ..core.errors import RequestError
 from ..core.parameters import Scalar, Scalars, spec, unknown
 from ..core.symbolic import clip, cos, exp, sin
 from ..data import Array
+from ..engine import System
 from ..engine.csource import LANES
+from ..engine.rollout import Simulator
 from ..engine.stepping import Buffers, stepping
 from ..environment import CALM, CHANNELS, Environment, through_water
 from ..manoeuvres import Policy
@@ -246,6 +249,24 @@ def _policy(ship: Ship, others: int, U: float, n_P: float, step: float) -> _Orde
     return Ordered(n_P, steer.K_p, steer.K_d, step, given)
 
 
+@lru_cache(maxsize=4)
+def _loop(
+    ship: Ship, others: int, U: float, n_P: float, step: float, drawn: tuple[str, ...]
+) -> tuple[_Orders, System, tuple[float, ...], Simulator]:  # fmt: skip
+    """All ships as one kernel; levels of a rare breach ask for it a hundred times.
+
+    Raises:
+        RequestError: `drawn` names no parameter of the ship.
+    """
+    policy = _policy(ship, others, U, n_P, step)
+    system, values = closed_loop(ship, policy, step), loop_values(ship, policy)
+    for name in drawn:
+        if f"ship.{name}" not in values:
+            raise RequestError(unknown(name, [one[5:] for one in values if one.startswith("ship.")], "parameter"))
+    compiled = Kernel(system, tuple(f"ship.{name}" for name in drawn)).forward
+    return policy, system, tuple(values.values()), compiled
+
+
 class _Fleet:
     """All ships in all runs: the own one by its model under a heading autopilot, the others with lags.
 
@@ -265,13 +286,8 @@ class _Fleet:
         self.valid = np.ones(runs, dtype=bool)
         steps, U = substeps(ship, STEP), float(speed[0])
         self._L, self._ranks, self._turns = L, sea.ranks, approach(ship, U)[1]
-        policy = _policy(ship, others, U, self._turns, STEP / steps)
-        system, values = closed_loop(ship, policy, STEP / steps), loop_values(ship, policy)
-        for name in draws:
-            if f"ship.{name}" not in values:
-                raise RequestError(unknown(name, [one[5:] for one in values if one.startswith("ship.")], "parameter"))
-        compiled = Kernel(system, tuple(f"ship.{name}" for name in draws)).forward
-        at = self._buffers = Buffers.of(system, -(-runs // LANES), len(draws), np.array(list(values.values())))
+        policy, system, values, compiled = _loop(ship, others, U, self._turns, STEP / steps, tuple(draws))
+        at = self._buffers = Buffers.of(system, -(-runs // LANES), len(draws), np.array(values))
         self._step = stepping(compiled, at, STEP / steps, steps, threads=1)
         for k, one in enumerate(draws.values()):
             self._put(at.own, k, one)
@@ -318,9 +334,11 @@ class _Fleet:
     def scene(self, t: float) -> Scene:
         """All ships now, as they are."""
         x, y, psi, u, v_m = self.motion
+        going = np.empty((4, *u.T.shape))
         c, s = np.cos(psi), np.sin(psi)
-        scene = Scene(t, x, y, psi, u * c - v_m * s, u * s + v_m * c, self._L, self._ranks)
-        scene.__dict__.update(bow=(c, s))
+        going[0], going[1], going[2], going[3] = x.T, y.T, (u * c - v_m * s).T, (u * s + v_m * c).T
+        scene = Scene(t, x, y, psi, going[2].T, going[3].T, self._L, self._ranks)
+        scene.__dict__.update(bow=(c, s), going=going)
         return scene
 
     def order(self, ship: int, orders: Orders) -> None:
