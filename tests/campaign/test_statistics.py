@@ -365,12 +365,29 @@ def test_the_variation_counts_how_alike_the_points_of_a_chain_are() -> None:
     free, held = (estimate([Level(np.zeros((n, 1)), m, bound=5.0)]) for m in (alone, stuck))
     assert free.variation == pytest.approx(first.variation, rel=0.1)
     assert held.variation == pytest.approx(math.sqrt(10 * 0.8 / (0.2 * n)), rel=1e-9)
-    two = estimate([Level(np.zeros((n, 1)), alone)] * 2)
-    assert two.probability == pytest.approx(p**2)
-    assert two.variation == pytest.approx(math.sqrt(2.0) * first.variation)
+    tenth = np.where(rng.permutation(n) < n // 10, -1.0, 1.0)  # all of them are seeds
+    two = estimate([Level(np.zeros((n, 1)), tenth)] * 2)
+    assert two.probability == pytest.approx(0.01)
+    assert two.variation == pytest.approx(math.sqrt(2.0 * 0.9 / (0.1 * n)), rel=0.03)
     low, high = two.interval
     assert low * high == pytest.approx(two.probability**2)
     assert math.log(high / low) / 2.0 == pytest.approx(1.959964 * math.sqrt(math.log1p(two.variation**2)))
+
+
+def test_the_variation_counts_how_few_points_of_the_first_level_a_breach_descends_from() -> None:
+    """Level by level chains are known from their points; that the last ones are all of one family is not."""
+    n, chains = 1000, 1000 // SHARE
+    rows = np.arange(n)
+
+    def level(inside: Array, bound: float) -> Level:
+        return Level(np.zeros((n, 1)), np.where(inside, -1.0, 1.0), bound=bound)
+
+    first = level(rows < chains, math.inf)  # seed k is row k, its chain the rows k, k + 100, ...
+    ten = level(rows % chains < 10, 5.0)  # all points of ten chains
+    assert estimate([first, ten]).variation == pytest.approx(math.sqrt(10 / 100 - 1 / n))
+    # seeds of the next level are the rows inside in their order: 0 to 9, 100 to 109, ...; every tenth is of family 0
+    family = level(rows % chains % 10 == 0, 5.0)
+    assert estimate([first, ten, family]).variation == pytest.approx(math.sqrt(1.0 - 1 / n))
 
 
 @pytest.mark.slow

@@ -10,10 +10,11 @@ of acceptance; a step that is adapted to the points of its own level biases the 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...data import Array
 from ..designs import uniform
@@ -26,6 +27,9 @@ MOST = 12
 
 Limit = Callable[[Array], Array]
 """Margin of points in standard normal space, shape (points, dims): below zero in the event, NaN where unknown."""
+
+Asking = Generator[Array, Array, "Level"]
+"""A level under way: yields points, takes their margins, so that several searches can ask for theirs at once."""
 
 # Streams of the Philox counters: beside those of a campaign's points and gusts.
 _STREAM = 2**32
@@ -74,6 +78,12 @@ class Level:
         return self.next_bound == 0.0
 
     @property
+    def seeds(self) -> NDArray[np.intp]:
+        """Rows where the chains of the next level start, a tenth of all; each once unless margins are equal."""
+        members, chains = np.flatnonzero(self.inside), len(self.margins) // SHARE
+        return members[np.arange(chains) * len(members) // chains]
+
+    @property
     def stalled(self) -> bool:
         """Whether the next level would be no smaller: equal margins, or too few that are known."""
         return not self.next_bound < self.bound
@@ -81,19 +91,37 @@ class Level:
 
 def first_level(limit: Limit, seed: int, runs: int, dims: int) -> Level:
     """Independent points."""
-    points = _normal(seed, runs, dims, 0, 0)
-    return Level(points, _known(limit(points)))
+    return _answered(limit, beginning(seed, runs, dims))
 
 
 def next_level(limit: Limit, seed: int, number: int, above: Level) -> Level:
     """The level within the bound of the one `above`; `number` counts from 1."""
-    bound, members = above.next_bound, np.flatnonzero(above.inside)
-    chains, dims = len(above.margins) // SHARE, above.points.shape[1]
-    chosen = members[np.arange(chains) * len(members) // chains]  # all, unless margins are equal
+    return _answered(limit, onward(seed, number, above))
+
+
+def _answered(limit: Limit, level: Asking) -> Level:
+    points = next(level)
+    while True:
+        try:
+            points = level.send(limit(points))
+        except StopIteration as ended:
+            return ended.value  # type: ignore[no-any-return]
+
+
+def beginning(seed: int, runs: int, dims: int) -> Asking:
+    """The level of `first_level`, under way."""
+    points = _normal(seed, runs, dims, 0, 0)
+    return Level(points, _known((yield points)))
+
+
+def onward(seed: int, number: int, above: Level) -> Asking:
+    """The level of `next_level`, under way."""
+    bound, chosen = above.next_bound, above.seeds
+    chains, dims = len(chosen), above.points.shape[1]
     points, margins, sigma, moved = [above.points[chosen]], [above.margins[chosen]], above.step, list[float]()
     for move in range(1, SHARE):
         proposed = math.sqrt(1.0 - sigma**2) * points[-1] + sigma * _normal(seed, chains, dims, number, move)
-        there = _known(limit(proposed))
+        there = _known((yield proposed))
         stays = there <= bound
         points.append(np.where(stays[:, None], proposed, points[-1]))
         margins.append(np.where(stays, there, margins[-1]))
@@ -119,8 +147,9 @@ class Estimate:
 
     Attributes:
         probability: product of the shares of the levels; 0 where the search ended without a point in the event.
-        variation: coefficient of variation: its standard deviation over itself (Au and Beck 2001, Eqs. 27-30), with
-            the levels taken as independent.
+        variation: coefficient of variation: its standard deviation over itself, the greater of that by chains (Au and
+            Beck 2001, Eqs. 27-30, with the levels taken as independent) and that by lineages (Chan and Lai 2013, Annals
+            of Statistics 41(6)), which has what levels have in common.
     """
 
     probability: float
@@ -140,7 +169,20 @@ def estimate(levels: Sequence[Level]) -> Estimate:
     shares = [level.share for level in levels]
     if not all(shares):
         return Estimate(0.0, math.nan)
-    return Estimate(math.prod(shares), math.sqrt(sum(_variance(level) for level in levels)))
+    by_chains = sum(_variance(level) for level in levels)
+    return Estimate(math.prod(shares), math.sqrt(max(by_chains, _by_lineages(levels))))
+
+
+def _by_lineages(levels: Sequence[Level]) -> float:
+    """Squared coefficient of variation of the estimate, by which points of the first level the event descends from.
+
+    The sum of the squared shares of the event, less what it is where all points are in the event.
+    """
+    first = np.arange(len(levels[0].margins))
+    for above in levels[:-1]:
+        first = np.tile(first[above.seeds], SHARE)
+    share = np.bincount(first[levels[-1].inside]) / levels[-1].inside.sum()
+    return float(share @ share) - 1.0 / len(first)
 
 
 def _variance(level: Level) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -50,7 +51,21 @@ from ..judging import requirements
 from ..request import ship_of
 from . import argued
 from .behind import closest, grounds_of, untested
-from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Failed, Part, Where, part_at, rare_at
+from .claimed import (
+    CONTACT,
+    MUTE,
+    PART,
+    RARE,
+    SCHEMA,
+    UNDER_WAY,
+    Case,
+    CaseFile,
+    Failed,
+    Part,
+    Where,
+    part_at,
+    rare_at,
+)
 from .outside import Ran, Spoken, ran
 from .rare import SHIPS, Rarely, margins, ordered, rarely
 from .setting import conducts_of, meeting_of, ranges_of, waters_of
@@ -92,7 +107,7 @@ def case(
         known |= {first: part for first in firsts if first not in known and (part := _read(out, first, setup.digest))}
     parts = tuple(known[first] for first in firsts if first in known)
     found = Case(file, setup.digest, parts, setup.posterior.digest if setup.posterior else "",
-                 _rarely(setup, out) if len(parts) == len(firsts) else None)  # fmt: skip
+                 _rarely(setup, out, sink) if len(parts) == len(firsts) else None)  # fmt: skip
     if len(parts) < len(firsts):
         said = f"{len(parts)} of {len(firsts)} parts are there; the page is written by the shard that ends last"
         document = {"schema": SCHEMA, "digest": setup.digest, "parts": len(parts), "of": len(firsts)}
@@ -114,7 +129,7 @@ def _required(ship: Ship) -> Table | None:
         return None
 
 
-def _rarely(setup: Setup, out: Path) -> Rarely | None:
+def _rarely(setup: Setup, out: Path, sink: Sink) -> Rarely | None:
     """A breach by levels, kept in the folder; None where the case asks for none.
 
     Raises:
@@ -128,19 +143,23 @@ def _rarely(setup: Setup, out: Path) -> Rarely | None:
         if known.case != setup.digest:
             raise RequestError(f"{place}: is of another case; choose another folder, or remove it")
         return known
-    space, held = setup.space, setup.posterior
+    space, held, under = setup.space, setup.posterior, out / UNDER_WAY
     ships = ordered(held.draws(SHIPS, setup.file.seed)) if held else np.zeros((SHIPS, 0))
 
-    def margin(cube: Array, ship: Array | None) -> Array:
-        chosen = None if ship is None else ships[(ship * SHIPS).astype(np.intp)]
-        draws = None if chosen is None or held is None else dict(zip(held.names, chosen.T, strict=True))
+    def margin(cube: Array, ship: Array) -> Array:
+        drawn, draws = np.isfinite(ship), None
+        if held is not None:
+            chosen = ships[(np.where(drawn, ship, 0.0) * SHIPS).astype(np.intp)]
+            draws = dict(zip(held.names, np.where(drawn[:, None], chosen, held.mean).T, strict=True))
         sailed, found = setup.at(space, space.at(cube), draws), np.full(len(cube), np.nan)
         if len(sailed.runs):
             found[sailed.runs] = margins(judge(sailed.tracks, setup.rules, own=True), asked.breach)
         return found
 
-    found = rarely(margin, asked, len(space.free), case=setup.digest, seed=setup.file.seed, posterior=bool(held))
+    found = rarely(margin, asked, len(space.free), case=setup.digest, seed=setup.file.seed, posterior=bool(held),
+                   kept=under, sink=sink)  # fmt: skip
     write_whole(place, to_json(found, RARE))
+    shutil.rmtree(under, ignore_errors=True)
     return found
 
 

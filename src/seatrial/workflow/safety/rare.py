@@ -8,29 +8,32 @@ widest direction along one more side of the cube, so that near points have ships
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 
 from ...campaign.rare.levels import cube_of
-from ...campaign.rare.subset import MOST, SHARE, estimate, first_level, next_level
+from ...campaign.rare.subset import MOST, SHARE, beginning, estimate, onward
 from ...core.errors import RequestError
-from ...core.records import Limits
+from ...core.files import write_whole
+from ...core.records import Limits, digest
 from ...data import Array
 from ...encounters.rules import Judged
 from ...report.blocks import Body, bullets, number, table
+from .. import SILENT, Sink
 
-SHIPS = 4096
-"""Draws of the ship among which one is taken."""
+SHIPS = 32768
+"""Draws of the ship among which one is taken: so many that the rare ones by which a breach comes are among them."""
 _NO_PART = 10.0
 """Margin of a rule that does not apply in a run: farther off than any run that it applies to."""
 
 Breach = Literal["contact", "8(a)", "8(b)", "8(d)", "13", "14", "15", "16", "17(a)(i)", "17(b)", "17(c)", "18"]
 
-Margin = Callable[[Array, Array | None], Array]
-"""Of points of the cube and places among the ships, 0 to 1 (None: as fitted): how far each run is from the breach,
+Margin = Callable[[Array, Array], Array]
+"""Of points of the cube and places among the ships, 0 to 1 (NaN: as fitted): how far each run is from the breach,
 below zero in it, NaN where the model failed."""
 
 
@@ -91,33 +94,74 @@ def ordered(draws: Array) -> Array:
     return draws[np.argsort(scaled @ widest, kind="stable")]
 
 
-def rarely(margin: Margin, asked: Seldom, dims: int, *, case: str, seed: int, posterior: bool) -> Rarely:
+def rarely(
+    margin: Margin, asked: Seldom, dims: int, *, case: str, seed: int, posterior: bool, kept: Path | None = None,
+    sink: Sink = SILENT,
+) -> Rarely:  # fmt: skip
     """Probability of a breach with ships as fitted, and drawn.
+
+    Both searches ask for their runs at once, as a hundred runs take nearly as long as two hundred.
 
     Args:
         dims: sides of the cube of encounters and weather.
+        kept: a folder for the margins of runs that are done, so that a search which is cut off goes on with the next
+            ones; the caller removes it.
 
     Raises:
         RequestError: a number of runs that levels do not take, or nearly all runs as far from the breach.
     """
     if asked.runs % SHARE:
         raise RequestError(f"rare.runs is {asked.runs}; a level takes a multiple of {SHARE}, such as 1000")
-
-    def drawn(points: Array) -> Array:
-        cube = cube_of(points)
-        return margin(cube[:, :-1], cube[:, -1])
-
-    fitted = _reached(lambda points: margin(cube_of(points), None), asked, seed, dims)
-    return Rarely(case, fitted, _reached(drawn, asked, seed + 1, dims + 1) if posterior else None)
+    searches = [_reached(asked, seed, dims, sink, "ship as fitted")]
+    if posterior:
+        searches.append(_reached(asked, seed + 1, dims + 1, sink, "ships drawn"))
+    found = _together(searches, lambda points: _remembered(margin, points, dims, case, kept))
+    return Rarely(case, found[0], found[1] if posterior else None)
 
 
-def _reached(limit: Callable[[Array], Array], asked: Seldom, seed: int, dims: int) -> Reached:
-    levels = [first_level(limit, seed, asked.runs, dims)]
+_Search = Generator[Array, Array, Reached]
+
+
+def _together(searches: Sequence[_Search], margin: Callable[[Array], Array]) -> list[Reached]:
+    """What searches find that are answered in one go, of points as wide as the widest; the last side is the ship's."""
+    waiting, found = {k: next(one) for k, one in enumerate(searches)}, dict[int, Reached]()
+    while waiting:
+        widest = max(points.shape[1] for points in waiting.values())
+        answers = margin(np.concatenate([np.pad(points, ((0, 0), (0, widest - points.shape[1])), constant_values=np.nan)
+                                         for points in waiting.values()]))  # fmt: skip
+        edges = np.cumsum([len(points) for points in waiting.values()])[:-1]
+        for k, some in zip(tuple(waiting), np.split(answers, edges), strict=True):
+            try:
+                waiting[k] = searches[k].send(some)
+            except StopIteration as ended:
+                found[k] = ended.value
+                del waiting[k]
+    return [found[k] for k in range(len(searches))]
+
+
+def _remembered(margin: Margin, points: Array, dims: int, case: str, kept: Path | None) -> Array:
+    """Margins of points, sailed or as they were kept."""
+    place = None if kept is None else kept / digest([case, points.tobytes().hex()])
+    if place is not None and place.is_file() and len(known := place.read_bytes()) == 8 * len(points):
+        return np.frombuffer(known)
+    cube = cube_of(points)
+    found = margin(cube[:, :dims], cube[:, dims] if cube.shape[1] > dims else np.full(len(cube), np.nan))
+    if place is not None:
+        place.parent.mkdir(exist_ok=True)
+        write_whole(place, np.asarray(found, dtype=np.float64).tobytes())
+    return found
+
+
+def _reached(asked: Seldom, seed: int, dims: int, sink: Sink, name: str) -> _Search:
+    levels = [(yield from beginning(seed, asked.runs, dims))]
     while not levels[-1].last and len(levels) < MOST:
         if levels[-1].stalled:
             raise RequestError(f"rare.breach: {asked.breach}: nine tenths of level {len(levels)} are equally far from "
                                "it, or their models fail; other roles or more rare.runs")  # fmt: skip
-        levels.append(next_level(limit, seed, len(levels), levels[-1]))
+        least = math.prod(one.share for one in levels)
+        sink.note(f"{name}: level {len(levels)} of {MOST} at most is done, {asked.breach} is less probable than "
+                  f"{number(least, 2)}")  # fmt: skip
+        levels.append((yield from onward(seed, len(levels), levels[-1])))
     runs = asked.runs + (len(levels) - 1) * (asked.runs - asked.runs // SHARE)
     if not levels[-1].last:
         return Reached(math.prod(one.share for one in levels[:-1]), 0.0, 1.0, runs, False)
@@ -133,8 +177,8 @@ def told(found: Rarely, asked: Seldom) -> Body:
         rows.append(_row("the same, ships drawn from the posterior", found.drawn))
         said = [_split(found.fitted, found.drawn)]
     what = asked.breach if asked.breach == "contact" else f"Rule {asked.breach}"
-    said.append("a probability by encounter as drawn here, by subset simulation; its interval takes the levels as "
-                "independent and held in 92 of 100 repetitions of a known case")  # fmt: skip
+    said.append("a probability by encounter as drawn here, by subset simulation; its interval held in 90 "
+                "of 100 repetitions of known cases")  # fmt: skip
     return table((f"probability of {what}", "a run", "from", "to (95 %)", "runs"), rows, words=(0,)) + bullets(said)
 
 
