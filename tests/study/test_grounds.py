@@ -12,7 +12,7 @@ from fitted_run import DEGREE, PATHS, covariance, saved, trial
 from seatrial.belief.reading import posterior
 from seatrial.data import Trial
 from seatrial.identify import StudyError
-from seatrial.study.grounds import covered, of_trials, trial_digest
+from seatrial.study.grounds import Beyond, covered, of_trials, trial_digest
 from seatrial.study.store import write_summary
 
 CONTROLS = ("n_P", "delta")
@@ -115,3 +115,13 @@ def test_a_ship_without_a_posterior_names_the_command_that_makes_one(tmp_path: P
 def test_a_log_without_speeds_covers_what_it_has() -> None:
     run = Trial("a", np.arange(10.0), {"delta": np.linspace(0, 0.1, 10)})
     assert set(covered([run], CONTROLS)) == {"delta", "U_T", "H_S", "depth"}
+
+
+def test_a_run_goes_as_many_times_as_far_as_its_farthest_end_over_that_of_the_trials() -> None:
+    """To either side, as ships are alike on both; wind and depth are no reach of the ship."""
+    assert Beyond("delta", (-0.2, 0.4), (-0.6, 0.1)).times == pytest.approx(1.5)
+    assert Beyond("delta", (-0.5, 0.1), (0.0, 0.4)).times == 1.0, "to port so far"
+    assert Beyond("u", (2.0, 8.0), (1.0, 7.0)).times == 1.0
+    assert Beyond("r", (0.0, 0.0), (0.0, 0.1)).times == math.inf
+    assert Beyond("U_T", (2.0, 4.0), (0.0, 9.0)).times == 1.0
+    assert Beyond("r", (0.0, 0.01), (0.02, 0.02), (("u", 7.5),)).times == 1.0

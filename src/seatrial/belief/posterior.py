@@ -40,6 +40,7 @@ class Posterior:
         grounds: trials of the fit, their kinds and the ranges that they cover.
         power: how much less the likelihood is worth by trials left out in turn; None where none were.
         samples: draws of its sampled posterior (`identify --sample`), shape (draws, free); None where it was not.
+        form: share of its variance that is of what the form of the model lacks (`Diagnosis.form`).
         fitted: whether trials stand behind it; else it is what the file of an estimated ship states, number by number.
     """
 
@@ -51,6 +52,7 @@ class Posterior:
     grounds: Grounds = field(default_factory=Grounds)
     power: Power | None = None
     samples: Array | None = None
+    form: float = 0.0
     fitted: bool = True
 
     @property

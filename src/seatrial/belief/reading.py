@@ -53,7 +53,8 @@ def posterior(model: str | Path, *, weighed: bool = True) -> Posterior:
         raise StudyError(f"{file}: its fit has no covariance ({SUMMARY}); {HOW} with an estimator that gives one, "
                          "such as shooting:Trajectory")  # fmt: skip
     return Posterior(ship, fit.free, fit.values, fit.covariance, fit.digest, summary.grounds,
-                     _power(beside(file), fit.digest) if weighed else None, _samples(file.parent, fit))  # fmt: skip
+                     _power(beside(file), fit.digest) if weighed else None, _samples(file.parent, fit),
+                     fit.diagnosis.form if fit.diagnosis else 0.0)  # fmt: skip
 
 
 def stated(ship: Ship) -> Posterior | None:

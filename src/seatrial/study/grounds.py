@@ -145,6 +145,17 @@ class Beyond:
     reached: tuple[float, float]
     beside: tuple[tuple[str, float], ...] = ()
 
+    @property
+    def times(self) -> float:
+        """How many times as far as the trials the run goes, of a motion or control by itself; 1 of others.
+
+        Ships are alike on both sides, so the greater end counts for both.
+        """
+        if self.beside or self.channel in SURROUNDINGS:
+            return 1.0
+        most = max(map(abs, self.covered))
+        return max(max(map(abs, self.reached)) / most, 1.0) if most > 0.0 else math.inf
+
 
 def trial_digest(trial: Trial) -> str:
     """Fingerprint of the times and channels of a trial, whatever its name."""

@@ -74,6 +74,9 @@ def test_runs_by_pairs_are_straight_in_the_draws_however_bent_the_figures() -> N
     bent = curved(every[1:], 5.0).indices["advance"]
     assert np.mean(bent) > 7.2, "draws of a bent figure lie to one side"
     assert len(straightened(curved(every, 5.0), 79).failed) == 79
+    wide = straightened(curved(every, 5.0), 80, 1.5)
+    np.testing.assert_allclose(wide.indices["advance"] - 7.0, 1.5 * (found.indices["advance"] - 7.0), atol=1e-9)
+    np.testing.assert_allclose(np.ptp(wide.tracks, axis=0), 1.5 * np.ptp(found.tracks, axis=0), atol=1e-9)
     # what no run has below zero stays there: an angle of overshoot
     none = curved(every, 5.0)
     above = Bands(none.t, none.tracks, {"overshoot": np.abs(none.indices["overshoot"])}, none.failed)

@@ -390,9 +390,10 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     linear, A = world.linear(trial), np.linalg.inv(world.A)
     vector = Vector(tuple(Free(path, 0.0) for path in PATHS))
     bad = {"x": channel(size=9.0)}
-    assert diagnose._widened(linear, A, trial, Diagnosis({"x": channel()}), vector) is A
-    wide = diagnose._widened(linear, A, trial, Diagnosis(bad), vector)
-    windows, trials = (linear.by_groups(group) for group in (np.arange(TRIALS), trial))
+    assert diagnose._widened(linear, A, trial, Diagnosis({"x": channel()}), vector) == (A, 0.0)
+    wide, form = diagnose._widened(linear, A, trial, Diagnosis(bad), vector)
+    assert form == 0.0, "two trials do not tell a form"
+    windows, trials = (linear.by_groups(group)[0] for group in (np.arange(TRIALS), trial))
     for way in np.random.default_rng(1).standard_normal((50, 3)) / np.sqrt(np.diag(world.A)):
         variance = [float(way @ C @ way) for C in (wide, A, windows, trials)]
         assert variance[0] >= (1.0 - 1e-9) * max(variance[1:]), "no combination is surer than any of the three has it"
@@ -400,18 +401,47 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     other = World(11)  # what all windows of a trial ask alike shows between trials only
     other.y += 0.5 * other.J[:, :, 0] * np.array([1.0, 1.0, 1.0, -1.5, -1.5])[:, None]
     apart = other.linear(trial)
-    by_trial, by_window = apart.by_groups(trial)[0, 0], apart.by_groups(np.arange(TRIALS))[0, 0]
+    by_trial, by_window = (apart.by_groups(group)[0][0, 0] for group in (trial, np.arange(TRIALS)))
     assert by_trial > 1.5 * by_window
-    assert diagnose._widened(apart, A, trial, Diagnosis(bad), vector)[0, 0] >= (1.0 - 1e-9) * by_trial
+    assert diagnose._widened(apart, A, trial, Diagnosis(bad), vector)[0][0, 0] >= (1.0 - 1e-9) * by_trial
     cause = Suspicion("a", "a", "m", 1.0, 100.0, 0.5, 1.0, 0.1, dict(zip(PATHS, (3.0, -2.0, 0.0), strict=True)))
-    more = diagnose._widened(linear, A, trial, Diagnosis(bad, (cause, cause)), vector)
+    more, _ = diagnose._widened(linear, A, trial, Diagnosis(bad, (cause, cause)), vector)
     shift = np.sqrt(np.diag(A)) * [3.0, -2.0, 0.0]
     np.testing.assert_allclose(more, wide + np.outer(shift, shift), rtol=1e-8)
     # a prior knows more than residuals that disagree, of each parameter and of each combination
     reach = np.sqrt(np.diag(A)) * [1.2, 0.5, 99.0]
-    less = diagnose._widened(replace(linear, reach=reach), A, trial, Diagnosis(bad, (cause, cause)), vector)
+    less, _ = diagnose._widened(replace(linear, reach=reach), A, trial, Diagnosis(bad, (cause, cause)), vector)
     assert np.all(np.diag(less) <= (1.0 + 1e-9) * reach**2)
     assert np.linalg.eigvalsh(np.eye(3) - less / np.outer(reach, reach))[0] > -1e-9
+
+
+@pytest.mark.parametrize("noise", [1.0, 4.0])
+def test_few_trials_widen_all_that_data_fix_by_students_t_and_by_what_trials_scatter_together(noise: float) -> None:
+    """Of a form that fits none of five trials by as much again, the share is told; residuals of noise alone have none.
+
+    Args:
+        noise: variance of the residuals, which the covariance counts.
+    """
+    few = (stats.t.ppf(0.975, TRIALS) / stats.norm.ppf(0.975)) ** 2
+    vector, each = Vector(tuple(Free(path, 0.0) for path in PATHS)), np.arange(TRIALS)
+    bad = Diagnosis({"x": channel(size=9.0)})
+    for apart in (0.0, 6.0):
+        world = World(31, prior=5.0)
+        world.y = world.J @ [1.0, 0.1, -5.0] + np.sqrt(noise) * np.random.default_rng(4).normal(size=world.y.shape)
+        # every second trial asks for other numbers, by so many sigma of what one trial knows of each
+        world.y += apart * np.sqrt(noise / ROWS) * world.J @ (1.0 / world.J.std(axis=(0, 1))) * (-1.0) ** each[:, None]
+        linear, data = world.linear(), world.A - world.prior
+        back = np.linalg.inv(world.A)
+        covariance = back @ (noise * data + world.prior) @ back
+        wide, form = diagnose._widened(linear, covariance, each, bad, vector)
+        times = linear.by_groups(each)[1] / noise
+        counted = np.sum(covariance * data) / np.sum(back * data)
+        least = np.linalg.inv(world.prior + data / (few * max(noise * times, counted)))
+        for way in np.random.default_rng(1).standard_normal((50, 3)) / np.sqrt(np.diag(world.A)):
+            assert float(way @ wide @ way) >= (1.0 - 1e-9) * float(way @ least @ way)
+        assert form == pytest.approx(max(1.0 - few * counted / (noise * times), 0.0), rel=1e-9)
+        assert (form > 0.5) == (apart > 0.0)
+        assert diagnose._widened(linear, covariance, each, Diagnosis({"x": channel()}), vector)[1] == 0.0
 
 
 @pytest.mark.slow
@@ -423,7 +453,7 @@ def test_residuals_that_are_alike_within_a_trial_leave_the_scatter_of_trials_rig
         world.y = world.J @ [1.0, 0.1, -5.0] + rng.normal(size=world.y.shape)
         world.y += np.einsum("trk,tk->tr", world.J / world.J.std(axis=(0, 1)), 0.5 * rng.normal(size=(TRIALS, 3)))
         found.append(world.p)
-        told.append(np.diag(world.linear().by_groups(np.arange(TRIALS))))
+        told.append(np.diag(world.linear().by_groups(np.arange(TRIALS))[0]))
         white.append(np.diag(np.linalg.inv(world.A)))
     scatter = np.var(found, axis=0)
     # two hundred refits know a variance to a tenth

@@ -184,6 +184,28 @@ def test_what_bands_do_not_say_is_told_line_by_line() -> None:
     assert "(2 of 3 free parameters)" in wide._caveats(run(), out, LEFT_OUT, bands())[0]
 
 
+def test_bands_beyond_the_trials_grow_by_the_square_of_the_reach_as_far_as_the_form_fails() -> None:
+    """Half of the variance is of the form: at 1.5 times the rudder it is 1.5^4 times as large."""
+    from seatrial.report.judging.bands import PARAMETERS_ONLY
+
+    held = replace(drawing().held, form=0.5)
+    asked = drawing(held=held)
+    far, other = Beyond("delta", (-0.2, 0.4), (-0.6, 0.0)), Beyond("U_T", (3.0, 4.0), (0.0, 9.0))
+    assert asked._wider(()) == 1.0
+    assert asked._wider((other,)) == 1.0, "a wind is no reach of the ship's form"
+    assert asked._wider((other, far)) == pytest.approx(math.sqrt(0.5 + 0.5 * 1.5**4))
+    spun = Beyond("r", (-0.01, 0.01), (0.0, 0.03))
+    assert asked._wider((far, spun)) == asked._wider((far,)), "a motion that runs away is the model's own"
+    assert asked._wider((spun,)) == pytest.approx(math.sqrt(0.5 + 0.5 * 2.0**4)), "but under tested orders it is all"
+    assert drawing()._wider((far,)) == 1.0, "the trials do not contradict the form"
+    still = Beyond("delta", (0.0, 0.0), (0.0, 0.6))
+    assert asked._wider((still,)) == pytest.approx(math.sqrt(0.5 + 0.5 * 2.0**4)), "growth is told as far as twice"
+    [told] = [line for line in asked._caveats(run(), (far,), PARAMETERS_ONLY, bands()) if "extrapolated" in line]
+    assert told.endswith("the bands are 1.7 times as wide for it")
+    sampled = drawing(held=replace(held, samples=np.ones((40, 3))))
+    assert "not widened for it" in sampled._caveats(run(), (far,), PARAMETERS_ONLY, bands())[0]
+
+
 def test_draws_come_from_the_covariance_or_the_samples_and_say_so() -> None:
     assert drawing()._law == "drawn from the covariance of the fit, within its bounds, and followed by slopes"
     sampled = replace(drawing().held, samples=np.ones((40, 3)))

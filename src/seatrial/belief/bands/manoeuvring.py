@@ -113,7 +113,7 @@ def bands(
     return _whole(case, vary, start, around, len(draws), threads)
 
 
-def straightened(made: Bands, count: int) -> Bands:
+def straightened(made: Bands, count: int, wider: float = 1.0) -> Bands:
     """Of runs by a centre, draws about it and their mirror images: what runs would be that depend on a draw by slopes.
 
     A covariance by Gauss and Newton is that of a fit whose predictions are straight in the parameters.  Trials fix bent
@@ -122,11 +122,12 @@ def straightened(made: Bands, count: int) -> Bands:
 
     Args:
         count: of the runs that are kept.
+        wider: how many times as far from the centre as the draws they are.
     """
     half = (len(made.failed) - 1) // 2
 
     def straight(values: Array) -> Array:
-        odd = 0.5 * (values[1 : half + 1] - values[half + 1 :])
+        odd = 0.5 * wider * (values[1 : half + 1] - values[half + 1 :])
         return values[0] + np.concatenate([odd, -odd])[:count]
 
     indices = {name: straight(found) if np.any(found < 0.0) else np.maximum(straight(found), 0.0)

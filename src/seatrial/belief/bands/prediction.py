@@ -162,8 +162,12 @@ def _notes(found: Calibration, kind: str, level: float, longest: float) -> tuple
 
 
 def uncertain(held: Posterior, found: Calibration, draws: int, seed: int) -> Uncertain:
-    """What differs between draws of a calibrated ship; its factors count the errors of left-out trials already."""
-    plain = replace(held, power=None)
+    """What differs between draws of a calibrated ship; its factors count the errors of left-out trials already.
+
+    So parameters are as unsure as in the fits that the factors are of, without what residuals add (`parts.widened`).
+    """
+    covariance = held.covariance if held.power is None else held.power.of(held.free, held.covariance)
+    plain = replace(held, power=None, covariance=covariance)
     return Uncertain(held.names, plain.draws(draws, seed), found.noise, found.disturbance)
 
 

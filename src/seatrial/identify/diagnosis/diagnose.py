@@ -14,6 +14,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from ...core.parameters import values
 from ...data import Array, Trial
@@ -48,6 +49,8 @@ _LISTED = 5
 _ITSELF = 1.0
 # Residuals are alike up to the first lag of no more than this correlation.
 _LASTS = 0.05
+# Scores of so many trials tell by how much they scatter; their ranges are those of Student's t at this level.
+_FEWEST, _LEVEL = 3, 0.95
 # Rows beyond which a part of the trials is tested, at least so many of them.
 _ROWS, _LEAST = 20_000, 8
 
@@ -93,12 +96,12 @@ def diagnosed(
         pulls=pulls(vector, p, np.diag(information.inverse(linear.A)), float(linear.e.ravel() @ linear.e.ravel())),
         by_trial=sigma_by_trial(beside, objective.layout, [trial.name for trial in problem.trials]),
     )  # fmt: skip
-    wide = _widened(linear, covariance, objective.windows.trial, diagnosis, vector)
+    wide, form = _widened(linear, covariance, objective.windows.trial, diagnosis, vector)
     part = len(problem.trials) / len(trials)
     stated = np.diag(covariance)[:count] if widen else np.diag(fit.covariance) / part
     ratio = np.diag(wide)[:count] / np.maximum(stated, 1e-300)
     factor = np.sqrt(np.maximum(ratio, 1.0)) if diagnosis.lacking and not regresses else np.ones(count)
-    diagnosis = replace(diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)))
+    diagnosis = replace(diagnosis, widened=dict(zip(vector.paths, factor.tolist(), strict=True)), form=form)
     diagnosis = _influence(diagnosis, linear, fixed, wide if widen else covariance, problem)
     # The factor may be known from a part of the trials, and what it is of from all.
     spread = wide[:count, :count] if widen and part == 1.0 else factor[:, None] * fit.covariance * factor[None, :]
@@ -401,20 +404,30 @@ def _errors(objective: TrajectoryObjective, p: Array, covariance: Array) -> tupl
 
 def _widened(
     linear: Linear, covariance: Array, trial: Any, diagnosis: Diagnosis, vector: Vector
-) -> Array:
-    """Covariance, wider where the model does not explain the data, and nowhere wider than without them."""
+) -> tuple[Array, float]:
+    """Covariance, wider where the model does not explain the data, nowhere wider than without them; `Diagnosis.form`.
+
+    Four trials scatter in four directions of fifty, so what they scatter by in all directions together counts in each.
+    """
     if not diagnosis.lacking:
-        return covariance
-    wide, count = covariance.copy(), len(vector)
+        return covariance, 0.0
+    wide, count, form = covariance.copy(), len(vector), 0.0
     for group in (np.arange(len(trial)), trial):
-        if len(np.unique(group)) > 1:
-            wide = information.larger(wide, linear.by_groups(group))
+        if (groups := len(np.unique(group))) > 1:
+            scatter, times = linear.by_groups(group)
+            wide = information.larger(wide, scatter)
+            if group is trial and groups >= _FEWEST:
+                data = linear.gram()[:, : len(linear.A)]
+                noise = float(np.sum(covariance * data) / np.sum(information.inverse(linear.A) * data))
+                few = float(stdtrit(groups, 0.5 + 0.5 * _LEVEL) / ndtri(0.5 + 0.5 * _LEVEL)) ** 2
+                form = max(1.0 - few * noise / max(times, 1e-300), 0.0)
+                wide = information.larger(wide, information.weakened(linear.A, data, few * max(times, noise)))
     sigma = np.sqrt(np.diag(covariance))[:count]
     acting = [one for one in diagnosis.suspicions if one.matters and one.possible]
     for cause in (*acting[:1], *diagnosis.differing[:1]):
         shift = sigma * [cause.moves[path] for path in vector.paths]
         wide[:count, :count] += np.outer(shift, shift)
-    return information.smaller(np.diag(linear.reach**2), wide)
+    return information.smaller(np.diag(linear.reach**2), wide), form
 
 
 def _influence(

@@ -270,6 +270,7 @@ class Diagnosis:
         pulls: tests of the priors, the one that the data contradict most first.
         pulled: how far long predictions would move each parameter of a fit that takes measured states as exact, in the
             sigma of that fit; empty for others.
+        form: share of the variance between trials that neither noise nor so few trials explain: what the form lacks.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict[str, Channel])
@@ -288,6 +289,7 @@ class Diagnosis:
     terms: tuple[Suspicion, ...] = ()
     pulls: tuple[Pull, ...] = ()
     pulled: Mapping[str, float] = field(default_factory=dict[str, float])
+    form: float = 0.0
 
     @property
     def causes(self) -> tuple[Suspicion, ...]:
@@ -342,7 +344,7 @@ class Diagnosis:
                                 "matters": c.matters, "moves": dict(c.moves)} for c in self.contradictions],
             "estimated": {s.name: {"size": s.size, "sigma": s.sigma} for s in self.errors},
             "outliers": {trial: dict(found) for trial, found in self.rejected.items()},
-            "widened": dict(self.widened),
+            "widened": dict(self.widened), "form": self.form,
             "fixed": [{"parameter": path, "error": self.shares.get(path, 0.1), "moves": free, "sigmas": moved}
                       for path, free, moved in self.fixed],
             "carried": dict(self.carried), "pulled": dict(self.pulled),

@@ -91,8 +91,11 @@ class Linear:
         products, squares = _by_channel(whole, self.J.shape[-1], self.trial, self.e.shape[2])
         return replace(self, extra=extra, products=products, squares=squares, extra_slope=slope)
 
-    def by_groups(self, group: Any) -> Array:
-        """Covariance of the parameters by the scatter of groups of lanes, shape (lanes,); see `information`."""
+    def by_groups(self, group: Any) -> tuple[Array, float]:
+        """Covariance of the parameters by the scatter of groups of lanes, shape (lanes,), and this over that of noise.
+
+        See `information.by_groups`.
+        """
         parts = [np.flatnonzero(group == one) for one in np.unique(group)]
         return information.by_groups(self.A, (self.mixed(self.J[mine], self.J[mine]) for mine in parts),
                                      (self.slope[mine].sum(axis=0) for mine in parts))  # fmt: skip

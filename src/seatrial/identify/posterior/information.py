@@ -45,7 +45,7 @@ def covariance(A: Array, reach: Array, meat: Array | None = None) -> Array:
     return found + along.T @ along
 
 
-def by_groups(A: Array, grams: Iterable[Array], scores: Iterable[Array]) -> Array:
+def by_groups(A: Array, grams: Iterable[Array], scores: Iterable[Array]) -> tuple[Array, float]:
     """Covariance by the scatter of the scores of groups, which any correlation within a group leaves right.
 
     A fit bends towards each group, whose score is then too small by what it has bent; divided by the root of the share
@@ -55,15 +55,30 @@ def by_groups(A: Array, grams: Iterable[Array], scores: Iterable[Array]) -> Arra
     Args:
         A: information, symmetric, shape (n, n).
         grams, scores: information and derivatives of half the objective of each group, shapes (n, n) and (n,).
+
+    Returns:
+        The covariance, shape (n, n), and by how much the scores scatter more than white residuals of unit size would,
+        as variances, over all directions together: a few groups know no direction by itself, all together they do.
     """
     root, _ = _parts(A)
-    rest, meat = A.copy(), np.zeros((root.shape[1],) * 2)
+    rest, meat, white = A.copy(), np.zeros((root.shape[1],) * 2), 0.0
     for gram, score in zip(grams, scores, strict=True):
         rest -= gram
         share, along = np.linalg.eigh(root.T @ gram @ root)
         own = (along / np.sqrt(np.maximum(1.0 - share, _LEFT))) @ (along.T @ (root.T @ score))
         meat += np.outer(own, own)
-    return root @ (meat + root.T @ rest @ root) @ root.T
+        white += float(share.sum())
+    return root @ (meat + root.T @ rest @ root) @ root.T, float(np.trace(meat)) / max(white, 1e-300)
+
+
+def weakened(A: Array, data: Array, factor: float) -> Array:
+    """Covariance where data count by 1/factor: what they fix is wider, what they leave to priors as wide as these.
+
+    Args:
+        A: information, that of priors included, shape (n, n).
+        data: part of it that is of the data, shape (n, n).
+    """
+    return inverse(A - (1.0 - 1.0 / factor) * data)
 
 
 def larger(one: Array, other: Array) -> Array:

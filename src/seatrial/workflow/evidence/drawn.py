@@ -6,6 +6,7 @@ widened, else the samples of its posterior, else the covariance of the fit.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -40,6 +41,9 @@ SEED = 1
 _LOOSE = 0.5
 UNKNOWN = "; nothing is known of the error there; "
 LEAVE_OUT = "; or let trials left out in turn widen them (seatrial calibrate MODEL)"
+# What a polynomial of third order lacks is of the fifth at least, which grows by the square of how far a run goes; no
+# farther than this many times what trials tested, where an estimate of growth ends.
+_ORDER, _FARTHEST = 2, 2.0
 # Rows of each calibrated run: indices of a manoeuvre with memory hang on the instant of its reversals.
 _ROWS, _SWITCHED = 200, 600
 
@@ -168,7 +172,7 @@ class Drawing:
             made = bands(sailed, policy, self.held.names, drawn, speed=speed, duration=run.duration, dt=dt,
                          weather=weather, held=balanced)  # fmt: skip
             if self._by_slopes:
-                made, drawn = straightened(made, self.count), drawn[1 : self.count + 1]
+                made, drawn = straightened(made, self.count, self._wider(out_of)), drawn[1 : self.count + 1]
             basis = basis_of(self.held)
             lines = (self._law,) if self.held.power is None else self.held.power.words
         else:
@@ -205,7 +209,7 @@ class Drawing:
         if basis is PARAMETERS_ONLY and not self.explained:
             lines.append("the model does not explain the trials of its fit: the bands are too narrow")
         if out_of:
-            lines.append(f"extrapolated: {reached(out_of)}; {self._open_there(basis)}")
+            lines.append(f"extrapolated: {reached(out_of)}; {self._open_there(basis, out_of)}")
         kinds, kind = self.held.grounds.kinds, kind_of(run)
         if kinds and kind not in kinds:
             lines.append(f"no trial of the fit is of this kind ({kind}); they are {', '.join(kinds)}")
@@ -216,12 +220,24 @@ class Drawing:
                          f"validity of the ship file or blew up on their way; {whose}")  # fmt: skip
         return lines
 
-    def _open_there(self, basis: Basis) -> str:
+    def _wider(self, out_of: Sequence[Beyond]) -> float:
+        """How many times as wide bands are beyond the trials, as far as these contradict the form of the model.
+
+        What is ordered tells how far a run goes; the motion does where no order goes farther, as it is the model's own
+        word, and that of a wrong form may run away.
+        """
+        ordered = (one.times for one in out_of if one.channel in self.held.ship.model.controls)
+        far = max(ordered, default=1.0)
+        far = min(far if far > 1.0 else max((one.times for one in out_of), default=1.0), _FARTHEST)
+        return math.sqrt(1.0 + self.held.form * (far ** (2 * _ORDER) - 1.0))
+
+    def _open_there(self, basis: Basis, out_of: Sequence[Beyond]) -> str:
         """What the bands count beyond the trials."""
         if basis.kind == CALIBRATED.kind:
             return "no left-out trial has tested the bands there"
         if self.held.power is None:
-            return "the bands are not widened for it"
+            wider = self._wider(out_of) if self._by_slopes else 1.0
+            return f"the bands are {f'{wider:.2g} times as wide' if wider > 1.0 else 'not widened'} for it"
         loose = int((self.held.power.shares(self.held.free, self.held.covariance) > _LOOSE).sum())
         return (f"there the bands are as wide as the priors of what the trials leave open ({loose} of "
                 f"{len(self.held.free)} free parameters), which no trial has tested; what the study holds counts as "
