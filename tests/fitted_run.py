@@ -11,6 +11,7 @@ import numpy as np
 from seatrial.core.parameters import Free, read
 from seatrial.data import Array, Trial
 from seatrial.identify import Fit, Problem, Verdict
+from seatrial.identify.diagnosis.findings import Diagnosis
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships import Ship
@@ -48,13 +49,14 @@ def covariance(share: float) -> Array:
 
 def saved(
     folder: Path, trials: Sequence[Trial], *, share: float = 0.01, off: float = 0.0, test: Sequence[Trial] = (),
-    file: str = "", text: str = "",
+    file: str = "", text: str = "", form: float = 0.0,
 ) -> Path:  # fmt: skip
     """model.toml of a fit whose parameters are off by a share of their values.
 
     Args:
         share: relative deviation of the posterior.
         off: error of the estimate, as a share of the value.
+        form: share of the variance that is of the form, as a diagnosis has it; none is made for zero.
     """
     ship = truth()
     folder.mkdir(exist_ok=True)
@@ -66,6 +68,6 @@ def saved(
     fit = Fit(
         ship.having(dict(zip(PATHS, value.tolist(), strict=True))), free, value, np.sqrt(np.diag(C)), C, np.ones(3), (),
         tuple(Verdict(path, "identified", "fine") for path in PATHS), np.array([[0, 2.0, np.nan, 0.1]]), 2.0, 0.1, 1,
-        "done", "digest-of-this-fit",
+        "done", "digest-of-this-fit", diagnosis=Diagnosis(form=form) if form else None,
     )  # fmt: skip
     return save_fit(fit, folder, Problem(ship, tuple(trials), free), study="s", test=test, file=file, text=text)

@@ -183,11 +183,13 @@ def test_a_stated_error_model_is_no_more_certain_than_what_is_wrong_allows() -> 
     wider = np.array([fit.diagnosis.widened[path] for path in PATHS])
     assert wider.min() >= 1.0
     assert wider.max() > 2.0
+    assert 0.3 < fit.diagnosis.form < 1.0
     assert np.abs(_z(fit)).max() < 1.96
     assert {one.status for one in fit.verdicts if one.subject in PATHS} <= {"graded", "weak", "not identified"}
     clean = Trajectory().fit(replace(_problem(_logs()), loss=replace(problem.loss, correlation=10.0)))
     assert clean.diagnosis is not None
     assert set(clean.diagnosis.widened.values()) == {1.0}
+    assert clean.diagnosis.form == 0.0
 
 
 def test_suspects_that_matter_are_estimated_on_request_and_the_truth_comes_back() -> None:

@@ -67,6 +67,11 @@ def test_a_posterior_comes_back_with_its_ranges(tmp_path: Path) -> None:
     assert np.array_equal(drawn, held.draws(4000, 1))
 
 
+def test_what_the_form_lacks_comes_back_with_a_posterior(tmp_path: Path) -> None:
+    assert posterior(saved(tmp_path / "a", [trial(20)], form=0.4)).form == 0.4
+    assert posterior(saved(tmp_path / "b", [trial(20)])).form == 0.0
+
+
 def test_draws_stay_within_the_bounds_of_the_study(tmp_path: Path) -> None:
     held = posterior(saved(tmp_path, [trial(20)]))
     # the search ended on a bound: half of the normal density is beyond it

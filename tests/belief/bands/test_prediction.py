@@ -10,7 +10,8 @@ from known_calibration import made
 
 from seatrial.belief.bands.disturbance import Disturbance, Process
 from seatrial.belief.bands.held import ALL, held, windows
-from seatrial.belief.bands.prediction import fan, manoeuvre
+from seatrial.belief.bands.prediction import fan, manoeuvre, uncertain
+from seatrial.belief.power import Power
 from seatrial.environment import Uniform
 from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
@@ -64,6 +65,14 @@ def test_coverage_counts_the_rows_at_the_horizons() -> None:
     assert both[0].inside["position"] - both[1].inside["position"] == pytest.approx(0.5, abs=0.01)
     assert both[2].inside["position"] == pytest.approx(0.5 * (both[0].inside["position"] + both[1].inside["position"]))
     assert both[0].inside["heading"] == both[1].inside["heading"] == both[2].inside["heading"]
+
+
+def test_draws_of_a_calibrated_ship_are_as_unsure_as_the_fits_that_left_trials_out() -> None:
+    """What residuals add to a sigma was taken off there (`parts.widened`), so it is taken off here."""
+    plain = posterior()
+    by = dict.fromkeys(plain.names, 2.0)
+    wide = replace(plain, covariance=4.0 * plain.covariance, power=Power(3.0, 5, {}, 1.0, by))
+    np.testing.assert_allclose(uncertain(wide, FOUND, 50, 1).draws, uncertain(plain, FOUND, 50, 1).draws, rtol=1e-9)
 
 
 @pytest.mark.slow

@@ -22,8 +22,11 @@ from seatrial.belief.reading import posterior
 from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Free, read
 from seatrial.data import Trial
+from seatrial.environment import Uniform
+from seatrial.manoeuvres.turning import Turning
 from seatrial.models import STATES
 from seatrial.report.blocks import Line, Table
+from seatrial.simulate.run import approach
 from seatrial.study.grounds import Beyond, Grounds, covered
 from seatrial.workflow.asked import Bands as Asked
 from seatrial.workflow.asked import Draws, Predicting
@@ -204,6 +207,25 @@ def test_bands_beyond_the_trials_grow_by_the_square_of_the_reach_as_far_as_the_f
     assert told.endswith("the bands are 1.7 times as wide for it")
     sampled = drawing(held=replace(held, samples=np.ones((40, 3))))
     assert "not widened for it" in sampled._caveats(run(), (far,), PARAMETERS_ONLY, bands())[0]
+
+
+@pytest.mark.slow
+def test_a_turn_beyond_zigzags_has_bands_as_many_times_as_wide_as_is_told(
+    tmp_path: Path, trials: tuple[Trial, ...]
+) -> None:
+    turn = trials[0].rows(slice(0, 150))  # of 35 deg, by trials of 20
+    wide: list[np.ndarray] = []
+    for form in (0.0, 0.6):
+        model = saved(tmp_path / f"{form}", trials[1:], form=form)
+        asked = Drawing.of(str(model), Asked(95.0, 200, extrapolate=True))
+        ship = asked.held.ship
+        policy, speed = Turning(approach(ship)[1], 35 * DEG), approach(ship)[0]
+        found = asked.sail(ship, policy, turn, speed=speed, dt=0.1, weather=Uniform())
+        told = asked._wider(found.beyond)
+        low, high = found.bands.band("y", 0.95)
+        wide.append((high - low)[-1] / told)
+        assert told == pytest.approx(math.sqrt(1.0 + form * (1.75**4 - 1.0)), rel=0.01)
+    assert wide[1] == pytest.approx(wide[0], rel=1e-6)
 
 
 def test_draws_come_from_the_covariance_or_the_samples_and_say_so() -> None:
