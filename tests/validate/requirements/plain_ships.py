@@ -52,15 +52,13 @@ class Plain(Probe):
             rows.append(z)
         return h * np.arange(steps + 1), np.array(rows).transpose(2, 0, 1)
 
-    def sail(
-        self, n_order: float, delta: float, duration: float, speed: float, dt: float, weather: Any = None
-    ) -> Trial:  # fmt: skip
-        begun = self.state(speed)
-        t, (rows,) = self.drift([begun], [self.controls(n_order, delta)], duration, dt=dt)
-        held = {"n_P": n_order, "n_P_cmd": n_order, "delta": delta, "delta_cmd": delta}
-        return Trial("run", t, dict(zip(("x", "y", "psi", "u", "v_m", "r"), rows.T, strict=True))
-                     | {name: np.full(len(t), value) for name, value in held.items()})  # fmt: skip
-
+    def sail(self, orders: Any, duration: float, speed: float, dt: float) -> Any:
+        t, runs = self.drift([self.state(speed)] * len(orders), [self.controls(*order) for order in orders], duration,
+                             dt=dt)  # fmt: skip
+        return [Trial("run", t, dict(zip(("x", "y", "psi", "u", "v_m", "r"), rows.T, strict=True))
+                      | {name: np.full(len(t), value) for name, value in (("n_P", n), ("n_P_cmd", n), ("delta", delta),
+                                                                          ("delta_cmd", delta))})
+                for rows, (n, delta) in zip(runs, orders, strict=True)]  # fmt: skip
 
     def zigzag(self, angle: float, duration: float) -> Trial:
         steps, state, side = 240, self.state(self.U), 1.0

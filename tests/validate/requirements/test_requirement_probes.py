@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 from plain_ships import LIMIT, N_P, L, U, plain
 
+from seatrial.core.parameters import update
 from seatrial.data import Trial
-from seatrial.environment import Uniform
+from seatrial.engine import SimulationError
 from seatrial.ships.files import load
-from seatrial.validate.requirements import body, hull, plausible, scopes
-from seatrial.validate.requirements.probe import Probe
+from seatrial.simulate.run import simulate
+from seatrial.validate.requirements import Item, Judgement, body, hull, plausible, scopes
+from seatrial.validate.requirements.probe import Held, Probe
 
 
 class Asked(SimpleNamespace):
@@ -175,18 +177,22 @@ def test_a_step_is_tried_over_fifteen_lengths_against_a_quarter_of_it(monkeypatc
     """Tracks that part by a hundredth of a length per length, and a stop only where the ship has one."""
     asked: list[Any] = []
 
+    def runs(orders: Any, duration: float, dt: float) -> None:
+        asked.extend((n, delta, duration, dt) for n, delta in orders)
+
     def run(n: float, delta: float, duration: float, dt: float) -> Trial:
-        asked.append((n, delta, duration, dt))
+        assert (n, delta, duration, dt) in asked, "all of one step were made at once"
         t = np.arange(0.0, duration + 0.5 * dt, dt)
         off = 0.01 * U * t if dt == 1.0 else 0.0 * t
         return Trial("run", t, {"x": U * t, "y": off})
 
     monkeypatch.setattr(scopes, "fastest", lambda ship: 0.25)
-    p = Asked(step=1.0, run=run)
+    p = Asked(step=1.0, run=run, runs=runs)
     p.ship.model = object()
     found = scopes._step(p)  # type: ignore[arg-type]
-    assert asked[:2] == [(N_P, LIMIT, 15.0 * L / U, 1.0), (N_P, LIMIT, 15.0 * L / U, 0.25)]
-    assert [one[:2] for one in asked[2::2]] == [(N_P, -LIMIT), (-N_P, 0.0)]
+    assert {one[2:] for one in asked} == {(15.0 * L / U, 1.0), (15.0 * L / U, 0.25)}
+    for dt in (1.0, 0.25):
+        assert [one[:2] for one in asked if one[3] == dt] == [(N_P, LIMIT), (N_P, -LIMIT), (-N_P, 0.0)]
     evidence = found.evidence
     assert evidence["in time of one ship length"][0] == pytest.approx(U / L)
     assert evidence["step times fastest motion"][0] == 0.25
@@ -197,7 +203,7 @@ def test_a_step_is_tried_over_fifteen_lengths_against_a_quarter_of_it(monkeypatc
         assert x[-1] == pytest.approx(15.0)
         np.testing.assert_allclose(y, 0.01 * x)
     asked.clear()
-    p = Asked(step=1.0, run=run, astern=())
+    p = Asked(step=1.0, run=run, runs=runs, astern=())
     p.ship.model = object()
     scopes._step(p)  # type: ignore[arg-type]
     assert len(asked) == 4
@@ -227,23 +233,66 @@ def test_whether_a_ship_sways_and_can_be_stopped_is_seen_in_its_rates() -> None:
     assert not plain(lambda m: (m.n - m.u, 0.0 * m.v, m.d - m.r)).sways
 
 
-def test_a_run_is_made_once_and_that_of_another_order_step_or_weather_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_is_made_once_and_that_of_another_order_or_step_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     p = Probe(load("kvlcc2"), 7.97, 1.7, dt=1.0)
     first = p.run(1.7, 0.3, 20.0)
     assert p.run(1.7, 0.3, 20.0) is first
     for other in (p.run(1.7, -0.3, 20.0), p.run(1.7, 0.3, 20.0, speed=4.0), p.run(1.7, 0.3, 20.0, dt=0.5),
-                  p.run(1.7, 0.3, 20.0, weather=Uniform()), p.sail(1.7, 0.3, 20.0, 7.97, 1.0)):  # fmt: skip
+                  p.sail([(1.7, 0.3)], 20.0, 7.97, 1.0)[0]):  # fmt: skip
         assert other is not first
-    assert np.array_equal(p.run(1.7, 0.3, 20.0, weather=Uniform())["r"], first["r"])
     assert len(p.made) == 4
 
 
+@pytest.mark.slow
+def test_runs_that_are_made_at_once_are_those_that_are_made_alone() -> None:
+    ship = load("esso_osaka_3m_harbour")
+    p = Probe.of(ship)
+    orders = [(p.n_P, 0.3), (-p.n_P, -0.5), (0.5 * p.n_P, 0.0)]
+    for order, found in zip(orders, p.runs(orders, 20.0, speed=0.3), strict=True):
+        alone = simulate(replace(ship, validity={}), Held(p.n_P, *order), speed=0.3, duration=20.0, dt=p.step)
+        assert isinstance(found, Trial)
+        assert found.meta == alone.meta
+        assert set(found.channels) == set(alone.channels)
+        for name in found.channels:
+            np.testing.assert_allclose(found[name], alone[name], rtol=1e-9, atol=1e-12, err_msg=name)
+
+
+@pytest.mark.slow
+def test_a_run_that_blows_up_is_told_beside_one_that_does_not_and_is_not_made_again() -> None:
+    """Yaw that feeds itself blows up once it is stirred, and straight ahead it is not."""
+    ship = load("kvlcc2")
+    fed = {"hull.N_r": 0.9, "hull.N_rrr": 0.9}
+    p = Probe(replace(ship, model=update(ship.model, fed)), 7.97, 1.7, dt=1.0)
+    stands, gone = p.runs([(1.7, 0.0), (1.7, 0.2)], 60.0)
+    assert isinstance(stands, Trial)
+    assert isinstance(gone, SimulationError)
+    assert "blows up" in str(gone)
+    with pytest.raises(SimulationError) as told:
+        p.run(1.7, 0.2, 60.0)
+    assert told.value is gone
+    assert p.run(1.7, 0.0, 60.0) is stands
+
+
+def test_a_cause_is_said_once_and_referred_to_by_the_number_of_its_item() -> None:
+    def row(number: str, verdict: Any, reason: str) -> Any:
+        return Item(number, "", lambda p: None), Judgement(verdict, reason)  # type: ignore[arg-type, return-value]
+
+    rows = [row("1", "fail", "a run of this item blows up: r at t = 3 s"), row("2", "pass", "fine"),
+            row("3", "pass", "fine"), row("4", "fail", "a run of this item blows up: u at t = 7 s"),
+            row("5", "doubt", "unusual: 3"), row("6", "doubt", "unusual: 3"), row("7", "doubt", "unusual: 4"),
+            row("8", "not judged", "not run: too quick"), row("9", "not judged", "not run: too quick")]  # fmt: skip
+    assert [found.reason for _, found in scopes._said_once(rows)] == [
+        "a run of this item blows up: r at t = 3 s", "fine", "fine", "a run of this item blows up, as item 1",
+        "unusual: 3", "for the reason of item 5", "unusual: 4", "not run: too quick", "not run, as item 8",
+    ]  # fmt: skip
+
+
 def test_long_steps_under_held_orders_end_where_short_ones_do() -> None:
-    """RK4 at a hundredth of L/U: its error of the first 3 L/U of a turn is far below what any item looks at."""
+    """RK4 at a 25th of L/U: its error of the first 3 L/U of a turn is far below what any item looks at."""
     p = Probe.of(load("kvlcc2"))
-    assert 3.0 * p.step < p.long_step < 0.011 * p.unit_time
+    assert 9.0 * p.step < p.long_step < 0.041 * p.unit_time
     states, orders = [p.state(p.U), p.state(0.3 * p.U, 0.3 * p.U, 0.02)], [p.controls(p.n_P, 0.5)] * 2
-    (t, coarse), (other, fine) = (one.drift(states, orders, 300 * p.long_step)
+    (t, coarse), (other, fine) = (one.drift(states, orders, 75 * p.long_step)
                                   for one in (p, replace(p, dt=p.long_step / 4.0)))  # fmt: skip
     assert t[-1] == pytest.approx(other[-1], rel=1e-12)
     assert np.abs(coarse[:, -1, 5]).min() > 1e-4 / p.unit_time

@@ -167,10 +167,10 @@ def _turned(p: Probe) -> Iterator[Finding]:
     points: list[tuple[str, float]] = []
     for share in (1.0, 0.5) if p.stops else (1.0,):
         straight = _held(p, share)
-        for side, name in ((1, "starboard"), (-1, "port")):
-            try:
-                run = p.run(share * p.n_P, side * p.limit, 25 * p.unit_time / share, speed=share * p.U)
-            except SimulationError:
+        orders = [(share * p.n_P, side * p.limit) for side, _ in _SIDES]
+        runs = p.runs(orders, 25 * p.unit_time / share, speed=share * p.U)
+        for run, (_, name) in zip(runs, _SIDES, strict=True):
+            if isinstance(run, SimulationError):
                 points.append((f"to {name} from {share:g} U: it blows up", math.nan))
                 continue
             tail = slice(-len(run) // 5, None)

@@ -13,7 +13,8 @@ import numpy as np
 
 from ...core.parameters import Scalar, spec
 from ...data import Array, Trial
-from ...environment import CALM, Environment, Uniform, Weather
+from ...engine import SimulationError
+from ...environment import CALM, Environment, Weather
 from ...environment.weather import Gust
 from ...manoeuvres import Policy
 from ...manoeuvres.zigzag import Zigzag
@@ -24,7 +25,7 @@ from ...ships.steering import helm_limit
 from ...simulate.approach import fastest, substeps
 from ...simulate.lanes import Kernel, Steps, given, run
 from ...simulate.loop import open_loop, open_loop_parameters
-from ...simulate.run import approach, simulate, time_step
+from ...simulate.run import approach, blown_up, campaign, recorded, simulate, surroundings, time_step
 
 
 def gusty(base: Weather, seed: int) -> Weather:
@@ -60,7 +61,7 @@ class Probe:
         dt: time step of every run [s]; None takes that of `time_step`.
         gusts: gusts on a steady wind, by a seed.
         searches: whether slips are looked for where something is unusual.
-        made: runs that an item has made, for the others.
+        made: runs that an item has made, for the others; what blew up among them.
     """
 
     ship: Ship
@@ -71,8 +72,8 @@ class Probe:
     dt: float | None = None
     gusts: Callable[[Weather, int], Weather] = gusty
     searches: bool = True
-    made: dict[tuple[float, ...], Trial] = field(
-        default_factory=dict[tuple[float, ...], Trial], compare=False, repr=False
+    made: dict[tuple[float, ...], Trial | SimulationError] = field(
+        default_factory=dict[tuple[float, ...], "Trial | SimulationError"], compare=False, repr=False, init=False
     )
 
     @staticmethod
@@ -100,40 +101,45 @@ class Probe:
         return Kernel(open_loop(self.ship))
 
     @cached_property
+    def parameters(self) -> Array:
+        """Values of the model's numbers, in the order of the kernel."""
+        return open_loop_parameters(self.ship)
+
+    @cached_property
     def step(self) -> float:
         """Time step of the runs through actuators [s]."""
         return self.dt or time_step(self.ship)
 
     @cached_property
     def long_step(self) -> float:
-        """Time step under held controls, with no ramp to resolve: a quarter of that between rows of a log [s]."""
+        """Time step under held controls, with no ramp to resolve: that between rows of a log [s]."""
         if self.dt is not None or isinstance(self.ship.model, Sampled | Stepped):
             return self.step
-        return self.unit_time / (4 * substeps(self.ship, self.unit_time))
+        return self.unit_time / substeps(self.ship, self.unit_time)
 
-    @property
+    @cached_property
     def ahead(self) -> tuple[float, ...]:
         """Speeds ahead that the ship's file claims, as shares of the approach speed, the slowest first."""
         return tuple(f for f in (0.1, 0.25, 0.5, 0.75, 1.0) if self.allows("u", f * self.U)) or (1.0,)
 
-    @property
+    @cached_property
     def astern(self) -> tuple[float, ...]:
         """Speeds astern that the ship's file claims, as negative shares of the approach speed."""
         return tuple(f for f in (-0.1, -0.25, -0.5) if self.allows("u", f * self.U))
 
-    @property
+    @cached_property
     def rests(self) -> bool:
         """Whether the file claims that the model is valid at rest."""
         return self.allows("u", 0.0)
 
-    @property
+    @cached_property
     def reverses(self) -> bool:
         """Whether the file claims that the model is valid with the propulsion reversed."""
         turned = self.controls(-self.n_P)
         each = zip(self.ship.model.controls, turned, strict=True)
         return bool(self.propulsion) and all(self.allows(name, value) for name, value in each)
 
-    @property
+    @cached_property
     def stops(self) -> bool:
         """Whether the propulsion can be stopped: revolutions change the motion."""
         straight = [(self.U, 0.0, 0.0)]
@@ -141,36 +147,36 @@ class Probe:
             np.abs(self.at(straight, self.controls(self.n_P or 1.0)) - self.at(straight, self.controls())).any()
         )
 
-    @property
+    @cached_property
     def conventional(self) -> bool:
         """Whether it steers by rudders, whose force is made by a flow; not by thrusts that are ordered or turned."""
         return bool(self.steering) and all(name.partition("_")[0] == "delta" for name in self.steering)
 
-    @property
+    @cached_property
     def moments(self) -> tuple[str, ...]:
         """Steering controls that turn the ship by themselves and push it nowhere: ordered moments, unequal thrusts."""
         pairs = zip(self.ship.model.controls, self.ship.model.differential, strict=True)
         uneven = {name for name, share in pairs if share}
         return tuple(name for name in self.steering if unit(name) == "N m" or name in uneven)
 
-    @property
+    @cached_property
     def sways(self) -> bool:
         """Whether sideways motion exists in the model: some motion or rudder changes it."""
         moved = [(self.U, 0.1 * self.U, 0.0), (self.U, 0.0, 0.1 / self.unit_time), (self.U, 0.0, 0.0)]
         orders = [self.controls(self.n_P), self.controls(self.n_P), self.controls(self.n_P, 0.5 * self.limit)]
         return bool(np.abs(self.at(moved, orders)[:, 1]).max() > 0.0)
 
-    @property
+    @cached_property
     def limit(self) -> float:
         """Greatest steering angle or helm [rad], 35 deg where the ship has no limit."""
         return min(helm_limit(self.ship), math.radians(35.0))
 
-    @property
+    @cached_property
     def steering(self) -> tuple[str, ...]:
         """Controls that obey the order delta."""
         return self._following("delta")
 
-    @property
+    @cached_property
     def propulsion(self) -> tuple[str, ...]:
         """Controls that obey the order n_P."""
         return self._following("n_P")
@@ -221,7 +227,7 @@ class Probe:
                 moved.tolist(), orders.tolist(), air.tolist(), strict=True)])  # fmt: skip
         place = np.broadcast_to(np.array([0.0, 0.0, psi]), (rows, 3))
         state = np.hstack([place, moved, settled(model, acting)])
-        return self.kernel.rates(state, acting, open_loop_parameters(self.ship))[:, 3:6]
+        return self.kernel.rates(state, acting, self.parameters)[:, 3:6]
 
     def slopes(self, u: float, control: tuple[float, ...], v_m: float = 0.0, r: float = 0.0) -> Array:
         """d(rates of u, v_m, r and what is beyond)/d(the same), square, by central differences; straight ahead or so.
@@ -256,23 +262,39 @@ class Probe:
         return found.t, found.values[:, :, : len(STATES)]
 
     def run(
-        self, n_order: float, delta: float, duration: float, *, speed: float | None = None,
-        weather: Weather | None = None, dt: float | None = None,
+        self, n_order: float, delta: float, duration: float, *, speed: float | None = None, dt: float | None = None,
     ) -> Trial:  # fmt: skip
-        """A run through the actuators: orders that step at t = 0; in still air and water each is made once."""
-        asked = (n_order, delta, duration, self.U if speed is None else speed, dt or self.step)
-        if weather is not None:
-            return self.sail(*asked, weather)
-        if asked not in self.made:
-            self.made[asked] = self.sail(*asked)
-        return self.made[asked]
+        """A run through the actuators in still air and water, orders step at t = 0; SimulationError: it blows up."""
+        (found,) = self.runs([(n_order, delta)], duration, speed=speed, dt=dt)
+        if isinstance(found, SimulationError):
+            raise found
+        return found
+
+    def runs(
+        self, orders: Sequence[tuple[float, float]], duration: float, *, speed: float | None = None,
+        dt: float | None = None,
+    ) -> list[Trial | SimulationError]:  # fmt: skip
+        """Such runs of one duration [s], of revolutions [1/s] and rudder [rad] each: at once, and each is made once."""
+        at, step = self.U if speed is None else speed, dt or self.step
+        asked = {order: (*order, duration, at, step) for order in orders}
+        new = [order for order, key in asked.items() if key not in self.made]
+        sailed = self.sail(new, duration, at, step) if new else []
+        self.made.update({asked[order]: found for order, found in zip(new, sailed, strict=True)})
+        return [self.made[asked[order]] for order in orders]
 
     def sail(
-        self, n_order: float, delta: float, duration: float, speed: float, dt: float, weather: Weather | None = None
-    ) -> Trial:  # fmt: skip
+        self, orders: Sequence[tuple[float, float]], duration: float, speed: float, dt: float
+    ) -> list[Trial | SimulationError]:  # fmt: skip
         """The same, made anew."""
-        free, orders = replace(self.ship, validity={}), Held(self.n_P, n_order, delta)
-        return simulate(free, orders, speed=speed, duration=duration, environment=weather or Uniform(), dt=dt)
+        free = replace(self.ship, validity={})
+        policies = [Held(self.n_P, *order) for order in orders]
+        vary = {f"policy.{name}": np.array([float(getattr(one, name)) for one in policies])
+                for name in ("n_order", "delta")}  # fmt: skip
+        done = campaign(free, policies[0], vary, speed=speed, duration=duration, dt=dt, threads=1)
+        failed = {one.lane: SimulationError(f"{free.name}: {blown_up(one, free)}", one.time) for one in done.failures}
+        still = surroundings(None, dt, 1)
+        return [failed.get(lane) or recorded(free, policy, done.t, done.values[lane], still, dt=dt)
+                for lane, policy in enumerate(policies)]  # fmt: skip
 
     def zigzag(self, angle: float, duration: float) -> Trial:
         """A zigzag with this rudder and heading [rad], through the actuators."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import is_dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import is_dataclass, replace
 from functools import partial
 from importlib.metadata import metadata
 from types import MappingProxyType
@@ -40,6 +40,8 @@ def _step(p: Probe) -> Judgement:
     if p.reverses and p.astern:
         cases["a crash stop"] = (-p.n_P, 0.0)
     lines: list[tuple[str, np.ndarray, np.ndarray]] = []
+    p.runs([*cases.values()], 15 * p.unit_time, dt=dt / 4)
+    p.runs([*cases.values()], 15 * p.unit_time, dt=dt)
     for name, (n, delta) in cases.items():
         coarse, fine = (p.run(n, delta, 15 * p.unit_time, dt=dt / k) for k in (1, 4))
         every = np.interp(coarse.t, fine.t, np.arange(len(fine))).round().astype(int)
@@ -57,10 +59,13 @@ def _step(p: Probe) -> Judgement:
 def _real_time(p: Probe) -> Judgement:
     """A step takes less time than it covers."""
     length, dt = 100 * p.unit_time, p.step
-    p.sail(p.n_P, 0.1 * p.limit, 2 * p.unit_time, p.U, dt)
+    orders = [(p.n_P, 0.1 * p.limit)]
+    p.sail(orders, 2 * p.unit_time, p.U, dt)
     begun = p.clock()
-    run = p.sail(p.n_P, 0.1 * p.limit, length, p.U, dt)
+    (run,) = p.sail(orders, length, p.U, dt)
     taken = max(p.clock() - begun, 1e-9)
+    if isinstance(run, SimulationError):
+        raise run
     factor = run.duration / taken
     found = [
         Finding("real-time factor, one ship", factor, "times", limit.REAL_TIME, "does not keep up with the clock"),
@@ -157,15 +162,29 @@ SCOPES: Mapping[str, tuple[Item, ...]] = MappingProxyType({
 """Sawada et al. 2024 section 6.2 (11 and 14 items), and the list of IEC 62065 in its section 6.1."""
 
 
+_COMMON = _NOT_RUN, _BLOWS_UP = "not run", "a run of this item blows up"
+"""Beginnings of reasons that may hold for many items, each with figures of its own behind a colon."""
+
+
 def checked(item: Item, p: Probe) -> Judgement:
     """The judgement of an item; a ship that blows up in a run of it fails, one that is too quick is not run."""
     if p.quickest > limit.QUICK.far.high and item.check not in (plausible, _open_source, _elsewhere):
         why = f"a motion dies out within 1/{p.quickest:.0f} of a length: mass, inertia or damping is that of no ship"
-        return Judgement("not judged", f"not run: {why}")
+        return Judgement("not judged", f"{_NOT_RUN}: {why}")
     try:
         return item.check(p)
     except (SimulationError, ShipError, ArithmeticError, np.linalg.LinAlgError) as error:
-        return Judgement("fail", f"a run of this item blows up: {error}")
+        return Judgement("fail", f"{_BLOWS_UP}: {error}")
+
+
+def _said_once(rows: Iterable[tuple[Item, Judgement]]) -> Iterator[tuple[Item, Judgement]]:
+    """The rows; a cause that an item before has named, to its colon, is referred to by that item's number."""
+    said: dict[str, str] = {}
+    for item, found in rows:
+        cause = found.reason.partition(":")[0] if found.reason.startswith(_COMMON) else found.reason
+        first = item.number if found.verdict == "pass" else said.setdefault(cause, item.number)
+        same = f"{cause}, as item {first}" if cause != found.reason else f"for the reason of item {first}"
+        yield item, found if first == item.number else replace(found, reason=same)
 
 
 def judge(ship: Ship, scope: str, probe: Probe | None = None, elsewhere: Elsewhere | None = None) -> Table:
@@ -188,4 +207,4 @@ def judge(ship: Ship, scope: str, probe: Probe | None = None, elsewhere: Elsewhe
     rows = (
         (item, given[item.number](ship) if item.number in given else checked(item, examined)) for item in SCOPES[scope]
     )
-    return Table(ship.name, scope, tuple(rows), conditions)
+    return Table(ship.name, scope, tuple(_said_once(rows)), conditions)

@@ -22,9 +22,12 @@ _STEPS = (0.3, 0.6, 1.0)
 
 def turning(p: Probe) -> Judgement:
     """The rudder turns the ship, to its own side, more of it turns more, to either side and at half the speed."""
-    runs = {(f, a, s): p.run(f * p.n_P, s * a * p.limit, 25 * p.unit_time / f, speed=f * p.U)
-            for f, steps in ((1.0, _STEPS), (0.5, _STEPS[::2])) for a in steps for s, _ in _SIDES
-            if f == 1.0 or p.allows("u", 0.4 * f * p.U)}  # fmt: skip
+    runs: dict[tuple[float, float, int], Trial] = {}
+    for f, steps in ((1.0, _STEPS), (0.5, _STEPS[::2])):
+        if f == 1.0 or p.allows("u", 0.4 * f * p.U):
+            orders = {(f, a, s): (f * p.n_P, s * a * p.limit) for a in steps for s, _ in _SIDES}
+            p.runs([*orders.values()], 25 * p.unit_time / f, speed=f * p.U)
+            runs |= {case: p.run(*order, 25 * p.unit_time / f, speed=f * p.U) for case, order in orders.items()}
     bends = {(f, a, s): s * _curvature(run) * p.ship.L_pp for (f, a, s), run in runs.items()}
     found: list[Finding] = []
     cases = list(dict.fromkeys((f, a) for f, a, _ in bends))
