@@ -134,6 +134,9 @@ def test_areas_exchanged_or_in_square_feet() -> None:
     swapped = told(typical.areas(Probe.of(changed(wind__A_T=3330.0, wind__A_L=1540.0))))
     assert "exchanged" in swapped[0].wrong
     assert not swapped[0].doubt
+    (far,) = told(typical.areas(Probe.of(changed(wind__s_L=lambda x: x / 0.3048))))
+    assert far.value == pytest.approx(-15.0 / 0.3048 / 320.0)
+    assert "s_L" in far.wrong
     feet = told(typical.areas(Probe.of(changed(wind__A_T=lambda x: 10.764 * x, wind__A_L=lambda x: 10.764 * x))))
     assert ["square feet" in one.wrong and not one.doubt for one in feet] == [True, True]
 
@@ -252,5 +255,5 @@ def test_what_physics_rules_out_is_asked_of_forces_and_of_runs() -> None:
     asked = {one.what.partition(" (")[0] for one in found}
     assert {
         "greatest speed under any steady orders", "motion left 20 L/U after the engines stop, at most",
-        "turn in a current, drift taken off", "square of the roll frequency over g/L", "fastest motion at the approach",
+        "turn in a current, drift taken off", "square of the roll frequency over g/B", "fastest motion at the approach",
     } <= asked  # fmt: skip

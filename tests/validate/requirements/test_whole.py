@@ -112,11 +112,48 @@ def test_a_ship_that_rolls_rights_itself_and_heels_outwards() -> None:
     stiff, damped, starboard, port = turned()
     volume, rho = 21222.0, 1025.0
     inertia = (1.76e-5 + 3.4e-6) * 0.5 * rho * 175.0**5
-    assert stiff.value == pytest.approx(rho * volume * 9.81 * 0.3 / inertia * 175.0 / 9.81, rel=0.35)
+    assert stiff.value == pytest.approx(rho * volume * 9.81 * 0.3 / inertia * 25.4 / 9.81, rel=0.35)
     assert all(one.holds for one in (stiff, damped, starboard, port))
     assert not turned(body__GM=-0.3)[0].holds
     assert not turned(derivatives__K_p=7.5e-6)[1].holds
     assert limit.HEEL.usual.low > 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "holds"), [(1.0, True), (1.0 / 0.3048, False), (0.02, False)])
+def test_a_metacentric_height_that_no_breadth_has_is_doubted(share: float, holds: bool) -> None:
+    """1.1 m on 8.6 m of breadth is an eighth; in feet 0.42 of it, which barges have."""
+    ship = load("naval_blanke")
+    GM = share * float(values(ship.model)["body.GM"])
+    stiff = next(iter(body.heel(Probe.of(replace(ship, model=update(ship.model, {"body.GM": GM}))))))
+    assert stiff.holds == holds
+    assert stiff.holds or stiff.doubt
+
+
+def test_surge_by_drift_and_yaw_is_told_as_the_share_of_the_added_mass_that_is_left() -> None:
+    """Potential flow gives m + m_y, so 1; a displaced mass of 1, 0.7 added in sway."""
+    for share in (1.0, 0.4, 2.0):
+        p = plain(lambda m, k=share: (m.n - m.u + (1.0 + 0.7 * k) * m.v * m.r, -m.v, -m.r), masses=MASSES)
+        assert drifting(p).value == pytest.approx(share)
+    light = plain(lambda m: (m.n - m.u + m.v * m.r, -m.v, -m.r), masses=np.diag([1.0, 1.1, 0.09 * L * L]))
+    assert not [one for one in whole.findings(light) if one.what.startswith(DRIFTING)], "nothing to be a share of"
+
+
+@pytest.mark.parametrize(("name", "number"), [("container_son_nomoto", "derivatives.X_vr"), ("kcs", "hull.X_br"),
+                                              ("esso_osaka", "derivatives.X_vr"), ("mariner", "derivatives.X_rv"),
+                                              ("modified_abkowitz_kvlcc2_l7", "derivatives.X_vr")])  # fmt: skip
+def test_a_changed_sign_of_surge_by_drift_and_yaw_is_told(name: str, number: str) -> None:
+    ship = load(name)
+    other = {number: -float(values(ship.model)[number])}
+    assert drifting(Probe.of(ship)).holds
+    assert not drifting(Probe.of(replace(ship, model=update(ship.model, other)))).holds
+
+
+DRIFTING = "surge by drift and yaw"
+
+
+def drifting(p: Probe) -> Finding:
+    return next(one for one in whole.findings(p) if one.what.startswith(DRIFTING))
 
 
 def test_drag_of_a_turned_rudder_over_its_side_force_is_that_of_a_normal_force() -> None:

@@ -27,6 +27,8 @@ _ASIDE = ((0.2, 0.0, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (-0.2, 0.4, 0.0), (
 _MOTIONS = len(_ASIDE)
 _USUAL = np.diag([1.07, 1.8, 0.1])
 """Masses of a usual ship, in mass and length, where those of the model cannot be measured."""
+_SLENDER = 6.5
+"""Length over breadth of a ship whose breadth is unknown."""
 _HEELED = 0.02
 """Heel [rad] and roll rate [rad/s] of slopes."""
 
@@ -268,9 +270,8 @@ def heel(p: Probe) -> Iterator[Finding]:
     stiff = -(rolled(_HEELED, 0.0, straight) - rolled(-_HEELED, 0.0, straight)) / (2.0 * _HEELED)
     fading = -(rolled(0.0, _HEELED, straight) - rolled(0.0, -_HEELED, straight)) / (2.0 * _HEELED)
     wrong = "the righting moment (GM) or inertia in roll (I_x, J_x) is that of no ship"
-    yield from ranged(
-        "square of the roll frequency over g/L", stiff * p.ship.L_pp / 9.81, "-", limit.ROLL_STIFFNESS, wrong
-    )
+    B = float(model.breadth) or p.ship.L_pp / _SLENDER
+    yield from ranged("square of the roll frequency over g/B", stiff * B / 9.81, "-", limit.ROLL_STIFFNESS, wrong)
     if stiff > 0.0:
         wrong = "roll damping (K_p) is that of no ship"
         yield from ranged("roll damping over critical", 0.5 * fading / math.sqrt(stiff), "-", limit.ROLL_DAMPING, wrong)

@@ -174,7 +174,9 @@ LARGE = {
     "N_rrr": within(0.93, 1.5, 0.6, 2.5, _TURNING), "N_vvr": within(-0.02, 5.0, -0.3, 9.0, _TURNING),
     "N_vvv": within(-0.25, 0.22, -0.5, 0.4, _TURNING), "N_vrr": within(-0.5, 0.2, -0.8, 0.4, _TURNING),
     "Y_rrr": within(-0.15, 0.14, -0.4, 0.4, _TURNING), "Y_vvr": within(-0.45, 2.0, -1.0, 3.0, _TURNING),
-    "X_vr": within(0.9, 2.6, 0.4, 3.5, _TURNING), "X_vv": within(-1.4, 0.5, -2.5, 1.5, _TURNING),
+    "X_vr": within(-0.3, 1.75, -1.2, 3.0, "1 in potential flow, of which viscosity leaves 0.3 to 1 (Hasegawa 1980); "
+                   "-0.06 to 1.46 on 14 ships"),
+    "X_vv": within(-1.4, 0.5, -2.5, 1.5, _TURNING),
     "X_rr": within(-0.25, 0.45, -0.6, 0.8, _TURNING),
 }  # fmt: skip
 RUDDER_AREA = within(0.007, 0.05, 0.004, 0.1, "rudders have 1/70 to 1/25 of L d; of pairs, each")
@@ -186,7 +188,9 @@ USUAL_BLOCK = within(
     0.55, 1.2, 0.45, 1.6, "block coefficient over 0.7 + 0.125 atan((23 - 100 F_n)/4), Watson and Gilfillan (1977)"
 )
 # Roll
-ROLL_STIFFNESS = within(0.3, 40.0, 0.1, 150.0, "square of the roll frequency over g/L: periods of 5 to 30 s on ships")
+ROLL_STIFFNESS = within(
+    0.05, 1.6, 0.015, 6.0, "square of the roll frequency over g/B: GM/B of 0.01 to 0.2, radius of gyration 0.4 B"
+)
 ROLL_DAMPING = within(0.01, 0.7, 0.002, 1.2, "roll dies out in some periods: 1 to 30 % of the critical damping")
 HEEL = within(0.2, 25.0, 0.02, 45.0, "in a hard turn a ship heels outwards by 1 to 20 deg")
 # Propeller
@@ -227,6 +231,9 @@ WIND_ALONG = within(0.25, 1.3, 0.1, 2.0, "head force over q A_T: 0.45 to 1.0 (Bl
 AREA_ACROSS = within(0.018, 0.16, 0.008, 0.2, "lateral area over L^2: 0.03 of loaded tankers to 0.13 of car carriers")
 AREA_ALONG = within(0.12, 0.7, 0.05, 1.0, "frontal over lateral area: 0.15 to 0.5")
 AREA_HEAD = within(0.2, 2.2, 0.1, 4.0, "frontal area over B^2: 0.4 to 1.5")
+OUTLINE = within(
+    -0.13, 0.13, -0.25, 0.25, "a house with a third of the lateral area at the end of the hull moves its centre so far"
+)
 PRESSURE_PLACE = within(
     -0.22, 0.22, -0.3, 0.3, "of one loaded tanker 0.05 L by Blendermann (1994), 0.21 L by Fujiwara et al. (1998)"
 )

@@ -99,7 +99,7 @@ def waiting(p: Probe) -> Iterator[Finding]:
 
 
 def areas(p: Probe) -> Iterator[Finding]:
-    """Areas above water over length and breadth."""
+    """Areas above water over length and breadth, and where the lateral one has its centre."""
     model, L = p.ship.model, p.ship.L_pp
     wind: Any = model.part("wind")
     A_T, A_L = (float(getattr(wind, name, 0.0)) for name in ("A_T", "A_L"))
@@ -114,6 +114,9 @@ def areas(p: Probe) -> Iterator[Finding]:
             yield from ranged(
                 "frontal area above water over the breadth squared", A_T / B**2, "-", limit.AREA_HEAD, unit
             )
+    if centre := float(getattr(wind, "s_L", 0.0)):
+        wrong = "the centre of the lateral area above water (s_L) lies where no outline has it: feet, or its sign"
+        yield from ranged("centre of the lateral area ahead of midship", centre / L, "L", limit.OUTLINE, wrong)
 
 
 def stern(p: Probe) -> Iterator[Finding]:

@@ -25,6 +25,8 @@ _SLENDER, _DRAUGHT, _BREADTH = 0.52, 0.05, 2.6
 """d^2 L over the volume, d/L and B/d of a usual ship, for files that do not have them."""
 _LITTLE, _DRIFT, _TURN, _HELM = 0.02, 0.3, 0.5, 0.1
 """v_m/U and r L/U of slopes; of a hard turn; rudder of slopes [rad]."""
+_ADDED = 0.2
+"""Least added mass in sway over the displaced one that a figure is divided by."""
 _NU, _RHO = 1.19e-6, 1025.0
 _SPEED = 0.1
 """Share of U about a speed that slopes of surge are taken over."""
@@ -321,10 +323,11 @@ def _large(ship: Whole) -> Iterator[Named]:
         limit.LARGE["Y_vvr"],
         "sway force by turning in drift (Y_vvr) is that of no ship",
     )
+    beyond = float(ship.mass[1, 1]) - 1.0
     yield (
-        "surge by drift and yaw",
-        float(both[2, 0]) / (_DRIFT * _TURN),
-        "m U^2/L",
+        "surge by drift and yaw, the mass taken off, over the added mass in sway",
+        over(float(both[2, 0]) / (_DRIFT * _TURN) - 1.0, beyond if beyond > _ADDED else 0.0),
+        "-",
         limit.LARGE["X_vr"],
         "surge force of a drifting turn (X_vr) is that of no ship",
     )
