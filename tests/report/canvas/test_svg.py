@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from seatrial.report import figures
+from seatrial.report.canvas.frame import Frame
 from seatrial.report.canvas.panels import Axis, Figure
 from seatrial.report.canvas.svg import svg
 from seatrial.report.canvas.ticks import alone, labels, logarithmic, plain
@@ -263,6 +264,22 @@ def test_large_and_small_numbers_share_a_power_of_ten() -> None:
     assert labels([0.0, 50000.0]) == (["0", "50000"], "")
     assert plain([0.0, 0.25, 0.5]) == ["0.00", "0.25", "0.50"] or plain([0.0, 0.2, 0.4]) == ["0.0", "0.2", "0.4"]
     assert labels([]) == ([], "")
+
+
+def test_numbers_of_an_ordinate_that_has_no_room_for_them_are_told_by_a_power_of_ten() -> None:
+    """Digits of ten points are 6.4 wide in DejaVu Sans, a sign 8.4, a point 3.2; a name takes 16 of the room."""
+    thousands = [-1000.0, 0.0, 1000.0]
+    assert labels(thousands, 34.1)[1] == ""
+    assert labels(thousands, 33.9) == (["−1", "0", "1"], "×10³")
+    assert labels([0.0, 0.002, 0.004], 25.0) == (["0", "2", "4"], "×10⁻³")
+    assert labels([0.0, 0.002, 0.004], 30.0)[1] == ""
+    for reach, left, name, power in ((100000.0, 34, "", "×10⁵"), (1000.0, 34, "", "×10³"), (100.0, 34, "", ""),
+                                     (100.0, 34, "y", "×10²"), (1000.0, 39, "", ""), (1e3, 55, "y", "")):  # fmt: skip
+        drawn = "".join(Frame(300, 100, (0.0, 1.0), (-reach, reach), left=left, bottom=20).elements([], "", name))
+        assert ("×10" in drawn) == bool(power), (reach, left, name)
+        assert power in drawn
+        bare = Frame(300, 100, (0.0, 1.0), (-reach, reach), left=left, bottom=20)
+        assert "×10" not in "".join(bare.elements([], "", name, scale=False))
 
 
 def test_figures_of_a_page_cut_each_by_its_own_frame() -> None:

@@ -14,7 +14,10 @@ import numpy as np
 
 from ...data import Array
 from .panels import GRID, INK, SOFT
-from .ticks import plain, rounded
+from .ticks import labels, plain, rounded
+
+_NAME = 16.0
+"""Room that the name of the ordinate takes."""
 
 
 class Frame:
@@ -80,12 +83,14 @@ class Frame:
         for value, words in zip(across, plain(across), strict=True):
             a = self.at(value, self.y[0])[0]
             frame.append(label(a, low + 12, words, SOFT, anchor="middle"))
-        for value, words in zip(up, plain(up), strict=True):
+        numbers, power = labels(up, self.left - 4.0 - _NAME * bool(y))
+        for value, words in zip(up, numbers, strict=True):
             b = self.at(self.x[0], value)[1]
             frame.append(f'<line x1="{self.left}" x2="{right}" y1="{b:.1f}" y2="{b:.1f}" stroke="{GRID}"/>')
             if scale:
                 frame.append(label(self.left - 4, b + 3, words, SOFT, anchor="end"))
         middle = f"translate(10 {self.top + self.height / 2:.0f}) rotate(-90)"
+        frame.append(label(self.left + 4, self.top + 2, power, SOFT) if power and scale else "")
         names = [label(self.left + self.width / 2, low + 25, x, INK, anchor="middle"),
                  f'<g transform="{middle}">{label(0, 0, y, INK, anchor="middle")}</g>']  # fmt: skip
         return [*frame, *parts, *names]

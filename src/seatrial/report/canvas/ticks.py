@@ -11,6 +11,10 @@ _LARGE, _SMALL = 6, -4
 """Powers of ten from which, and up to which, the numbers of an axis are told as multiples of one."""
 
 
+_DIGIT, _WIDTHS = 6.4, {".": 3.2, "−": 8.4}
+"""Widths of a digit and of what is no digit, in letters of ten points of DejaVu Sans [pt]."""
+
+
 def rounded(low: float, high: float, most: int = 4, whole: bool = False) -> list[float]:
     """Round numbers between two ends, `most` intervals of 1, 2 or 5 times a power of ten at most."""
     rough = (high - low) / most
@@ -31,12 +35,22 @@ def logarithmic(low: float, high: float, most: int) -> list[float]:
     return [value for value in rounded(low, high, min(most, 4)) if value > 0.0]
 
 
-def labels(values: Sequence[float]) -> tuple[list[str], str]:
-    """Numbers along a linear axis, and the power of ten that all are multiples of where they are large or small."""
+def labels(values: Sequence[float], room: float = math.inf) -> tuple[list[str], str]:
+    """Numbers along a linear axis, and the power of ten that all are multiples of: of large, small and long ones.
+
+    Args:
+        room: width that a number has, in letters of ten points [pt].
+    """
     largest = max(map(abs, values), default=0.0)
     power = math.floor(math.log10(largest)) if largest > 0.0 else 0
-    power = power if power >= _LARGE or power <= _SMALL else 0
+    if _SMALL < power < _LARGE and all(_wide(text) <= room for text in plain(values)):
+        power = 0
     return plain([value / 10.0**power for value in values]), f"×10{str(power).translate(_RAISED)}" if power else ""
+
+
+def _wide(text: str) -> float:
+    """Width of a number of ten points, in the widest of the common fonts [pt]."""
+    return sum(_WIDTHS.get(letter, _DIGIT) for letter in text)
 
 
 def plain(values: Sequence[float]) -> list[str]:
