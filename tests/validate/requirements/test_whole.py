@@ -130,6 +130,43 @@ def test_a_metacentric_height_that_no_breadth_has_is_doubted(share: float, holds
     assert stiff.holds or stiff.doubt
 
 
+@pytest.mark.parametrize(("name", "number"), [("container_son_nomoto", "derivatives.K_v"),
+                                              ("naval_blanke", "hull.K_uuv")])  # fmt: skip
+def test_the_side_force_of_a_drift_acts_below_the_centre_of_gravity(name: str, number: str) -> None:
+    """By hand on the container ship: K_v over Y_v in lengths, over the draught, of its own gyration for 0.4 B."""
+    ship = load(name)
+    about = "depth of the side force of a drift"
+
+    def depth(factor: float) -> Finding:
+        moved = replace(ship, model=update(ship.model, {number: factor * float(values(ship.model)[number])}))
+        return next(one for one in whole.findings(Probe.of(moved)) if one.what.startswith(about))
+
+    usual, other = depth(1.0), depth(-1.0)
+    assert usual.holds
+    assert other.value < 0.0
+    assert not other.holds
+    assert "K_v" in other.wrong
+    if name == "container_son_nomoto":
+        rho, L, inertia = 1025.0, 175.0, (1.76e-5 + 3.4e-6) * 0.5 * 1025.0 * 175.0**5
+        k = math.sqrt(inertia / (rho * 21222.0)) / 25.4
+        assert usual.value == pytest.approx(0.0003026 / 0.0116 * L / 8.5 * (0.4 / k) ** 2, rel=0.25)
+    assert not [one for one in whole.findings(Probe.of(load("kvlcc2"))) if one.what.startswith(about)]
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1.0, ""), (5.0, "too large"), (0.2, "too small")])
+def test_inertia_in_yaw_is_held_against_the_plan_of_the_craft(factor: float, words: str) -> None:
+    """A catamaran as broad as long: an even plate has sqrt((L^2 + B^2)/12), 0.29 of its diagonal."""
+    ship = load("blueboat")
+    moved = update(ship.model, {"inertia.m_33": factor * float(values(ship.model)["inertia.m_33"])})
+    p = Probe.of(replace(ship, model=moved))
+    found = next(one for one in whole.findings(p) if one.what.startswith("radius of gyration in yaw, of the mass"))
+    M = whole.Whole(p).mass
+    slender = float(ship.model.breadth) / ship.L_pp
+    assert found.value == pytest.approx(math.sqrt(M[2, 2] / M[0, 0] / (1.0 + slender**2)))
+    assert found.holds == (not words)
+    assert not words or words in found.wrong
+
+
 def test_surge_by_drift_and_yaw_is_told_as_the_share_of_the_added_mass_that_is_left() -> None:
     """Potential flow gives m + m_y, so 1; a displaced mass of 1, 0.7 added in sway."""
     for share in (1.0, 0.4, 2.0):

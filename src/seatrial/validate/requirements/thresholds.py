@@ -135,7 +135,7 @@ MASSES = (
 )  # fmt: skip
 MASSES_OF_CRAFT = (
     within(0.999, 1.45, 0.7, 2.0, _CRAFT), within(0.9, 2.6, 0.7, 4.0, _CRAFT),
-    within(0.22, 0.55, 0.15, 0.7, "0.2 to 0.4 L of the mass, more with added inertia"),
+    within(0.19, 0.43, 0.13, 0.6, "an even plate has 0.29; craft, with added inertia, 0.25 to 0.36"),
 )  # fmt: skip
 MASS_LEVER = within(-0.06, 0.06, -0.2, 0.2, "the centre of gravity lies within 4 % of the length of midship")
 FULLNESS = within(3.0, 11.0, 2.0, 16.0, "length over the cube root of the volume: 3 to 4.5 of tugs, 5 to 9 of ships")
@@ -192,6 +192,7 @@ ROLL_STIFFNESS = within(
     0.05, 1.6, 0.015, 6.0, "square of the roll frequency over g/B: GM/B of 0.01 to 0.2, radius of gyration 0.4 B"
 )
 ROLL_DAMPING = within(0.01, 0.7, 0.002, 1.2, "roll dies out in some periods: 1 to 30 % of the critical damping")
+KEEL = within(0.05, 1.2, -0.3, 2.5, "the hull's side force acts at about half of its depth: 0.5 to 0.6 of the draught")
 HEEL = within(0.2, 25.0, 0.02, 45.0, "in a hard turn a ship heels outwards by 1 to 20 deg")
 # Propeller
 ADVANCE = within(0.3, 1.3, 0.15, 2.0, "speed over n D: 0.4 of tankers to 1.1 of fast ships")

@@ -161,7 +161,6 @@ class Number:
         return (value - self.usual) / self.sigma
 
 
-
 def numbers(p: Probe) -> Iterator[Finding]:
     """Numbers of hull, body and rudder against regressions for the particulars of the ship."""
     found = {one.path: one for one in compared(p)}

@@ -15,6 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from ...data import Array
+from ...environment import CALM
+from ...models import ROLL
 from . import Finding, ranged
 from . import thresholds as limit
 from .body import shares
@@ -27,6 +29,8 @@ _LITTLE, _DRIFT, _TURN, _HELM = 0.02, 0.3, 0.5, 0.1
 """v_m/U and r L/U of slopes; of a hard turn; rudder of slopes [rad]."""
 _ADDED = 0.2
 """Least added mass in sway over the displaced one that a figure is divided by."""
+_GYRATION = 0.4
+"""Radius of gyration in roll, added inertia included, over the breadth."""
 _NU, _RHO = 1.19e-6, 1025.0
 _SPEED = 0.1
 """Share of U about a speed that slopes of surge are taken over."""
@@ -93,7 +97,7 @@ def named(p: Probe) -> Iterator[Named]:
     if not p.sways:
         return
     ship = Whole(p)
-    yield from (*_masses(ship), *_resistance(ship), *_shared(ship))
+    yield from (*_masses(ship), *_resistance(ship), *_shared(ship), *_keel(ship))
     if p.conventional:
         yield from (*_linear(ship), *_large(ship))
 
@@ -110,14 +114,10 @@ def _masses(ship: Whole) -> Iterator[Named]:
         known[1],
         "added mass in sway (m_y) is that of no ship",
     )
-    gyration = math.sqrt(max(float(M[2, 2] / M[0, 0]), 0.0))
-    yield (
-        "radius of gyration in yaw, of the mass in surge",
-        gyration,
-        "L",
-        known[2],
-        "inertia in yaw (I_z, J_z) is that of no ship",
-    )
+    gyration = math.sqrt(max(float(M[2, 2] / M[0, 0]), 0.0)) / math.hypot(1.0, float(p.ship.model.breadth) / L)
+    what = "radius of gyration in yaw, of the mass in surge, over the diagonal of the plan"
+    than = "large" if gyration > known[2].usual.low else "small"
+    yield what, gyration, "-", known[2], f"inertia in yaw is too {than} for a ship (I_z, J_z)"
     lever = float(M[1, 2] / M[1, 1])
     yield (
         "lever of sway on yaw in the masses",
@@ -209,6 +209,21 @@ def _shared(ship: Whole) -> Iterator[Named]:
                 limit.SIDEWAYS,
                 "drag across is that of no hull: damping of sway and surge (Y_v, X_u), or forces kept at low speed",
             )
+
+
+def _keel(ship: Whole) -> Iterator[Named]:
+    """The side force of a drift acts below the centre of gravity, by the roll that it starts."""
+    p, model = ship.p, ship.p.ship.model
+    B, d, v = float(model.breadth), float(model.draught), _LITTLE * p.U
+    if model.motion[6:] != ROLL or not (B and d):
+        return
+    rolled = [float(model.derivative((0.0, 0.0, 0.0, p.U, side * v, 0.0, 0.0, 0.0), p.controls(p.n_P), CALM)[7])
+              for side in (1.0, -1.0)]  # fmt: skip
+    sway = float(ship.slope((1.0, 0.0, 0.0, 1.0, 0.0), (0.0, _LITTLE, 0.0, 0.0, 0.0))[1])
+    heels = 0.5 * (rolled[0] - rolled[1]) / v * (_GYRATION * B) ** 2 * p.ship.L_pp / p.U
+    yield ("depth of the side force of a drift below the centre of gravity, over the draught",
+           -heels / sway / d if sway else math.nan, "-", limit.KEEL,
+           "a drift does not heel the ship as a hull's does: roll moment (K_v, its sign or size)")  # fmt: skip
 
 
 def _linear(ship: Whole) -> Iterator[Named]:
