@@ -178,11 +178,11 @@ if TYPE_CHECKING:  # what a type checker sees is the table of the names too: `_n
     from .simulate.replay import held as _held_series
     from .simulate.replay import inputs as _replay_inputs
     from .simulate.replay import replay as replay
-    from .simulate.replay import smoothed_starts as smoothed_starts
     from .simulate.replay import unseen as _unseen_states
     from .simulate.run import approach as approach
     from .simulate.run import campaign as _run_lanes
     from .simulate.run import simulate as _run_policy
+    from .simulate.starts import smoothed_starts as smoothed_starts
     from .study import virtual as virtual
     from .study.schema import VirtualTable as VirtualTable
     from .validate import Comparison as Comparison

@@ -19,11 +19,11 @@ from seatrial.simulate.replay import (
     own_states,
     predicted,
     prepared,
-    smoothed_starts,
     unread,
     wind_of,
     wind_words,
 )
+from seatrial.simulate.starts import smoothed_starts
 
 L7 = load("kvlcc2_l7").model
 N = len(L7.controls)

@@ -10,8 +10,9 @@ from seatrial.data import DataError, Trial
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.manoeuvres.turning import Turning
 from seatrial.ships.files import load
-from seatrial.simulate.replay import replay, smoothed_starts
+from seatrial.simulate.replay import replay
 from seatrial.simulate.run import approach, simulate
+from seatrial.simulate.starts import smoothed_starts
 
 NOISE = np.array([0.02, 0.02, 0.003, 0.01, 0.01, 0.002])
 

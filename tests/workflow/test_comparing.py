@@ -6,12 +6,13 @@ import json
 import math
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from seatrial.cli.app import main
-from seatrial.data.trialfile import read_trial
+from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.report.blocks import Line
 from seatrial.ships.files import load
 from seatrial.ships.writing import save
@@ -72,20 +73,31 @@ def shared(fitted: Path, to: Path, *kept: str, **errors: float) -> str:
     return str(to / "model.toml")
 
 
-def test_errors_of_instruments_are_taken_out_of_other_trials_only_where_asked(
+def test_errors_of_instruments_are_taken_out_of_trials_of_another_source_only_where_asked(
     fitted: Path, tmp_path: Path, capsys
 ) -> None:
     fit = shared(fitted, tmp_path / "run", bias_psi=0.1)
-    capsys.readouterr()
-    assert main(["validate", fit, str(fitted / "logs"), "--json"]) == 0
-    told = capsys.readouterr()
-    assert "note: a: corrected by a bias of the heading of 5.73 deg" in told.err
-    assert "note: b: not of this study, so not corrected by what its fit found" in told.err
-    assert f"--instruments {fit} does it" in told.err
-    both = judged(fitted, fit, capsys, "--instruments", fit)["trials"]
-    apart = json.loads(told.out)["trials"]
-    assert both["a"] == apart["a"]
-    ours, plain = (found["b"]["fitted"]["metrics"]["x"]["rmse"] for found in (both, apart))
+    same, other = fitted, tmp_path / "other"
+    shutil.copytree(same / "logs", other / "logs")
+    log = read_trial(other / "logs" / "b.csv")
+    write_trial(replace(log, meta={**log.meta, "source": "another tank"}), other / "logs" / "b.csv")
+
+    def told(at: Path, *more: str) -> tuple[str, dict]:
+        capsys.readouterr()
+        assert main(["validate", fit, str(at / "logs"), "--json", *more]) == 0
+        out = capsys.readouterr()
+        return out.err, json.loads(out.out)["trials"]
+
+    said, alike = told(same)
+    assert "note: a: corrected by a bias of the heading of 5.73 deg" in said
+    assert f"note: b: of the source of the trials of {fit}, so corrected by a bias of the heading of 5.73 deg" in said
+    said, apart = told(other)
+    assert "note: b: not of this study, nor of the source of its trials, so not corrected" in said
+    assert f"--instruments {fit} does it" in said
+    _, asked = told(other, "--instruments", fit)
+    assert apart["a"] == asked["a"] == alike["a"]
+    assert alike["b"] == asked["b"]
+    ours, plain = (found["b"]["fitted"]["metrics"]["x"]["rmse"] for found in (asked, apart))
     assert ours != pytest.approx(plain, rel=1e-2)  # it sails another way from the corrected heading
     assert main(["validate", fit, str(fitted / "logs"), "--instruments", "kvlcc2"]) == 2
     assert "no fit beside it has estimated an error of an instrument" in capsys.readouterr().err

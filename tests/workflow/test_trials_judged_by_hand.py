@@ -19,7 +19,9 @@ from seatrial.identify import StudyError
 from seatrial.models import STATES
 from seatrial.ships.files import load
 from seatrial.simulate import replay as replays
+from seatrial.simulate.starts import of_a_wrong_compass
 from seatrial.study import store
+from seatrial.study.grounds import Grounds, Used
 from seatrial.study.study import Study
 from seatrial.validate.metrics import ESSO_OSAKA_SIGMA, scales
 from seatrial.workflow import RequestError, comparing, data, demo, identify
@@ -170,9 +172,9 @@ def beside(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
 
 def summary(*names: str, **nuisances: dict[str, float]) -> Any:
-    trials = tuple(SimpleNamespace(name=name) for name in names)
+    trials = tuple(Used(name, "fit", "", 9, 9.0, "", "tank") for name in names)
     return SimpleNamespace(nuisances={k.replace("every", "*"): v for k, v in nuisances.items()},
-                           grounds=SimpleNamespace(trials=trials))  # fmt: skip
+                           grounds=Grounds(trials))  # fmt: skip
 
 
 def test_a_current_that_is_given_acts_on_every_trial(beside: dict[str, Any]) -> None:
@@ -198,6 +200,31 @@ def test_errors_that_all_trials_share_are_taken_out_of_those_of_the_study_alone(
     assert sum("a: corrected by a bias of" in line for line in heard.notes) == 1
     assert sum("b: not of this study" in line for line in heard.notes) == 1
     assert sum("taken as the fit estimated" in line for line in heard.notes) == 1
+
+
+def test_trials_of_the_same_source_have_the_same_instruments_and_currents_of_their_own(beside: dict[str, Any]) -> None:
+    beside["m"] = summary("a", every={"bias.u": 0.2, "current.north": 0.3})
+    heard = Heard()
+    ours, like, other = judged(
+        SHIP, "m", [straight("a"), straight("b", source="tank"), straight("c", source="sea")], Predicting(), heard
+    ).trials
+    assert [one["u"][0] for one in (ours, like, other)] == pytest.approx([0.8, 0.8, 1.0])
+    assert ours["U_C"][0] == pytest.approx(0.3)
+    assert "U_C" not in like
+    assert any("b: of the source of the trials of m, so corrected by a bias" in line and "current" not in line
+               for line in heard.notes)  # fmt: skip
+    assert any("c: not of this study, nor of the source" in line for line in heard.notes)
+
+
+def test_a_prediction_is_read_as_the_instruments_of_its_trial_log_it(beside: dict[str, Any]) -> None:
+    beside["m"] = summary("a", every={"bias.psi": 0.1, "bias.u": 0.2}, a={"bias_u": 0.05})
+    found = judged(SHIP, "m", [straight("a"), straight("c")], Predicting(), Heard())
+    for trial, logged in zip(found.trials, (straight("a"), straight("c")), strict=True):
+        back = found.read[trial.name](trial)
+        for name in ("psi", "u", "v_m"):
+            assert back[name] == pytest.approx(logged[name]), name
+    assert of_a_wrong_compass(found.trials[0])
+    assert not of_a_wrong_compass(found.trials[1])
 
 
 def test_instruments_of_another_fit_correct_every_trial(beside: dict[str, Any]) -> None:

@@ -13,11 +13,13 @@ import numpy as np
 
 from ..data import Array, Trial, unwrapped
 from ..data.prepare import derived, shifted
+from ..data.prepare.made import SOURCES, marked
 from ..environment import CHANNELS
 from ..identify.nuisance import CURRENT, EVERY, with_current
 from ..identify.trajectory.suspects import Suspect, level_of, suspects
 from ..models import STATES, Model
 from ..simulate.replay import wind_of
+from ..simulate.starts import wrong_compass
 
 Errors = Mapping[str, float]
 """Errors by name as in `trajectory.suspects`, such as "offset.delta", "bias.psi", "current.north"; SI units."""
@@ -30,6 +32,7 @@ _OF_STATE = ("antenna", "receiver", "deviation")
 _APART = ("delay", "current")
 # An error of 15 deg turns by at most a quarter of what it is off; so many times leave nothing.
 _ROUNDS = 20
+_COMPASS = ("bias.psi", "deviation.north", "deviation.east")
 _CURRENTS = {"current.north": CURRENT[0].rpartition(".")[2], "current.east": CURRENT[1].rpartition(".")[2]}
 
 
@@ -61,6 +64,25 @@ def of_trial(name: str, found: Mapping[str, Errors], studied: Collection[str]) -
         named = next((one for one, own in _CURRENTS.items() if own == key), key.replace("bias_", "bias.", 1))
         out[named] = out.get(named, 0.0) + size
     return out
+
+
+def as_true(
+    trial: Trial, shared: Errors, model: Model, *, own: Errors | None = None, made: Collection[str] = ()
+) -> Trial:  # fmt: skip
+    """The trial as it is predicted: corrected by what its instruments share with those of a fit, and by its own errors.
+
+    Where the compass is among the former, each start is read off the seconds before too (`simulate.starts`).
+
+    Args:
+        own: of this trial alone.
+        made: velocities that the logger makes of track and heading (`Grounds.made`).
+    """
+    errors = summed(shared, own or {})
+    if not any(errors.values()):
+        return trial
+    told = marked(trial, {name: ", ".join(SOURCES[name]) for name in made if name in trial})
+    right = corrected(told, errors, model)
+    return wrong_compass(right) if any(shared.get(name) for name in _COMPASS) else right
 
 
 def corrected(trial: Trial, errors: Errors, model: Model) -> Trial:

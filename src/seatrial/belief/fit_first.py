@@ -28,7 +28,8 @@ from ..identify.trajectory.gauss_newton import State, minimise
 from ..identify.trajectory.objective import TrajectoryObjective
 from ..models import STATES
 from ..ships import Ship
-from ..simulate.replay import replay, smoothed_starts
+from ..simulate.replay import replay
+from ..simulate.starts import smoothed_starts
 from .corrected import corrected
 
 # Standard deviations: of each component of the current over sqrt(g L_pp), which is 1 m/s for a ship of 255 m; of the

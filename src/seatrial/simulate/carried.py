@@ -18,16 +18,13 @@ from ..models import STATES, Sampled
 from ..ships import Ship
 from .lanes import Kernel, Lanes
 from .loop import open_loop, open_loop_parameters
-from .replay import Prepared, inputs, prepared, replay, unseen
+from .replay import Prepared, inputs, prepared, unseen
 
 DISTURBED = ("d_u", "d_v_m", "d_r")
 """Accelerations that are added to those of the model: ahead, to starboard [m/s^2] and in yaw [rad/s^2]."""
 _VELOCITIES = slice(3, 6)
 # On trials of FRT-DS-ESSO that the model had not seen; 6 to 10 s and shares of .4 to .7 differ by less than 1 %.
 _SHARE, _FILTER, _FADE = (0.0, 0.5, 0.5), 1.0, 2.5
-# Times in which a ship travels its length, after which its sway is that of its controls and not that of its start; and
-# the speed at which the sway that a model predicts and a compass are as right as each other, over the approach speed.
-_FORGOTTEN, _EVEN = 5.0, 1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -149,31 +146,6 @@ class Carrier:
             weight = np.exp(-age / self.slow.filter) * span[began:row] / self.slow.filter
             out[k] = weight @ acted[began:row]
         return out
-
-
-def swung(ship: Ship, before: Trial, state: Array) -> tuple[Array, float]:
-    """The state at a start whose heading is off by what the sway shows, and what it reads too little [rad].
-
-    A speed over ground is right where a heading is not: a compass that is off by an angle shows a sway of the speed
-    ahead times that, and a prediction that begins with it turns.  What sways beyond the model, which is sailed through
-    the seconds before, is taken for that angle as far as there is way; the track over ground stays as it was read.
-
-    Args:
-        ship: the ship.
-        before: complete rows that end at the start.
-        state: x, y, psi, u, v_m, r there, over ground, shape (6,).
-
-    Raises:
-        SimulationError: the model blows up in the seconds before.
-    """
-    if len(before) < 3:
-        return state, 0.0
-    clock = ship.L_pp / ship.speed
-    past = before.rows(before.t >= before.t[-1] - _FORGOTTEN * clock)
-    u, sway = float(state[3]), float(state[4]) - float(replay(ship, past)["v_m"][-1])
-    off = float(np.arctan2(sway * u, u * u + (_EVEN * ship.speed) ** 2))
-    over_ground = complex(state[3], state[4]) * np.exp(-1j * off)
-    return np.array([*state[:2], state[2] + off, over_ground.real, over_ground.imag, state[5]]), off
 
 
 def beyond(kernel: Kernel, parameters: Array, t: Array, state: Array, acting: Array) -> Array:

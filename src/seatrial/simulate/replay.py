@@ -1,9 +1,7 @@
 """Free-running prediction of a measured trial from its own controls and wind: inputs, initial states, gaps.
 
-`smoothed_starts` estimates the initial state from the readings before it and none after it, as a single reading carries
-the sensor's noise into the whole prediction.  Over the last few seconds x, y and psi are parabolas in time; positions
-and velocities are fitted together, each weighted by its own scatter, and the fit is evaluated at its end. `gaps` lists,
-row by row, the controls and the environment that a trial did not log and `inputs` fills in.
+`starts` says in which states a prediction begins.  `gaps` lists, row by row, the controls and the environment that a
+trial did not log and `inputs` fills in.
 """
 
 from __future__ import annotations
@@ -18,15 +16,17 @@ from numpy.typing import NDArray
 from ..data import Array, DataError, Trial
 from ..data.prepare import between_readings, resampling, true_wind
 from ..engine import SimulationError
-from ..environment import CHANNELS, VECTORS, to_body, to_earth
+from ..environment import CHANNELS, VECTORS
 from ..models import ROLL, STATES, Model, Sampled, Stepped
 from ..models.settled import unseen
 from ..ships import Ship
 from .approach import substeps
 from .begun import begun as started
+from .begun import too_little
 from .lanes import Lanes, Steps, given, run
 from .loop import open_loop_memory
 from .run import SIMULATED
+from .starts import before, of_a_wrong_compass, smoothed_starts, swung, wrong_compass
 from .steering import is_held, logged, sources
 
 
@@ -163,9 +163,13 @@ def held(series: Array) -> Array:
     return out
 
 
+# Fewest rows before a start that are sailed to tell what a compass is off by.
+_SAILED = 3
+
+
 def replay(
     ship: Ship, trial: Trial, *, restart: float | None = None, method: str = "rk4",
-    smooth_start: float | None = None, begin: tuple[float, Array] | None = None, threads: int | None = None,
+    smooth_start: float | None = None, begin: tuple[float, Array | None] | None = None, threads: int | None = None,
 ) -> Trial:  # fmt: skip
     """Free-running prediction of `trial` from its own controls and wind, on its own rows.
 
@@ -175,7 +179,9 @@ def replay(
     time is predicted on an even grid of the median step and interpolated at the rows.  The memory of a network starts
     from the measured rows before; without any, as if the first had lasted.  With `smooth_start` each initial state is
     estimated from the last `smooth_start` seconds (`smoothed_starts`).  With `begin`, a time [s] and the state there,
-    shape (6,), the rows before that time are left out and the first prediction starts in that state.
+    shape (6,), the rows before that time are left out and the first prediction starts in that state, or as any other
+    where it is None.  What the compass of a trial that a fit found to err is off by at a start is read off the seconds
+    before (`starts.swung`), and the prediction is as that compass reads.
 
     Raises:
         DataError: a channel is missing, no row is complete, or there are fewer rows than a network looks back on.
@@ -198,6 +204,7 @@ class Prepared:
         begun: initial states, shape (lanes, states).
         lanes: controls and environment per row, shape (lanes, steps, controls + 8).
         memory: of the model at each start.
+        off: what the heading reads too little from each start on [rad], shape (lanes,).
         dt, each, steps: time from row to row [s], steps of the integrator between them, rows of the longest run.
     """
 
@@ -209,6 +216,7 @@ class Prepared:
     begun: Array
     lanes: Array
     memory: Array | None
+    off: Array
     dt: float
     each: int
     steps: int
@@ -243,13 +251,16 @@ class Prepared:
                 failed = next(f for f in done.failures if f.lane == lane)
                 where = f"{failed.state} = {failed.value:g} at t = {t[a] + failed.time:g} s"
                 raise SimulationError(f"{self.trial.name}: {where}; the model blows up")
-        meta = {**self.trial.meta, "source": f"predicted by {ship.name}", "restart": self.restart}
+            if off := float(self.off[lane]):  # as the compass reads, and speeds that were made by it
+                ground = (out[a:b, 3] + 1j * out[a:b, 4]) * np.exp(1j * off)
+                out[a:b, 2], out[a:b, 3], out[a:b, 4] = out[a:b, 2] - off, ground.real, ground.imag
+        meta = {**wrong_compass(self.trial, False).meta, "source": f"predicted by {ship.name}", "restart": self.restart}
         return Trial(self.trial.name, t, {name: out[:, k] for k, name in enumerate(names)}, meta=meta)
 
 
 def prepared(
     ship: Ship, trial: Trial, *, restart: float | None, method: str = "rk4", smooth_start: float | None = None,
-    begin: tuple[float, Array] | None = None,
+    begin: tuple[float, Array | None] | None = None,
 ) -> Prepared:  # fmt: skip
     """The runs of a trial before they are sailed; arguments and errors as of `replay`."""
     measured, good = started(trial)
@@ -271,13 +282,31 @@ def prepared(
     steps = round(max(spans) / dt) + 1
     lanes = acting.steps(t, starts, dt, steps)
     first = state[starts] if smooth_start is None else smoothed_starts(t, state, starts, smooth_start)
-    if begin is not None:
-        first[0] = begin[1]
+    own = None if begin is None else begin[1]
+    if own is not None:
+        first[0] = own
+    off = np.zeros(len(starts))
+    if of_a_wrong_compass(trial) and not isinstance(ship.model, Stepped):
+        _swing(ship, trial, t[list(starts)], first, off, range(0 if own is None else 1, len(starts)))
     begun = np.hstack([first, hidden[starts]])
     if remembered is None:
         remembered = open_loop_memory(ship, begun, lanes[:, 0, : len(ship.model.controls)])
     each = substeps(ship, dt, method)
-    return Prepared(trial, restart, t, state, starts, begun, lanes, remembered, dt, each, steps)
+    return Prepared(trial, restart, t, state, starts, begun, lanes, remembered, off, dt, each, steps)
+
+
+def _swing(ship: Ship, trial: Trial, at: Array, first: Array, off: Array, lanes: range) -> None:
+    """Set the states of some starts, and what their headings read too little, by the seconds before them.
+
+    Args:
+        at: time of each start [s].
+        first, off: of each start; changed.
+    """
+    right = wrong_compass(trial, False)
+    for k in lanes:
+        past = before(ship, right, float(at[k]))
+        if len(past) >= _SAILED and not too_little(past) and started(past)[1].sum() >= _SAILED:
+            first[k], off[k] = swung(ship, first[k], float(replay(ship, past)["v_m"][-1]))
 
 
 def _step(ship: Ship, t: Array, trial: Trial) -> float:
@@ -331,72 +360,6 @@ def _starts(t: Array, good: NDArray[np.bool_], restart: float | None, dt: float)
         if row not in found and row < t.size - 1:
             found.append(row)
     return found
-
-
-# A parabola: over some seconds a ship has a speed and an acceleration, and noise averages over the three.
-_ORDER = 2
-# Fewest rows of a fit, a few more than its coefficients.
-_FEWEST = 2 * (_ORDER + 1)
-
-
-def smoothed_starts(t: Array, state: Array, rows: Sequence[int], span: float, order: int = _ORDER) -> Array:
-    """States at `rows`, each from the readings of the last `span` seconds, shape (rows, 6).
-
-    Args:
-        t: times [s], shape (samples,).
-        state: x, y, psi, u, v_m, r, psi unwrapped, shape (samples, 6); NaN is a gap.
-        rows: where predictions start.
-        span: length of the interval before each start [s].
-        order: degree of the polynomials in time.
-
-    Returns:
-        The reading itself where fewer than six complete rows lie within the interval, as at the first row.
-
-    Raises:
-        DataError: `span` is not above zero.
-    """
-    if not span > 0:
-        raise DataError(f"smooth_start is {span:g} s; it must be above zero")
-    good = np.asarray(np.isfinite(state).all(axis=1))
-    found = state[list(rows)].copy()
-    for k, row in enumerate(rows):
-        past = np.flatnonzero(good[: row + 1] & (t[: row + 1] > t[row] - span * (1.0 + 1e-9)))
-        if past.size >= _FEWEST and past[-1] == row:
-            found[k] = _read_off(t, state, past, order)
-    return found
-
-
-def _read_off(t: Array, state: Array, past: NDArray[np.intp], order: int) -> Array:
-    tau, rows = t[past] - t[past[-1]], state[past]
-    psi, r = _end(tau, rows[:, 2], rows[:, 5], order)
-    north, east = to_earth(rows[:, 3], rows[:, 4], np.cos(rows[:, 2]), np.sin(rows[:, 2]))
-    x, dx = _end(tau, rows[:, 0], np.asarray(north), order)
-    y, dy = _end(tau, rows[:, 1], np.asarray(east), order)
-    u, v_m = to_body(dx, dy, np.cos(psi), np.sin(psi))
-    return np.array([x, y, psi, u, v_m, r])
-
-
-def _end(tau: Array, place: Array, rate: Array, order: int) -> tuple[float, float]:
-    """Value and slope at tau = 0 of the polynomial that fits places and rates best.
-
-    Both are weighted by their scatter about a polynomial of their own.
-    """
-    powers = np.arange(order + 1)
-    value = tau[:, None] ** powers
-    slope = np.where(powers > 0, powers * tau[:, None] ** np.maximum(powers - 1, 0), 0.0)
-    a, b = _scatter(value, place), _scatter(slope[:, 1:], rate)
-    both = np.vstack([value / a, slope / b])
-    fitted, *_ = np.linalg.lstsq(both, np.concatenate([place / a, rate / b]), rcond=None)
-    return float(fitted[0]), float(fitted[1])
-
-
-def _scatter(columns: Array, readings: Array) -> float:
-    """Standard deviation of readings about their own polynomial; above zero, as it is a divisor."""
-    fitted, *_ = np.linalg.lstsq(columns, readings, rcond=None)
-    left = readings - columns @ fitted
-    freedom = max(readings.size - columns.shape[1], 1)
-    size = float(np.max(np.abs(readings), initial=0.0))
-    return max(float(np.sqrt(left @ left / freedom)), 1e-9 * size, 1e-12)
 
 
 _TRUE, _APPARENT = ("U_T", "gamma_T"), ("U_A", "gamma_A")

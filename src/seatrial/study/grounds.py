@@ -108,12 +108,14 @@ class Grounds:
         trials: of the study.
         kinds, covered: of manoeuvre and of each channel, of the trials of the fit.
         tested: motion and controls that they had together.
+        made: velocities that did not count beside the track and the heading that they were made of.
     """
 
     trials: tuple[Used, ...] = ()
     kinds: tuple[str, ...] = ()
     covered: Ranges = field(default_factory=dict[str, tuple[float, float]])
     tested: tuple[Plane, ...] = ()
+    made: tuple[str, ...] = ()
 
     def beyond(self, run: Trial, controls: Sequence[str]) -> tuple[Beyond, ...]:
         """Where a run leaves the trials of the fit: channels by themselves, then pairs not tested together."""

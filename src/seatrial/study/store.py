@@ -23,6 +23,7 @@ from ..core.records import Limits, from_json, json_of, read_json, to_archive, to
 from ..core.records import digest as digest_of
 from ..core.version import __version__
 from ..data import Array, DataError, Trial
+from ..data.prepare.made import uncounted
 from ..identify import Fit, Loss, Problem, StudyError, Verdict
 from ..identify.diagnosis.findings import Diagnosis
 from ..models import STATES
@@ -191,7 +192,8 @@ def save_fit(
         study, fit.digest, fit.status, fit.objective, fit.seconds, fit.evaluations, _parameters(fit), fit.covariance,
         fit.verdicts, fit.diagnosis.numbers() if fit.diagnosis else None, fit.nuisances,
         {key: value for key, value in provenance.items() if key not in ("sigma", "began")}, text, scale, __version__,
-        file, grounds(problem.trials, problem.validation, test, fit.ship.model.controls),
+        file, replace(grounds(problem.trials, problem.validation, test, fit.ship.model.controls),
+                      made=uncounted(problem.loss.sigma)),
     ))  # fmt: skip
     return model
 

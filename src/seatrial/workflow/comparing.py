@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -21,6 +22,7 @@ from .asked import Predicting
 from .request import positive, vector
 
 if TYPE_CHECKING:
+    from ..belief.corrected import Errors
     from ..belief.fit_first import Beginning
     from ..choosing.purposes import Purpose
     from ..simulate.carried import Carrier
@@ -40,11 +42,13 @@ class Judged:
         trials: corrected, in the current.
         begun: how those begin that were fitted first, by name.
         changes: what was done to them, one line each.
+        read: how the instruments of each log a motion, by name: the inverse of what was done to its readings.
     """
 
     trials: tuple[Trial, ...]
     begun: Mapping[str, Beginning]
     changes: tuple[str, ...]
+    read: Mapping[str, Callable[[Trial], Trial]]
 
 
 class Carries(Protocol):
@@ -136,8 +140,9 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], how: Predicting, sin
     """The trials as they are predicted, with a note on each change.
 
     Those that the model was fitted to are corrected by all that the fit estimated of them: the errors of instruments
-    that they share, and their own currents and biases.  On other trials nothing of it is assumed, unless the errors of
-    instruments are asked for.  With `how.fit_first` currents and biases are estimated anew on every trial.
+    that they share, a current, and their own currents and biases.  Other trials of the same source have the same
+    instruments, and so the same errors of these; on those of another source nothing is assumed, unless it is asked
+    for.  With `how.fit_first` currents and biases are estimated anew on every trial.
 
     Args:
         model: as the user named the ship.
@@ -151,7 +156,7 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], how: Predicting, sin
     if how.fit_first is not None and isinstance(ship.model, Sampled):
         raise RequestError(f"--fit-first: {ship.name} is a model in discrete time, which has no sensitivities to "
                            "fit with; leave the option out")  # fmt: skip
-    right, changes = _corrected(ship, model, trials, how)
+    right, changes, errors, made = _corrected(ship, model, trials, how)
     begun: dict[str, Beginning] = {}
     if how.current is not None:
         north, east = speed * np.cos(towards), speed * np.sin(towards)
@@ -170,14 +175,22 @@ def judged(ship: Ship, model: str, trials: Sequence[Trial], how: Predicting, sin
         right = [begun[t.name].trial for t in right]
     for one in changes:
         sink.note(f"note: {one}")
-    return Judged(tuple(right), begun, tuple(changes))
+    from ..belief.corrected import as_logged, summed
+
+    every = {name: summed(own, begun[name].found if name in begun else {}) for name, own in errors.items()}
+    read = {name: partial(as_logged, errors=own, model=ship.model, made=made) for name, own in every.items()}
+    return Judged(tuple(right), begun, tuple(changes), read)
 
 
 def _corrected(
     ship: Ship, model: str, trials: Sequence[Trial], how: Predicting
-) -> tuple[list[Trial], list[str]]:  # fmt: skip
-    """The trials without the errors that a fit estimated, and a line on each that was corrected or was not."""
-    from ..belief.corrected import corrected, of_trial, shared_by_all, summed, words
+) -> tuple[list[Trial], list[str], Mapping[str, Errors], Collection[str]]:  # fmt: skip
+    """The trials without the errors that a fit estimated, and a line on each that was corrected or was not.
+
+    Returns:
+        The trials, the lines, these errors by trial, and the velocities that the logger made.
+    """
+    from ..belief.corrected import as_true, of_trial, shared_by_all, summed, words
     from ..study.store import summary_beside
 
     said = summary_beside(model)
@@ -193,25 +206,28 @@ def _corrected(
     shared = {name: size for name, size in every.items() if not (anew and name.startswith("current."))}
     names = {*provenance(ship).get("trained_on", ()), *found}
     names |= {one.name for one in said.grounds.trials} if said else set()
+    sources = {one.source for one in said.grounds.trials} if said else set()
+    made = other.grounds.made if other else ()
+    ours = [trial.name for trial in trials if trial.name in names or how.instruments]
+    alike = [trial.name for trial in trials if trial.name not in ours and str(trial.meta.get("source", "")) in sources]
+    lasting = {name: size for name, size in shared.items() if not name.startswith("current.")}
+    theirs = {**dict.fromkeys(ours, shared), **dict.fromkeys(alike, lasting)}
     own = found if how.fit_first is None else {}
-    out: list[Trial] = []
-    lines: list[str] = []
-    for trial in trials:
-        mine = {name: size for name, size in of_trial(trial.name, own, ()).items()
-                if not (how.current and name.startswith("current."))}  # fmt: skip
-        if any(mine.values()):
-            lines.append(f"{trial.name}: {words(mine, ship.model, trial)}, taken as the fit estimated")
-        errors = shared if trial.name in names or how.instruments else {}
-        out.append(corrected(trial, summed(errors, mine), ship.model))
-    right = [trial.name for trial in trials if trial.name in names or how.instruments]
-    others = [trial.name for trial in trials if trial.name not in right]
-    if right and shared:
-        lines.append(f"{_named(right)}: corrected by {words(shared, ship.model, trials[0])}, as the fit of {fit} "
-                     "estimated")  # fmt: skip
-    if others and shared:
-        lines.append(f"{_named(others)}: not of this study, so not corrected by what its fit found "
-                     f"({words(shared, ship.model, trials[0])}); --instruments {fit} does it")  # fmt: skip
-    return out, lines
+    mine = {trial.name: {name: size for name, size in of_trial(trial.name, own, ()).items()
+                         if not (how.current and name.startswith("current."))} for trial in trials}  # fmt: skip
+    lines = [f"{trial.name}: {words(mine[trial.name], ship.model, trial)}, taken as the fit estimated"
+             for trial in trials if any(mine[trial.name].values())]  # fmt: skip
+    right = [as_true(trial, theirs.get(trial.name, {}), ship.model, own=mine[trial.name], made=made)
+             for trial in trials]  # fmt: skip
+    errors = {name: summed(theirs.get(name, {}), one) for name, one in mine.items()}
+    others = [trial.name for trial in trials if trial.name not in theirs]
+    told = {f"corrected by {{}}, as the fit of {fit} estimated": (ours, shared),
+            f"of the source of the trials of {fit}, so corrected by {{}}, as its fit estimated": (alike, lasting),
+            "not of this study, nor of the source of its trials, so not corrected by what its fit found ({}); "
+            f"--instruments {fit} does it": (others, shared)}  # fmt: skip
+    lines += [f"{_named(some)}: {text.format(words(of, ship.model, trials[0]))}"
+              for text, (some, of) in told.items() if some and of]  # fmt: skip
+    return right, lines, errors, made
 
 
 def _named(names: Sequence[str]) -> str:

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, runtime_checkable
 
-from ..belief.corrected import corrected, of_trial, shared_by_all, words
+from ..belief.corrected import as_true, of_trial, shared_by_all, words
 from ..belief.foresight import foreseen
 from ..core.executors import Pool
 from ..core.files import plain
 from ..core.version import __version__
 from ..data import Trial
+from ..data.prepare.made import uncounted
 from ..identify import Estimator, Fit
 from ..identify.posterior.verdicts import within
 from ..report.answer import answered
@@ -237,8 +239,9 @@ def _compared(study: Study, fit: Fit, fitted: Ship, provenance: Mapping[str, str
 
     problem, trials = study.problem, study.judged_on
     ahead, missing = foreseen(study, fit.ship)
-    names, model = {trial.name for trial in (*problem.trials, *trials)}, problem.ship.model
-    right = [corrected(trial, of_trial(trial.name, fit.nuisances, names), model) for trial in trials]
+    model = problem.ship.model
+    own, made_up = partial(of_trial, found=fit.nuisances, studied=()), uncounted(problem.loss.sigma)
+    right = [as_true(trial, shared_by_all(fit.nuisances), model, own=own(trial.name), made=made_up) for trial in trials]
     comparisons, failed = compared(fitted, right, study.restart, scales(trials, study.sigma), problem.ship)
     changes = _changes(fit, trials)
     for told in (*(f"error: {one}" for one in failed), *(f"note: {one}" for one in changes)):

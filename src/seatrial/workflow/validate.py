@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
+from dataclasses import replace as having
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +25,7 @@ from ..report.report import Report, worse_words
 from ..ships import Ship, ShipError
 from ..ships.felt import feels
 from ..ships.files import load
+from ..simulate.carried import Carrier
 from ..simulate.replay import gap_words, no_wind, predicted, replay, unread, wind_words
 from ..simulate.steering import filled_words
 from ..validate.metrics import scale_words
@@ -230,7 +232,7 @@ def predict(
     model: str, paths: Sequence[Path], out: Path, *, how: Predicting = Predicting(), bands: Bands = Bands(),
     sink: Sink = SILENT,
 ) -> Outcome[tuple[Trial, ...]]:  # fmt: skip
-    """Predict trials on their own rows, and write the predictions as trial files to `out`; other arguments as above.
+    """Predict trials on their own rows, as their instruments would log them, and write trial files to `out`.
 
     Bands go to the folder `bands` below it, a file of lower and upper edges a trial.
 
@@ -249,17 +251,10 @@ def predict(
     asked = judged(ship, model, trials, how, sink)
     carrier = carrier_of(ship, how)
     for trial in asked.trials:
-        first = asked.begun.get(trial.name)
-        begin = None if first is None else (first.t, first.state)
         try:
-            if banding is not None:
-                one, made = banding.predicted(trial, how.restart, sink.note, first)
-                fans.append(made)
-            elif carrier is not None:
-                one = carrier.replay(trial, restart=how.restart, smooth_start=how.smooth_start)
-            else:
-                one = replay(ship, trial, restart=how.restart, smooth_start=how.smooth_start, begin=begin)
-            predictions.append(one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state"))
+            one, made = _predicted(ship, asked, trial, how, banding or carrier, sink)
+            predictions.append(one)
+            fans += [] if made is None else [made]
         except SimulationError as error:  # the other trials are predicted all the same
             failed.append(str(error))
     _note_untested(model, ship, asked.trials, predictions, sink)
@@ -273,6 +268,23 @@ def predict(
     document = {"model": ship.name, "restart": how.restart, **({} if how.history is None else {"history": how.history}),
                 "written": list(written), **begun, **spread_numbers(spread)}
     return Outcome(tuple(predictions), fields(document, joined(map(line, written))), tuple(failed))
+
+
+def _predicted(
+    ship: Ship, asked: Judged, trial: Trial, how: Predicting, by: Banding | Carrier | None, sink: Sink
+) -> tuple[Trial, Fan | None]:  # fmt: skip
+    """A trial predicted, as its instruments log it, and its bands, where what makes them is given."""
+    first, made = asked.begun.get(trial.name), None
+    if by is None:
+        begin = None if first is None else (first.t, first.state)
+        one = replay(ship, trial, restart=how.restart, smooth_start=how.smooth_start, begin=begin)
+    elif isinstance(by, Carrier):
+        one = by.replay(trial, restart=how.restart, smooth_start=how.smooth_start)
+    else:
+        one, made = by.predicted(trial, how.restart, sink.note, first)
+    one = asked.read[trial.name](one)
+    one = one if first is None else one.noting(f"begins at {first.t:g} s in an estimated state")
+    return one, None if made is None else having(made, predicted=one)
 
 
 def _note_untested(

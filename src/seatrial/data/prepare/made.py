@@ -13,7 +13,7 @@ least that noise through the filter.  A difference well below it shows that the 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -87,6 +87,11 @@ def marked(trial: Trial, made: Mapping[str, str]) -> Trial:
 def measured(trial: Trial, name: str) -> bool:
     """Whether a channel has a value in some row, and is not made from others."""
     return name in trial and name not in derived(trial) and bool(np.isfinite(trial[name]).any())
+
+
+def uncounted(compared: Collection[str]) -> tuple[str, ...]:
+    """Channels that do not count in a fit beside those they can be made of; none where the fit names none."""
+    return tuple(name for name in SOURCES if name not in compared) if {"x", "y", "psi"} <= set(compared) else ()
 
 
 def unsaid(whole: Trial) -> Iterator[Made]:

@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...belief.corrected import Errors, as_logged, corrected, shared_by_all
+from ...belief.corrected import Errors, as_logged, as_true, shared_by_all
 from ...core.files import write_whole
 from ...core.records import to_json
 from ...data import DataError, Trial
-from ...data.prepare.made import SOURCES, marked
+from ...data.prepare.made import uncounted
 from ...data.trialfile import read_trials, write_trials
 from ...engine import SimulationError
 from ...identify import FitError, StudyError
@@ -31,7 +31,6 @@ from ...report.blocks import Body, bullets, fields, table
 from ...ships import Ship, ShipError
 from ...ships.files import load
 from ...simulate.begun import begun
-from ...simulate.carried import swung
 from ...simulate.replay import replay
 from ...study.data import DATA
 from ...study.study import Study, read_study
@@ -48,8 +47,6 @@ BASELINE = "constant velocity"
 FIRST = "new:"
 """Before the name of a ship: the study that `study new` writes for it and the training trials."""
 RESULT = "seatrial-yardstick-result/1"
-
-_COMPASS = ("bias.psi", "deviation.north", "deviation.east")
 
 Answers = Sequence[Trial | None]
 Method = Callable[[Task, Sequence[Trial]], Answers]
@@ -196,38 +193,28 @@ def _by_ship(ship: Ship, asked: Sequence[Trial]) -> Answers:
 def _by_fit(ship: Ship, errors: Errors, made: Collection[str], asked: Sequence[Trial]) -> Answers:
     """Predictions of a ship whose instruments have errors, as these instruments read them.
 
-    Where the compass is among them, what it is off by at a start is read off the sway before that (`swung`).
-
     Args:
         made: velocities that the logger made of track and heading.
     """
-    turned = any(errors.get(name) for name in _COMPASS)
     answers: list[Trial | None] = []
     for one in asked:
-        told = marked(one, {name: ", ".join(SOURCES[name]) for name in made if name in one})
-        right = corrected(told, errors, ship.model)
-        filled, state = _begun(right)
-        off = 0.0
+        filled, _ = _begun(as_true(one, errors, ship.model, made=made))
         try:
-            if turned:
-                state, off = swung(ship, filled.rows(filled.t <= 0.0), state)
-            answer = replay(ship, filled, begin=(0.0, state))
+            answer = replay(ship, filled, begin=(0.0, None))
         except SimulationError:
             answers.append(None)
             continue
-        here = {**errors, "bias.psi": errors.get("bias.psi", 0.0) - off} if turned else errors
-        answers.append(as_logged(answer, here, ship.model, made) if here else answer)
+        answers.append(as_logged(answer, errors, ship.model, made) if errors else answer)
     return answers
 
 
-def _fitted(study: Study) -> tuple[Ship, Errors, frozenset[str]]:
+def _fitted(study: Study) -> tuple[Ship, Errors, Collection[str]]:
     """The ship of a fit, the errors that all trials share, and velocities that did not count beside the track."""
-    fit, counted = study.estimator.fit(study.problem), study.problem.loss.sigma
-    made = frozenset(SOURCES) - set(counted) if {"x", "y", "psi"} <= set(counted) else frozenset[str]()
-    return fit.ship, shared_by_all(fit.nuisances), made
+    fit = study.estimator.fit(study.problem)
+    return fit.ship, shared_by_all(fit.nuisances), uncounted(study.problem.loss.sigma)
 
 
-def _fitted_first(ship: str, task: Task) -> tuple[Ship, Errors, frozenset[str]]:
+def _fitted_first(ship: str, task: Task) -> tuple[Ship, Errors, Collection[str]]:
     """Fitted by the study that `study new` writes, some of the training trials held out as it does."""
     with tempfile.TemporaryDirectory(prefix="yardstick-") as where:
         folder = Path(where) / "train"
