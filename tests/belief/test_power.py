@@ -10,7 +10,7 @@ from seatrial.belief.posterior import Posterior
 from seatrial.belief.power import Power, directions
 from seatrial.belief.weighing import power
 from seatrial.core.errors import RequestError
-from seatrial.core.parameters import Free, near
+from seatrial.core.parameters import Free, near, read
 from seatrial.core.records import from_json
 from seatrial.data import Trial
 from seatrial.identify import Loss, StudyError
@@ -45,11 +45,11 @@ def drawn(factor, left=1.0, trials=SURE, count=60_000):
     return MEAN + (wide * rng.standard_normal((count, 3))) @ across.T
 
 
-def judged(told):
+def judged(told, by=ESTIMATOR):
     """Power of a fit by each trial left out in turn."""
-    fit = ESTIMATOR.fit(told)
+    fit = by.fit(told)
     held = Posterior(fit.ship, fit.free, fit.values, fit.covariance)
-    return fit, power(fit, told, ESTIMATOR, [*left_out(ESTIMATOR, told, fit, held, out=[[one] for one in told.trials])])
+    return fit, power(fit, told, by, [*left_out(by, told, fit, held, out=[[one] for one in told.trials])])
 
 
 def test_a_likelihood_that_counts_in_full_leaves_the_posterior_as_it_is():
@@ -107,6 +107,17 @@ def test_trials_of_two_ships_do_not_make_one_that_is_known_well():
     assert (wide > 2.0 * sure).any()
     assert (sure <= fit.sigma).all()
     assert (wide <= 1.01 * np.array([f.sigma for f in fit.free]) * np.sqrt(max(found.left, 1.0))).all()
+
+
+@pytest.mark.slow
+def test_windows_that_overlap_count_for_less_and_leave_the_same_widths():
+    """They count each sample four times, so that T is some four times as great, and draws are as wide."""
+    other = SHIP.having({"hull.N_r": 1.05 * float(read(SHIP.model, "hull.N_r"))})
+    told, plain = turns([SHIP, other]), replace(ESTIMATOR, window=100.0)
+    (fit, once), (again, often) = (judged(told, by) for by in (plain, replace(plain, stride=25.0)))
+    assert 2.0 * once.factor < often.factor < 8.0 * once.factor
+    wide = [np.sqrt(np.diag(one.covariance(of.free, of.covariance))) for one, of in ((once, fit), (often, again))]
+    assert wide[1] == pytest.approx(wide[0], rel=0.25)
 
 
 @pytest.mark.slow

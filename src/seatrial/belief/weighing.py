@@ -38,6 +38,8 @@ def power(fit: Fit, problem: Problem, settings: Any, parts: Sequence[LeftOut]) -
     """
     if len(problem.trials) < LEAST:
         raise StudyError(f"{len(problem.trials)} trials are too few to leave each out in turn; fit {LEAST} or more")
+    # Windows that overlap count samples twice, in the covariance that T is of as well; what is missed is counted once.
+    settings = replace(settings, stride=None) if getattr(settings, "stride", None) is not None else settings
     # Scales that are estimated from the trials stay those of all of them.
     whole = replace(problem, loss=replace(problem.loss, sigma=scales(problem)))
     density_of(fit, whole, settings)  # refuses what has no likelihood to count less
