@@ -392,7 +392,10 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     bad = {"x": channel(size=9.0)}
     assert diagnose._widened(linear, A, trial, Diagnosis({"x": channel()}), vector) == (A, 0.0)
     wide, form = diagnose._widened(linear, A, trial, Diagnosis(bad), vector)
-    assert form == 0.0, "two trials do not tell a form"
+    assert form == 0.0, "two trials of a right form"
+    alone, none = diagnose._widened(world.linear(np.zeros(TRIALS, int)), A, np.zeros(TRIALS, int), Diagnosis(bad), vector)
+    assert none == 0.0
+    assert np.trace(alone / A) < 2.0 * np.trace(np.ones((3, 3))), "one trial has no scatter of trials"
     windows, trials = (linear.by_groups(group)[0] for group in (np.arange(TRIALS), trial))
     for way in np.random.default_rng(1).standard_normal((50, 3)) / np.sqrt(np.diag(world.A)):
         variance = [float(way @ C @ way) for C in (wide, A, windows, trials)]
@@ -415,22 +418,26 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     assert np.linalg.eigvalsh(np.eye(3) - less / np.outer(reach, reach))[0] > -1e-9
 
 
-@pytest.mark.parametrize("noise", [1.0, 4.0])
-def test_few_trials_widen_all_that_data_fix_by_students_t_and_by_what_trials_scatter_together(noise: float) -> None:
-    """Of a form that fits none of five trials by as much again, the share is told; residuals of noise alone have none.
+@pytest.mark.parametrize(("noise", "each"), [(1.0, np.arange(TRIALS)), (4.0, np.arange(TRIALS)),
+                                             (4.0, np.array([0, 1, 0, 1, 0]))])  # fmt: skip
+def test_few_trials_widen_all_that_data_fix_by_students_t_and_by_what_trials_scatter_together(
+    noise: float, each: Array
+) -> None:
+    """Of a form that fits none of the trials by as much again, the share is told; residuals of noise alone have none.
 
     Args:
         noise: variance of the residuals, which the covariance counts.
+        each: trial of each window.
     """
-    few = (stats.t.ppf(0.975, TRIALS) / stats.norm.ppf(0.975)) ** 2
-    vector, each = Vector(tuple(Free(path, 0.0) for path in PATHS)), np.arange(TRIALS)
+    few = (stats.t.ppf(0.975, len(set(each))) / stats.norm.ppf(0.975)) ** 2
+    vector = Vector(tuple(Free(path, 0.0) for path in PATHS))
     bad = Diagnosis({"x": channel(size=9.0)})
-    for apart in (0.0, 6.0):
+    for apart in (0.0, 9.0):
         world = World(31, prior=5.0)
         world.y = world.J @ [1.0, 0.1, -5.0] + np.sqrt(noise) * np.random.default_rng(4).normal(size=world.y.shape)
         # every second trial asks for other numbers, by so many sigma of what one trial knows of each
         world.y += apart * np.sqrt(noise / ROWS) * world.J @ (1.0 / world.J.std(axis=(0, 1))) * (-1.0) ** each[:, None]
-        linear, data = world.linear(), world.A - world.prior
+        linear, data = world.linear(each), world.A - world.prior
         back = np.linalg.inv(world.A)
         covariance = back @ (noise * data + world.prior) @ back
         wide, form = diagnose._widened(linear, covariance, each, bad, vector)

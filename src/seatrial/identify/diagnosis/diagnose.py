@@ -49,8 +49,8 @@ _LISTED = 5
 _ITSELF = 1.0
 # Residuals are alike up to the first lag of no more than this correlation.
 _LASTS = 0.05
-# Scores of so many trials tell by how much they scatter; their ranges are those of Student's t at this level.
-_FEWEST, _LEVEL = 3, 0.95
+# Ranges by the scatter of trials are those of Student's t at this level.
+_LEVEL = 0.95
 # Rows beyond which a part of the trials is tested, at least so many of them.
 _ROWS, _LEAST = 20_000, 8
 
@@ -416,7 +416,7 @@ def _widened(
         if (groups := len(np.unique(group))) > 1:
             scatter, times = linear.by_groups(group)
             wide = information.larger(wide, scatter)
-            if group is trial and groups >= _FEWEST:
+            if group is trial:
                 data = linear.gram()[:, : len(linear.A)]
                 noise = float(np.sum(covariance * data) / np.sum(information.inverse(linear.A) * data))
                 few = float(stdtrit(groups, 0.5 + 0.5 * _LEVEL) / ndtri(0.5 + 0.5 * _LEVEL)) ** 2
