@@ -393,9 +393,10 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     assert diagnose._widened(linear, A, trial, Diagnosis({"x": channel()}), vector) == (A, 0.0)
     wide, form = diagnose._widened(linear, A, trial, Diagnosis(bad), vector)
     assert form == 0.0, "two trials of a right form"
-    alone, none = diagnose._widened(world.linear(np.zeros(TRIALS, int)), A, np.zeros(TRIALS, int), Diagnosis(bad), vector)
+    one = np.zeros(TRIALS, dtype=int)
+    alone, none = diagnose._widened(world.linear(one), A, one, Diagnosis(bad), vector)
     assert none == 0.0
-    assert np.trace(alone / A) < 2.0 * np.trace(np.ones((3, 3))), "one trial has no scatter of trials"
+    assert np.sum(np.diag(alone) / np.diag(A)) < 6.0, "one trial has no scatter of trials"
     windows, trials = (linear.by_groups(group)[0] for group in (np.arange(TRIALS), trial))
     for way in np.random.default_rng(1).standard_normal((50, 3)) / np.sqrt(np.diag(world.A)):
         variance = [float(way @ C @ way) for C in (wide, A, windows, trials)]
