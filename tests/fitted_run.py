@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from seatrial.core.parameters import Free, read
 from seatrial.data import Array, Trial
 from seatrial.identify import Fit, Problem, Verdict
 from seatrial.identify.diagnosis.findings import Diagnosis
+from seatrial.identify.nuisance import EVERY
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships import Ship
@@ -50,12 +51,14 @@ def covariance(share: float) -> Array:
 def saved(
     folder: Path, trials: Sequence[Trial], *, share: float = 0.01, off: float = 0.0, test: Sequence[Trial] = (),
     file: str = "", text: str = "", form: float = 0.0,
+    errors: Mapping[str, float] | None = None,
 ) -> Path:  # fmt: skip
     """model.toml of a fit whose parameters are off by a share of their values.
 
     Args:
         share: relative deviation of the posterior.
         off: error of the estimate, as a share of the value.
+        errors: of instruments that all trials share, as the fit has found them.
         form: share of the variance that is of the form, as a diagnosis has it; none is made for zero.
     """
     ship = truth()
@@ -69,5 +72,6 @@ def saved(
         ship.having(dict(zip(PATHS, value.tolist(), strict=True))), free, value, np.sqrt(np.diag(C)), C, np.ones(3), (),
         tuple(Verdict(path, "identified", "fine") for path in PATHS), np.array([[0, 2.0, np.nan, 0.1]]), 2.0, 0.1, 1,
         "done", "digest-of-this-fit", diagnosis=Diagnosis(form=form) if form else None,
+        nuisances={} if errors is None else {EVERY: errors},
     )  # fmt: skip
     return save_fit(fit, folder, Problem(ship, tuple(trials), free), study="s", test=test, file=file, text=text)

@@ -67,6 +67,21 @@ def test_a_posterior_comes_back_with_its_ranges(tmp_path: Path) -> None:
     assert np.array_equal(drawn, held.draws(4000, 1))
 
 
+def test_ranges_are_of_the_rudder_that_acted_and_not_of_its_offset(tmp_path: Path) -> None:
+    """A rudder that reads 2.5 deg too much has turned the ship at 17.5 deg where it read 20; digests are of the log."""
+    log = trial(20)
+    plain = posterior(saved(tmp_path / "plain", [log])).grounds
+    errors = {"offset.delta": 2.5 * DEGREE, "bias.r": 1e-3, "bias.psi": 0.1, "scale.u": 0.5}
+    found = posterior(saved(tmp_path / "off", [log], errors=errors)).grounds
+    assert found.covered["delta"][1] == pytest.approx(plain.covered["delta"][1] - 2.5 * DEGREE)
+    assert found.covered["r"] == pytest.approx([end - 1e-3 for end in plain.covered["r"]])
+    assert found.covered["u"] == plain.covered["u"]
+    assert found.trials == plain.trials
+    assert found.kinds == plain.kinds
+    [had], [has] = ([one for one in some.tested if (one.x, one.y) == ("u", "delta")] for some in (plain, found))
+    assert max(y for _, y in has.corners) == pytest.approx(max(y for _, y in had.corners) - 2.5 * DEGREE)
+
+
 def test_what_the_form_lacks_comes_back_with_a_posterior(tmp_path: Path) -> None:
     assert posterior(saved(tmp_path / "a", [trial(20)], form=0.4)).form == 0.4
     assert posterior(saved(tmp_path / "b", [trial(20)])).form == 0.0

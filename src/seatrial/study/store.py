@@ -26,10 +26,11 @@ from ..data import Array, DataError, Trial
 from ..data.prepare.made import uncounted
 from ..identify import Fit, Loss, Problem, StudyError, Verdict
 from ..identify.diagnosis.findings import Diagnosis
+from ..identify.nuisance import EVERY
 from ..models import STATES
 from ..ships import Entry, Ship
 from ..ships.writing import save
-from .grounds import Grounds, grounds
+from .grounds import Grounds, grounds, of_trials
 
 MODEL, SUMMARY, ARRAYS, HISTORY, RUN = "model.toml", "fit.json", "fit.npz", "history.csv", "run.json"
 SCHEMA, ARRAYS_SCHEMA, SEAL = "seatrial-fit/1", "seatrial-arrays/1", "seal"
@@ -192,10 +193,23 @@ def save_fit(
         study, fit.digest, fit.status, fit.objective, fit.seconds, fit.evaluations, _parameters(fit), fit.covariance,
         fit.verdicts, fit.diagnosis.numbers() if fit.diagnosis else None, fit.nuisances,
         {key: value for key, value in provenance.items() if key not in ("sigma", "began")}, text, scale, __version__,
-        file, replace(grounds(problem.trials, problem.validation, test, fit.ship.model.controls),
-                      made=uncounted(problem.loss.sigma)),
+        file, _stood_on(fit, problem, test),
     ))  # fmt: skip
     return model
+
+
+def _stood_on(fit: Fit, problem: Problem, test: Sequence[Trial]) -> Grounds:
+    """Grounds of a fit, whose ranges are those of the ship and not of a rudder that reads 2.5 deg too much."""
+    controls = fit.ship.model.controls
+    logged = replace(grounds(problem.trials, problem.validation, test, controls), made=uncounted(problem.loss.sigma))
+    off = {name.partition(".")[2]: size for name, size in fit.nuisances.get(EVERY, {}).items()
+           if name.startswith(("offset.", "bias."))}  # fmt: skip
+    if not off:
+        return logged
+    true = [trial.having(**{name: trial[name] - size for name in (*controls, *STATES) for key, size in off.items()
+                            if name in trial and (name == key or name.startswith(f"{key}_"))})
+            for trial in problem.trials]  # fmt: skip
+    return replace(of_trials(true, controls, logged.trials, logged.kinds), made=logged.made)
 
 
 def _parameters(fit: Fit) -> dict[str, Parameter]:
