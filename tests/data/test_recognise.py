@@ -120,6 +120,17 @@ def test_sentences_are_told_by_their_form(line: str, name: str, tmp_path: Path) 
     assert importing(str(file), None, tmp_path)[0] == "nmea"
 
 
+def test_a_line_that_was_cut_off_leaves_a_log_what_it_is(tmp_path: Path) -> None:
+    """A logger without power leaves bytes of zero; a file full of them is no text."""
+    lines = b"(1778751667.1%02d) can0 09F8017F#50C3A2D2B8A9A900\n"
+    file = tmp_path / "a.log"
+    file.write_bytes(b"".join(lines % k for k in range(99)) + b"\0\x17\n" + lines % 99)
+    assert importing(str(file), None, tmp_path)[0] == "n2k"
+    file.write_bytes(b"".join(lines % k + b"\0\0" for k in range(99)))
+    with pytest.raises(RequestError):
+        importing(str(file), None, tmp_path)
+
+
 def test_sentences_in_a_folder_are_logs_whatever_their_files_are_called(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text(SPOKEN)
     (tmp_path / "b.log").write_text(SPOKEN)

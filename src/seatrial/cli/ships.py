@@ -129,7 +129,8 @@ def estimate(
     made = run(particulars, out, note, shallow=shallow, GM=GM)
     said = {item.path: _document(item, made.ship.entries[item.path].source) for item in made.numbers}
     answer(fields({"ship": made.ship.name, "file": out, "cautions": made.cautions, "numbers": said},
-                  table(HEAD, map(_row, made.numbers), words=(2, 3))), json)  # fmt: skip
+                  table(HEAD, (_row(one) for one in made.numbers if one.formula != "given"), words=(2, 3))),
+           json)  # fmt: skip
 
 
 def captive(

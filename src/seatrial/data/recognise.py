@@ -14,8 +14,8 @@ from .n2k.layouts import frame_of
 from .n2k.recorder import recorded
 
 _LOOKED, _LINES = 1 << 16, 200
-_MOST = 0.5
-"""Share of the first lines that have the form."""
+_MOST, _DAMAGE = 0.5, 1e-3
+"""Share of the first lines that have the form, and of bytes of zero that a line which was cut off leaves in a text."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,9 @@ def recognise(path: Path) -> Known | None:
         return known
     if b"\0" in head:
         # packets of a receiver may stand behind remarks, or among sentences
-        return _UBLOX if head.count(_UBX) > _PACKETS else _RECORDER if recorded(head) else None
+        found = _UBLOX if head.count(_UBX) > _PACKETS else _RECORDER if recorded(head) else None
+        if found or head.count(b"\0") > _DAMAGE * len(head):
+            return found
     return _by_lines(head.decode("utf-8-sig", "replace"))
 
 

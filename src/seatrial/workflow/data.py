@@ -54,12 +54,15 @@ def import_logs(format: str, source: Path, out: Path, mapping: Path | None = Non
     """
     written = tuple(import_log(format, source, out, mapping))
     found = {path.stem: read_sidecar(path) for path in written}
-    for path, meta in zip(written, found.values(), strict=True):
-        if damage := _damage(meta.get("lines", {})):
-            note(f"warning: {path.stem}: {damage}; see processing in {sidecar_path(path)}")
-        for step in meta.get("processing", []):
-            if str(step).startswith("doubt: "):
-                note(f"warning: {path.stem}: {step}")
+    said: dict[str, list[str]] = {}
+    for name, meta in found.items():
+        for step in (_damage(meta.get("lines", {})), *map(str, meta.get("processing", []))):
+            if step and (step.startswith("doubt: ") or step.endswith(_LEFT)):
+                said.setdefault(step, []).append(name)
+    for step, names in said.items():
+        where = names[0] if len(names) == 1 else f"{len(names)} trials"
+        more = f"; see processing in {sidecar_path(written[0].with_stem(names[0]))}" if step.endswith(_LEFT) else ""
+        note(f"warning: {where}: {step}{more}")
     return Imported(
         written, {name: meta["lines"] for name, meta in found.items() if "lines" in meta},
         {name: meta.get("processing", []) for name, meta in found.items()},
@@ -150,7 +153,10 @@ def _damage(lines: Mapping[str, int]) -> str:
     """What is missing of a log of lines, in words; nothing where it is whole."""
     found = {"invalid": f"of {lines.get('all', 0)} lines are no valid sentence", "untimed": "sentences have no time"}
     parts = [f"{lines[kind]} {text}" for kind, text in found.items() if lines.get(kind)]
-    return " and ".join([*parts, "are left out"]) if parts else ""
+    return " and ".join([*parts, _LEFT]) if parts else ""
+
+
+_LEFT = "are left out"
 
 
 def convert(trials: Sequence[Path], to: str, out: Path) -> list[Path]:

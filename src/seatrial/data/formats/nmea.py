@@ -298,7 +298,8 @@ def controls(
         steps.append(f"revolutions of the shaft by those of the engine and its gear, {gear:g} to 1")
     elif shafts and of == "rpm_E_":
         steps.append("doubt: revolutions are those of the engine, before its gear; the shaft is taken to turn as fast; "
-                     "gear = 2.0 in a mapping says how often the engine turns for one turn of the shaft")  # fmt: skip
+                     "gear = 2.0 in a mapping (schema = \"seatrial-nmea/1\") says how often the engine turns for one "
+                     "turn of the shaft")  # fmt: skip
     elif len(numbers) < len(shafts):
         steps.append("revolutions are those of the shaft; those of the engine are left out")
     for place, number in enumerate(sorted(numbers, key=lambda k: k if k % 2 else -k), 1):

@@ -27,8 +27,8 @@ _DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)
                   r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|(?-i:s))?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
 _SPACED = re.compile(r"(\d{1,3})\s+(?=\d)")
 _ISO = re.compile(r"\d{4}-?\d\d-?\d\d[T _]\d\d:?\d\d(:?\d\d([.,]\d+)?)?\s*(Z|UTC|[+-]\d\d:?\d\d)?")
-_STAMP = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}[T ]+\d{1,2}:\d\d(:\d\d([.,]\d+)?)?.*")
-_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}|20\d{6}")
+_STAMP = re.compile(r"\d{1,4}[./-](?:\d{1,2}|[A-Z][a-z]{2})[./-]\d{1,4}[T ]+\d{1,2}:\d\d(:\d\d([.,]\d+)?)?.*")
+_DATE = re.compile(r"\d{1,4}[./-](?:\d{1,2}|[A-Z][a-z]{2})[./-]\d{1,4}|20\d{6}")
 _CLOCK = re.compile(r"\d{1,2}:\d\d(:\d\d([.,]\d+)?)?(\s*[AaPp]\.?[Mm]\.?)?")
 _FORMS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("iso", _ISO),

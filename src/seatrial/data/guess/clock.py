@@ -170,14 +170,16 @@ def _seconds(text: str, pattern: str, count: bool = False) -> float:
 def _pattern(cells: Sequence[str]) -> tuple[str, str]:
     """Pattern of stamps whose date does not begin with the year, and the doubt about day and month."""
     filled = [cell.strip() for cell in cells if cell.strip()]
-    first = re.match(r"(\d{1,4})([./-])(\d{1,2})[./-](\d{1,4})([T ]+)(.*)", filled[0])
+    first = re.match(r"(\d{1,4})([./-])(\d{1,2}|[A-Z][a-z]{2})[./-](\d{1,4})([T ]+)(.*)", filled[0])
     if first is None:
         return f"{'%Y%m%d' if filled[0][:2] == '20' else '%d%m%y'} %H:%M:%S", ""
     mark, between, clock = first[2], first[5], first[6]
     parts = [re.match(r"(\d+)[./-](\d+)", cell) for cell in filled[:: max(len(filled) // 500, 1)]]
-    a, b = (max(int(one[k]) for one in parts if one) for k in (1, 2))
+    a, b = (max((int(one[k]) for one in parts if one), default=0) for k in (1, 2))
     year, doubt = ("%Y" if len(first[4]) == 4 else "%y"), ""
-    if len(first[1]) == 4:
+    if first[3].isalpha():
+        days = f"%d{mark}%b{mark}{year}"
+    elif len(first[1]) == 4:
         days = f"%Y{mark}%m{mark}%d"
     elif b > 12:
         days = f"%m{mark}%d{mark}{year}"

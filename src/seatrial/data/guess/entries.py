@@ -15,7 +15,7 @@ from .answers import ASK, Answer, Entry, listed, quoted
 from .cells import Column
 from .helm import from_neutral, neutral_of, read_revolutions, read_rudder
 from .layout import Table
-from .motion import SPEEDS, Motion, Option, Verdict, speed_unit_said, speeds_of
+from .motion import MIRRORED, SPEEDS, Motion, Option, Verdict, speed_unit_said, speeds_of
 from .naming import magnetic, tokens
 from .roles import Signal
 
@@ -145,6 +145,9 @@ def _heading(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
         *_said(signal, unit),
         *_doubts(verdict, unit_of_psi="write that", sense_of_psi="turn sign (and offset) then"),
     ]
+    if "yaw" in tokens(signal.column.name) and choice.get("axes") == "x, y" and {"x", "y"} <= set(found):
+        doubts.append("x, y and yaw may be those of robots, axes east and north, yaw anticlockwise from east: no log "
+                      "tells that from its mirror image")  # fmt: skip
     if magnetic(signal.column.name):
         doubts.append("magnetic by its name; its deviation and variation go under offset")
     evidence = f"{_told(verdict, signal, 'unit of psi', 'sense of psi')}; {sense}{_in_unit(signal, unit)}"
@@ -159,7 +162,9 @@ def _in_unit(signal: Signal, unit: str) -> str:
 
 def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[str, str]) -> Iterator[Entry]:
     swapped = verdict.best.choice.get("axes") == "y, x"
-    doubts = list(_doubts(verdict, axes="exchange the two columns then"))
+    mirrored = verdict.best.choice.get("axes") == MIRRORED
+    doubts = [] if mirrored else list(_doubts(verdict, axes="exchange the two columns then"))
+    doubts += [_MIRRORED] if mirrored else []
     if {"latitude", "longitude"} <= set(found):
         first, second = (found[name] for name in (("longitude", "latitude") if swapped else ("latitude", "longitude")))
         halved = first.column.half is not None
@@ -206,12 +211,14 @@ def _metres(found: Mapping[str, Signal], verdict: Verdict, doubts: list[str], sw
             return
         doubts.append("northing and easting, it seems, of a grid whose north is up to 3 deg off the true one; of UTM, "
                       'write [position] with format = "utm" and its zone in place of x and y')  # fmt: skip
+    if first.column.where == "speed":
+        doubts.append(f"no unit is said; in {first.unit} its track is as fast as the speed beside it")
     for name, signal, key in (("x", first, "north"), ("y", second, "east")):
-        unit = signal.unit or "m"
+        keys = {"unit": quoted(signal.unit or "m")}
+        if name == "y" and _MIRRORED in doubts:
+            keys["sign"], key = "-1", "west"
         evidence = f"{_told(verdict, signal, 'axes')}; {key}"
-        yield Entry(
-            f"channels.{name}", _of(signal, unit=quoted(unit)), Answer(evidence, tuple(doubts) if name == "x" else ())
-        )
+        yield Entry(f"channels.{name}", _of(signal, **keys), Answer(evidence, tuple(doubts) if name == "x" else ()))
 
 
 _ZONE = re.compile(r"(?:utm|zone|sone)\W*([1-5]?\d|60)\s*([C-HJ-NP-X])?", re.IGNORECASE)
@@ -262,6 +269,10 @@ def angle_form(signal: Signal) -> str:
     return "ddmm.mmm" if minutes_run_on(signal.column.values) else "deg"
 
 
+_MIRRORED = ("by the heading y counts to the west; if it is the heading that counts anticlockwise, psi has the sign -1 "
+             "and y none")  # fmt: skip
+_ENGINE = frozenset(("engine", "eng", "me", "diesel"))
+_GEARED = "of the engine by its name, and taken for the shaft: behind a gear of 3 to 1, scale = 0.3333"
 _WHOLE = 1e6
 """Numbers beyond any angle, also in degrees and minutes, count 1e-7 deg."""
 
@@ -423,6 +434,8 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
             answer = Answer(answer.evidence, (*answer.doubts, *doubts))
         elif role.startswith("n_P"):
             keys, answer = read_revolutions(signal, known.speed, known.r, known.turned)
+            if _ENGINE & {word.rstrip("0123456789") for word in tokens(signal.column.name)}:
+                answer = Answer(answer.evidence, (*answer.doubts, _GEARED))
             if any(one.startswith("alpha") for one in found):
                 role = role.replace("n_P", "n")
         elif stem == "alpha":
@@ -440,6 +453,9 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
 def other_entries(found: Mapping[str, Signal], known: Known, angles: set[str]) -> Iterator[Entry]:
     """Entries of the speed through water, roll, depth and current; `angles` is the unit of the heading."""
     covered = {"u", "v_north", "vx", "sog"} & set(found) or {"speed", "cog"} <= set(found)
+    if "sog" in found and speeds_of(found) is None:
+        unit, doubts, evidence = _speed(found["sog"], known)
+        yield entry_of("U_G", found["sog"], {"unit": quoted(unit)}, Answer(evidence, tuple(doubts)))
     log = found.get("stw") or (None if covered else found.get("speed"))
     if log is not None and not covered:
         yield _log_entry(log, known)
@@ -460,8 +476,8 @@ def _plain_entry(role: str, signal: Signal, angle: str) -> Entry:
     return Entry(f"channels.{role}", _of(signal, unit=quoted(unit or ASK)), Answer(signal.column.said, tuple(doubts)))
 
 
-def _log_entry(signal: Signal, known: Known) -> Entry:
-    """The speed log, its unit by the header or by the speed of the track."""
+def _speed(signal: Signal, known: Known) -> tuple[str, list[str], str]:
+    """Unit of a speed, by the header or by the speed of the track, doubts and evidence."""
     unit, doubts, evidence = signal.unit, [], signal.column.said
     if not unit and known.speed is not None:
         ratio = float(np.nanmedian(known.speed / np.where(signal.values > 0, signal.values, np.nan)))
@@ -472,6 +488,12 @@ def _log_entry(signal: Signal, known: Known) -> Entry:
     if not unit:
         unit = ASK
         doubts.append("nothing shows whether it is in m/s or kn; write the unit in place of ?")
+    return unit, doubts, evidence
+
+
+def _log_entry(signal: Signal, known: Known) -> Entry:
+    """The speed log."""
+    unit, doubts, evidence = _speed(signal, known)
     if signal.role != "stw":
         doubts.append("taken as speed through the water; with a course over ground it could be over ground")
     keys = {"speed": quoted(signal.column.head), "unit": quoted(unit)}

@@ -28,9 +28,9 @@ from .entries import (
     other_entries,
 )
 from .logs import Log, Topic, bridged, find_log, leap
-from .motion import TIMES, Motion, Verdict
+from .motion import TIMES, Motion, Verdict, with_units
 from .roles import Signal, sided, signals, trial_column
-from .thrust import halves_of_rudder, neglected, thrust_entries
+from .thrust import halves_of_rudder, neglected, thrust_entries, unplaced
 from .wind import read_two_winds, read_wind, wind_entries
 
 _OTHERS = 8
@@ -85,7 +85,9 @@ def guess(src: str | Path) -> Guess:
     entries = [_reaching(log, in_its_unit(columns, once_named(tables, one))) for one in _entries(log)]
     # what the entries name, where the names of all columns are not meant
     text = " ".join(value for one in entries for key, value in one.keys.items() if key != "columns")
-    entries += [one for topic in (log.main, *log.topics) for one in neglected(topic.columns, text)]
+    entries += [one for topic in (log.main, *log.topics, *log.unread) for one in neglected(topic.columns, text)]
+    if not {"position", "channels.x", "channels.y"} & {one.table for one in entries}:
+        entries += unplaced(columns, text)
     if not any(one.table.startswith("channels.") or one.table in _SOURCES for one in entries):
         raise DataError(f"{log.main.table.path}: {_nothing(log)}")
     notes = [*log.notes, *([known.said] if known else [])]
@@ -157,7 +159,7 @@ def _place(entry: Entry) -> str:
 def _entries(log: Log) -> Iterator[Entry]:
     yield from _table_entries(log)
     t, found = _once(log.t[log.piece], in_degrees(_with_letters(log)), log.piece)
-    found = bridged(t, found)
+    found = with_units(t, bridged(t, found))
     times = log.main.clock.units if log.main.clock else ()
     found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
@@ -439,13 +441,12 @@ _WINDS = {
 def _left_out(log: Log, text: str) -> list[str]:
     """The columns that no entry names."""
     out: list[str] = []
-    for topic in (log.main, *log.topics):
+    for topic in (log.main, *log.topics, *log.unread):
         rest = [column.head if column.varies or not np.isfinite(column.values).any()
                 else f"{column.head} (always {np.nanmedian(column.values):g})"
                 for column in topic.columns if quoted(column.head) not in text]  # fmt: skip
-        if rest:
-            more = f" and {len(rest) - _SHOWN} more" * (len(rest) > _SHOWN)
-            out.append(f"columns left out of {topic.name}: {', '.join(rest[:_SHOWN])}{more}")
+        more = f" and {len(rest) - _SHOWN} more" * (len(rest) > _SHOWN)
+        out += [f"columns left out of {topic.name}: {', '.join(rest[:_SHOWN])}{more}"] if rest else []
     return out
 
 

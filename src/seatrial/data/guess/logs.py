@@ -60,6 +60,7 @@ class Log:
         join: "rows" where files alike are pieces of one log, else "time".
         others: the other files with the same columns.
         ship: column that says whose row it is, where ships take turns; the rows here are of the one with most.
+        unread: files of the trial in which nothing is known.
         notes: what else is to be said, for the head of the mapping.
     """
 
@@ -73,6 +74,7 @@ class Log:
     notes: tuple[str, ...] = ()
     others: tuple[Topic, ...] = ()
     ship: str = ""
+    unread: tuple[Topic, ...] = ()
 
 
 def find_log(src: Path) -> Log:
@@ -346,7 +348,7 @@ def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) 
     said[main.name] = {role: replace(one, file="") for role, one in said[main.name].items()}
     t = main.clock.t if main.clock else np.zeros(0)
     found: dict[str, Signal] = {}
-    used: list[Topic] = []
+    used, unread = list[Topic](), list[Topic]()
     for one in sorted(timed, key=lambda one: (one is not main, -len(one.table.columns[0]))):
         values = one.clock.t if one.clock else t
         if one is not main and (values.size < _FEWEST or values[-1] < t[0] or values[0] > t[-1]):
@@ -356,9 +358,10 @@ def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) 
             kept = found.get(role)
             if kept is None or (role[0] != "q" and not kept.column.varies and signal.column.varies):
                 found[role] = signal if one is main else replace(signal, values=_onto(t, values, signal))
-        used += [one] if one is not main and any(s.file == one.name for s in found.values()) else []
+        if one is not main:
+            (used if any(s.file == one.name for s in found.values()) else unread).append(one)
     pattern = main.name.replace(prefix, "{trial}", 1) if prefix else main.name
-    return Log(main, tuple(used), t, slice(None), sided(found), pattern, "time", tuple(notes))
+    return Log(main, tuple(used), t, slice(None), sided(found), pattern, "time", tuple(notes), unread=tuple(unread))
 
 
 def _written(table: Table) -> tuple[object, ...]:

@@ -125,6 +125,32 @@ _TESTS = {"track": "the track follows the speeds", "turn": "the heading follows 
           "course": "the ship goes where it points"}  # fmt: skip
 
 
+def with_units(t: Array, found: Mapping[str, Signal]) -> Mapping[str, Signal]:
+    """Positions without a unit in the one that makes them as fast as a speed beside them; in m where that fits."""
+    pair = next((two for two in (("north", "east"), ("x", "y")) if set(two) <= set(found)), None)
+    speed = next((found[role] for role in ("sog", "speed", "stw") if role in found), None)
+    if pair is None or speed is None or any(found[role].unit for role in pair) or t.size < 20:
+        return found
+    far = max(t.size // 100, 1)
+    t = t * (1.0 if np.nanmedian(np.diff(t)) < _TICK else 1e-3)
+    went = np.hypot(*(found[role].values[far:] - found[role].values[:-far] for role in pair)) / (t[far:] - t[:-far])
+    said = 0.5 * (speed.values[far:] + speed.values[:-far])
+    moving = said > 0.3 * np.nanmax(said, initial=0.0)
+    if moving.sum() < 10:
+        return found
+    ratio = float(np.nanmedian(went[moving] / said[moving]))
+    units = [unit for unit, one in product(_PLACES, [speed.unit] if speed.unit else ["kn", "m/s", "km/h"])
+             if abs(ratio * KNOWN[unit][1] / KNOWN[one][1] - 1.0) < _ALIKE]  # fmt: skip
+    if not units or units[0] == "m":
+        return found
+    made = {role: replace(found[role].column, unit=units[0], where="speed") for role in pair}
+    return {**found, **{role: replace(found[role], column=one) for role, one in made.items()}}
+
+
+_PLACES, _ALIKE, _TICK = ("m", "NM", "km", "ft"), 0.1, 20.0
+"""Units of a track, how well it follows a speed, and the step of a clock from which on it counts ms."""
+
+
 class Motion:
     """The columns of the motion and every way to read them."""
 
@@ -174,8 +200,9 @@ class Motion:
                 first, second = (self.found[role].column.said for role in pair)
                 robotic = pair == ("x", "y") and _robotic(self.found["x"])
                 strain = 0.0 if robotic else strain
+                mirrored = [Option({"north": first, "axes": MIRRORED}, _MIRROR, (a, -b))] if pair == ("x", "y") else []
                 return [Option({"north": first, "axes": "x, y"}, 0.3 * robotic, (a, b)),
-                        Option({"north": second, "axes": "y, x"}, strain, (b, a))]  # fmt: skip
+                        Option({"north": second, "axes": "y, x"}, strain, (b, a)), *mirrored]  # fmt: skip
         return [Option({}, 0.0, ())]
 
     def _fixes(self) -> list[Option]:
@@ -348,6 +375,10 @@ def _only(key: str, one: Mapping[str, str], other: Mapping[str, str]) -> bool:
     return differs == {key}
 
 
+MIRRORED = "x, -y"
+"""Axes whose second one points to port of the first: a compass counts clockwise, and a map may not."""
+_MIRROR = 2.1
+"""Farther from the names than a yaw that counts anticlockwise, and less far than a heading that does."""
 _SENSES = ("clockwise from north", "anticlockwise from east", "anticlockwise from north")
 _ROBOTIC = re.compile(r"pose|odom|twist|orientation|angular", re.IGNORECASE)
 

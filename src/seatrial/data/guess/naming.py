@@ -80,6 +80,7 @@ def parted(head: str) -> tuple[str, str]:
         # "SPD(GND)" and "Rudder [port]" are names, "RUD(deg)" has a unit, "Compass [streck]" one that is not known
         named = re.fullmatch(r"[A-Za-z ]{1,12}", found["unit"]) and not unit_of(found["unit"])
         named = named and ("[" not in head or words_of_names(found["unit"]))
+        named = named or found["unit"].startswith(":,")  # a column of a matrix
         return (head.strip(), "") if named else (found["name"].strip(), found["unit"].strip())
     if re.fullmatch(r"\S.*[\s_]%", head.strip()):
         return head.strip()[:-1].rstrip(" _"), "%"

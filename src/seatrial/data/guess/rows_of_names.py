@@ -100,6 +100,8 @@ def _columns(table: Table) -> tuple[list[Column], Column, Column | None, Clock] 
     if value is None or not names:
         return None
     chosen = _fewest(names)
+    if len(chosen) < len(names) and _strange(names) < _strange(chosen):
+        chosen = names
     said = [JOINT.join(parts) for parts in zip(*(column.cells for column in chosen), strict=True)]
     means = [meanings(word) for word, _ in Counter(said).most_common(_WIDEST)]
     known = {some[0].role for some in means if some and some[0].score > _KNOWN}
@@ -116,6 +118,12 @@ def _repeated(column: Column) -> bool:
     """Whether a column holds a few words, each of them often."""
     words = set(column.cells)
     return len(words) * _TIMES <= len(column.cells)
+
+
+def _strange(names: list[Column]) -> int:
+    """How many of the names that some columns make together are those of no quantity."""
+    said = {JOINT.join(parts) for parts in zip(*(column.cells for column in names), strict=True)}
+    return sum(not (some := meanings(word)) or some[0].score < _KNOWN for word in said)
 
 
 def _fewest(names: list[Column]) -> list[Column]:

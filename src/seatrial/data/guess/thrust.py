@@ -128,6 +128,27 @@ def halves_of_rudder(found: Mapping[str, Signal]) -> Iterator[Entry]:
         yield Entry("", {}, Answer("", (doubt,)))
 
 
+def unplaced(columns: Sequence[Column], text: str) -> Iterator[Entry]:
+    """A doubt where a log has columns that look like a position and the mapping reads none."""
+    left = [one for one in columns if one.kind in ("number", "letters") and one.varies and quoted(one.head) not in text
+            and (_PLACES & set(tokens(one.name)) or {"x", "y"} & {meant.role for meant in one.means})]  # fmt: skip
+    if len(left) < 2:
+        return
+    sizes = [one.values for one in left[:3]]
+    far = np.nanmedian(np.sqrt(sum(one**2 for one in sizes))) if len(sizes) == 3 else 0.0
+    doubt = f"no position is read, and {', '.join(one.said for one in left[:4])} look like one; "
+    doubt += ("by their size they are counted from the middle of the earth (ECEF): write columns of latitude and "
+              "longitude" if abs(far / _EARTH - 1.0) < _ROUND
+              else "write [position] with latitude and longitude, or [channels.x] and [channels.y]")  # fmt: skip
+    yield Entry("", {}, Answer("", (doubt,)))
+
+
+_PLACES = frozenset(("position", "pos", "ecef", "utm", "ned", "enu", "north", "east", "northing", "easting", "lat",
+                     "lon", "latitude", "longitude", "lng", "coord", "coordinate", "xyz", "location"))  # fmt: skip
+_EARTH, _ROUND = 6.371e6, 0.01
+"""Radius of the earth [m], and by which part of it a place on it may be off."""
+
+
 def neglected(columns: Sequence[Column], text: str) -> Iterator[Entry]:
     """A doubt for each column that looks like a control and that no entry of the mapping takes."""
     for column in columns:

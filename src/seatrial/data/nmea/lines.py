@@ -28,8 +28,8 @@ from .readings import KINDS, readings
 from .sentences import NmeaError
 from .stamping import Around, Form, around, form_of
 
-_BLOCK = 1_000_000
-"""Bytes that are read at a time."""
+_BLOCK = _HEAD = 1_000_000
+"""Bytes that are read at a time, and those at the beginning that are looked at first."""
 _LINE = 1 << 16
 """Bytes of a line at most: what is longer is cut."""
 _TRIED = 400
@@ -121,11 +121,11 @@ def _tried(path: Path) -> list[list[Piece]]:
     """Lines with a sentence, taken apart, from the beginning of a log and from places all over the rest."""
     size = path.stat().st_size
     with path.open("rb") as file:
-        head = [line for line in _plain(file.read(_BLOCK)).splitlines() if b"$" in line or b"!" in line]
+        head = [line for line in _plain(file.read(_HEAD)).splitlines() if b"$" in line or b"!" in line]
         rest = head[_TRIED :: max(len(head) // _TRIED, 1)]
-        if size > _BLOCK:
+        if size > _HEAD:
             rest = list[bytes]()
-            for at in np.linspace(_BLOCK, size, _TRIED, endpoint=False).astype(int).tolist():
+            for at in np.linspace(_HEAD, size, _TRIED, endpoint=False).astype(int).tolist():
                 file.seek(at)
                 rest += _plain(file.read(_LINE // 16)).splitlines()[1:2]
     return [parts for line in (*head[:_TRIED], *rest) if (parts := list(pieces(line)))]
