@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plain_ships import LIMIT, L, U, plain
+from plain_ships import LIMIT, N_P, L, U, plain
 from scipy.optimize import brentq
 
 from seatrial.actuators import Actuator, Actuators
@@ -90,6 +90,15 @@ def test_speed_in_a_hard_turn_is_over_that_which_the_ship_holds_straight_ahead(
     found = named(hull._turned(plain(law)), "speed left in a hard turn")
     assert found.value == pytest.approx(kept, abs=1e-4)
     assert found.holds == holds
+
+
+def test_hard_turns_at_half_the_revolutions_begin_at_half_the_speed_and_last_twice_as_long() -> None:
+    """Each is also one of the turns that the rudder is judged by, and is made once."""
+    p = plain(surged(lambda m: m.n - m.u))
+    list(hull._turned(p))
+    assert {(n / N_P, delta / LIMIT, lasts * U / L, u / U) for n, delta, lasts, u, _ in p.made} == {
+        (share, side, 25.0 / share, share) for share in (1.0, 0.5) for side in (1.0, -1.0)
+    }
 
 
 @pytest.mark.slow
