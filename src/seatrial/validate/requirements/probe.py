@@ -73,7 +73,7 @@ class Probe:
     gusts: Callable[[Weather, int], Weather] = gusty
     searches: bool = True
     made: dict[tuple[float, ...], Trial | SimulationError] = field(
-        default_factory=dict[tuple[float, ...], "Trial | SimulationError"], compare=False, repr=False, init=False
+        default_factory=dict[tuple[float, ...], Trial | SimulationError], compare=False, repr=False, init=False
     )
 
     @staticmethod

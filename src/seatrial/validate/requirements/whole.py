@@ -106,58 +106,33 @@ def _masses(ship: Whole) -> Iterator[Named]:
     M, p, L = ship.mass, ship.p, ship.p.ship.L_pp
     known = limit.MASSES if p.conventional else limit.MASSES_OF_CRAFT
     surge = float(M[0, 0]) if M[0, 0] != 1.0 else math.nan  # over itself, where the displaced mass is unknown
-    yield "mass in surge over displaced", surge, "-", known[0], "added mass in surge (m_x) is that of no ship"
-    yield (
-        "mass in sway over surge",
-        float(M[1, 1] / M[0, 0]),
-        "-",
-        known[1],
-        "added mass in sway (m_y) is that of no ship",
-    )
     gyration = math.sqrt(max(float(M[2, 2] / M[0, 0]), 0.0)) / math.hypot(1.0, float(p.ship.model.breadth) / L)
-    what = "radius of gyration in yaw, of the mass in surge, over the diagonal of the plan"
     than = "large" if gyration > known[2].usual.low else "small"
-    yield what, gyration, "-", known[2], f"inertia in yaw is too {than} for a ship (I_z, J_z)"
-    lever = float(M[1, 2] / M[1, 1])
-    yield (
-        "lever of sway on yaw in the masses",
-        lever,
-        "L",
-        limit.MASS_LEVER,
-        "the centre of mass (x_G) lies far from midship",
-    )
+    yield "mass in surge over displaced", surge, "-", known[0], "added mass in surge (m_x) is that of no ship"
+    yield ("mass in sway over surge", float(M[1, 1] / M[0, 0]), "-", known[1],
+           "added mass in sway (m_y) is that of no ship")  # fmt: skip
+    yield ("radius of gyration in yaw, of the mass in surge, over the diagonal of the plan", gyration, "-", known[2],
+           f"inertia in yaw is too {than} for a ship (I_z, J_z)")  # fmt: skip
+    yield ("lever of sway on yaw in the masses", float(M[1, 2] / M[1, 1]), "L", limit.MASS_LEVER,
+           "the centre of mass (x_G) lies far from midship")  # fmt: skip
     if math.isfinite(ship.volume):
-        full = L / ship.volume ** (1.0 / 3.0)
-        yield (
-            "length over the cube root of the volume",
-            full,
-            "-",
-            limit.FULLNESS,
-            "mass or length is wrong: too heavy or light for its length",
-        )
+        yield ("length over the cube root of the volume", L / ship.volume ** (1.0 / 3.0), "-", limit.FULLNESS,
+               "mass or length is wrong: too heavy or light for its length")  # fmt: skip
     d, B = float(p.ship.model.draught), float(p.ship.model.breadth)
-    if d and B:
-        yield "breadth over draught", B / d, "-", limit.BREADTH, "breadth B or draught d is wrong"
-        yield "length over breadth", L / B, "-", limit.LENGTH, "length or breadth B is wrong"
-        if math.isfinite(ship.volume):
-            known = limit.BLOCK if p.conventional else limit.BLOCK_OF_CRAFT
-            yield (
-                "block coefficient",
-                ship.volume / (L * B * d),
-                "-",
-                known,
-                "mass, length, breadth or draught is wrong",
-            )
-            if p.conventional:
-                F_n = p.U / math.sqrt(9.81 * L)
-                full = ship.volume / (L * B * d) / (0.7 + 0.125 * math.atan((23.0 - 100.0 * F_n) / 4.0))
-                yield (
-                    "block coefficient over that of ships as fast",
-                    full,
-                    "-",
-                    limit.USUAL_BLOCK,
-                    "mass, length, breadth, draught or speed is wrong",
-                )
+    if not (d and B):
+        return
+    yield "breadth over draught", B / d, "-", limit.BREADTH, "breadth B or draught d is wrong"
+    yield "length over breadth", L / B, "-", limit.LENGTH, "length or breadth B is wrong"
+    if not math.isfinite(ship.volume):
+        return
+    full = ship.volume / (L * B * d)
+    yield ("block coefficient", full, "-", limit.BLOCK if p.conventional else limit.BLOCK_OF_CRAFT,
+           "mass, length, breadth or draught is wrong")  # fmt: skip
+    if p.conventional:
+        F_n = p.U / math.sqrt(9.81 * L)
+        yield ("block coefficient over that of ships as fast",
+               full / (0.7 + 0.125 * math.atan((23.0 - 100.0 * F_n) / 4.0)), "-", limit.USUAL_BLOCK,
+               "mass, length, breadth, draught or speed is wrong")  # fmt: skip
 
 
 def _resistance(ship: Whole) -> Iterator[Named]:
@@ -165,13 +140,8 @@ def _resistance(ship: Whole) -> Iterator[Named]:
     p, L = ship.p, ship.p.ship.L_pp
     if p.conventional:
         slope = float(ship.slope((1.0, 0.0, 0.0, 1.0, 0.0), (_SPEED, 0.0, 0.0, 0.0, 0.0))[0])
-        yield (
-            "damping of surge at held revolutions",
-            -slope,
-            "m U/L",
-            limit.SURGE_SLOPE,
-            "resistance (R_0, X_u) or thrust is out of proportion",
-        )
+        yield ("damping of surge at held revolutions", -slope, "m U/L", limit.SURGE_SLOPE,
+               "resistance (R_0, X_u) or thrust is out of proportion")  # fmt: skip
     if not (p.stops and math.isfinite(ship.volume)):
         return
     own = -float(ship.forces([(1.0, 0.0, 0.0, 0.0, 0.0)])[0, 0])
@@ -180,13 +150,8 @@ def _resistance(ship: Whole) -> Iterator[Named]:
     share = own * ship.volume / L / (0.5 * wetted * friction)
     waves = 1.0 + (p.U / math.sqrt(9.81 * L) / 0.3) ** 4
     known = limit.RESISTANCE_OF_SHIPS if p.conventional else limit.RESISTANCE_OF_CRAFT
-    yield (
-        "resistance over friction and waves",
-        share / waves,
-        "-",
-        known,
-        "resistance (R_0, X_u) is that of no such ship",
-    )
+    yield ("resistance over friction and waves", share / waves, "-", known,
+           "resistance (R_0, X_u) is that of no such ship")  # fmt: skip
 
 
 def _shared(ship: Whole) -> Iterator[Named]:
@@ -202,13 +167,9 @@ def _shared(ship: Whole) -> Iterator[Named]:
         aside = 0.5 * float(np.subtract(*ship.forces([(0.0, s, 0.0, 0.0, 0.0) for s in (-0.4, 0.4)])[:, 1]))
         along = -float(ship.forces([(0.4, 0.0, 0.0, 0.0, 0.0)])[0, 0])
         if ship.p.rests and along > 0.0:
-            yield (
-                "drag sideways over ahead at one speed",
-                aside / along,
-                "-",
-                limit.SIDEWAYS,
-                "drag across is that of no hull: damping of sway and surge (Y_v, X_u), or forces kept at low speed",
-            )
+            yield ("drag sideways over ahead at one speed", aside / along, "-", limit.SIDEWAYS,
+                   "drag across is that of no hull: damping of sway and surge (Y_v, X_u), or forces kept at low "
+                   "speed")  # fmt: skip
 
 
 def _keel(ship: Whole) -> Iterator[Named]:
@@ -243,22 +204,12 @@ def _linear(ship: Whole) -> Iterator[Named]:
            limit.CLARKE["N_r"], words.format("N_r", "yaw damping"))  # fmt: skip
     yield ("sway by turning, the mass taken off", float(turn[1]) + float(ship.mass[0, 0]), "m U", limit.CLARKE["Y_r"],
            words.format("Y_r", "sway force by yaw rate"))  # fmt: skip
-    yield (
-        "sway by the rudder",
-        float(helm[1]),
-        "m U^2/L",
-        limit.HELM_SWAY,
-        words.format("Y_delta", "side force of the rudder"),
-    )
+    yield ("sway by the rudder", float(helm[1]), "m U^2/L", limit.HELM_SWAY,
+           words.format("Y_delta", "side force of the rudder"))  # fmt: skip
     yield "yaw by the rudder", float(helm[2]), "m U^2", limit.HELM_YAW, words.format("N_delta", "moment of the rudder")
     lever = float(helm[2] / helm[1]) if helm[1] else math.nan
-    yield (
-        "lever of the rudder force",
-        lever,
-        "L",
-        limit.HELM_LEVER,
-        "the rudder force does not act at the stern (x_R, x_H, a_H)",
-    )
+    yield ("lever of the rudder force", lever, "L", limit.HELM_LEVER,
+           "the rudder force does not act at the stern (x_R, x_H, a_H)")  # fmt: skip
     hard = ship.p.limit
     ahead, right, left = ship.forces([(1.0, 0.0, 0.0, 1.0, angle) for angle in (0.0, hard, -hard)])
     across = 0.5 * float(right[1] - left[1])
@@ -279,84 +230,35 @@ def _large(ship: Whole) -> Iterator[Named]:
     low = ship.parts(_LITTLE, 0.0)[0] / _LITTLE, ship.parts(0.0, _LITTLE)[1] / _LITTLE
     v, r = low[0], low[1]
 
+    beyond = float(ship.mass[1, 1]) - 1.0
+
     def over(value: float, base: float) -> float:
         return value / base if base else math.nan
 
-    yield (
-        "sway force of 17 deg of drift, over its slope",
-        over(float(sway[1]) / _DRIFT, float(v[1])),
-        "-",
-        limit.LARGE["Y_vvv"],
-        "sway force at large drift (Y_vvv) does not grow as a hull's",
-    )
-    yield (
-        "gain of sway damping by turning",
-        over(float(both[0, 1] - sway[1]) / _DRIFT, float(v[1])),
-        "-",
-        limit.LARGE["Y_vrr"],
-        "sway damping falls by turning, or grows too much (Y_vrr)",
-    )
-    yield (
-        "yaw moment of r' = 0.5, over its slope",
-        over(float(yaw[2]) / _TURN, float(r[2])),
-        "-",
-        limit.LARGE["N_rrr"],
-        "yaw damping at large rates (N_rrr) does not grow as a hull's",
-    )
-    yield (
-        "gain of yaw damping by drift",
-        over(float(both[1, 2] - yaw[2]) / _TURN, float(r[2])),
-        "-",
-        limit.LARGE["N_vvr"],
-        "yaw damping falls by drift, or grows too much (N_vvr)",
-    )
-    yield (
-        "change of the drift moment at 17 deg",
-        float(sway[2]) / _DRIFT - float(v[2]),
-        "m U^2",
-        limit.LARGE["N_vvv"],
-        "yaw moment at large drift (N_vvv) is that of no ship",
-    )
-    yield (
-        "change of the drift moment by turning",
-        float(both[0, 2] - sway[2]) / _DRIFT,
-        "m U^2",
-        limit.LARGE["N_vrr"],
-        "yaw moment by drift in a turn (N_vrr) is that of no ship",
-    )
-    yield (
-        "change of sway by turning at r' = 0.5",
-        float(yaw[1]) / _TURN - float(r[1]),
-        "m U^2/L",
-        limit.LARGE["Y_rrr"],
-        "sway force at large rates (Y_rrr) is that of no ship",
-    )
-    yield (
-        "change of sway by turning in drift",
-        float(both[1, 1] - yaw[1]) / _TURN,
-        "m U^2/L",
-        limit.LARGE["Y_vvr"],
-        "sway force by turning in drift (Y_vvr) is that of no ship",
-    )
-    beyond = float(ship.mass[1, 1]) - 1.0
-    yield (
-        "surge by drift and yaw, the mass taken off, over the added mass in sway",
-        over(float(both[2, 0]) / (_DRIFT * _TURN) - 1.0, beyond if beyond > _ADDED else 0.0),
-        "-",
-        limit.LARGE["X_vr"],
-        "surge force of a drifting turn (X_vr) is that of no ship",
-    )
-    yield (
-        "surge by drift",
-        float(aside[0] - straight[0]) / _DRIFT**2,
-        "m U^2/L",
-        limit.LARGE["X_vv"],
-        "surge force by drift (X_vv, X_vvvv) is that of no ship",
-    )
-    yield (
-        "surge by turning",
-        float(about[0] - straight[0]) / _TURN**2,
-        "m U^2/L",
-        limit.LARGE["X_rr"],
-        "surge force by turning (X_rr, x_G) is that of no ship",
-    )
+    told = (
+        ("sway force of 17 deg of drift, over its slope", over(float(sway[1]) / _DRIFT, float(v[1])), "-", "Y_vvv",
+         "sway force at large drift (Y_vvv) does not grow as a hull's"),
+        ("gain of sway damping by turning", over(float(both[0, 1] - sway[1]) / _DRIFT, float(v[1])), "-", "Y_vrr",
+         "sway damping falls by turning, or grows too much (Y_vrr)"),
+        ("yaw moment of r' = 0.5, over its slope", over(float(yaw[2]) / _TURN, float(r[2])), "-", "N_rrr",
+         "yaw damping at large rates (N_rrr) does not grow as a hull's"),
+        ("gain of yaw damping by drift", over(float(both[1, 2] - yaw[2]) / _TURN, float(r[2])), "-", "N_vvr",
+         "yaw damping falls by drift, or grows too much (N_vvr)"),
+        ("change of the drift moment at 17 deg", float(sway[2]) / _DRIFT - float(v[2]), "m U^2", "N_vvv",
+         "yaw moment at large drift (N_vvv) is that of no ship"),
+        ("change of the drift moment by turning", float(both[0, 2] - sway[2]) / _DRIFT, "m U^2", "N_vrr",
+         "yaw moment by drift in a turn (N_vrr) is that of no ship"),
+        ("change of sway by turning at r' = 0.5", float(yaw[1]) / _TURN - float(r[1]), "m U^2/L", "Y_rrr",
+         "sway force at large rates (Y_rrr) is that of no ship"),
+        ("change of sway by turning in drift", float(both[1, 1] - yaw[1]) / _TURN, "m U^2/L", "Y_vvr",
+         "sway force by turning in drift (Y_vvr) is that of no ship"),
+        ("surge by drift and yaw, the mass taken off, over the added mass in sway",
+         over(float(both[2, 0]) / (_DRIFT * _TURN) - 1.0, beyond if beyond > _ADDED else 0.0), "-", "X_vr",
+         "surge force of a drifting turn (X_vr) is that of no ship"),
+        ("surge by drift", float(aside[0] - straight[0]) / _DRIFT**2, "m U^2/L", "X_vv",
+         "surge force by drift (X_vv, X_vvvv) is that of no ship"),
+        ("surge by turning", float(about[0] - straight[0]) / _TURN**2, "m U^2/L", "X_rr",
+         "surge force by turning (X_rr, x_G) is that of no ship"),
+    )  # fmt: skip
+    for what, value, unit, name, wrong in told:
+        yield what, value, unit, limit.LARGE[name], wrong
