@@ -226,6 +226,16 @@ def test_a_run_that_is_refused_fails_its_item() -> None:
     assert "2e6 rows" in found.reason
 
 
+@pytest.mark.parametrize(("factor", "holds"), [(1.0, True), (0.01, False), (0.4, False), (3.0, False)])
+def test_the_share_of_the_rudder_in_the_race_is_that_of_its_height(factor: float, holds: bool) -> None:
+    """eta is D_P over the height: 9.86 m over 15.8 m, of 20.8 m of draught."""
+    p = Probe.of(changed(rudder__eta=lambda x: factor * x))
+    found = next(one for one in typical.stern(p) if one.what.startswith("height of the rudder"))
+    assert found.value == pytest.approx(15.8 / 20.8 / factor)
+    assert found.holds == holds
+    assert "eta" in found.wrong
+
+
 @pytest.mark.slow
 def test_a_full_ship_is_doubted_at_the_speed_of_a_fast_one() -> None:
     """A Rhine vessel of C_b .88 at 7.8 m/s, F_n .24: fuller by a quarter than ships as fast (Watson and Gilfillan)."""

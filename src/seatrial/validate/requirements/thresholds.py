@@ -180,6 +180,7 @@ LARGE = {
     "X_rr": within(-0.25, 0.45, -0.6, 0.8, _TURNING),
 }  # fmt: skip
 RUDDER_AREA = within(0.007, 0.05, 0.004, 0.1, "rudders have 1/70 to 1/25 of L d; of pairs, each")
+RUDDER_HEIGHT = within(0.35, 1.3, 0.15, 2.5, "rudders are as high as 0.5 to 0.9 of the draught, in ballast to 1.2")
 PROPELLER = within(0.2, 1.0, 0.12, 1.3, "propellers have 0.3 to 0.8 of the draught, of planing craft more")
 WAKE = within(-0.05, 0.5, -0.25, 0.8, "wake fraction of ships: 0.5 C_b - 0.05 (Taylor), 0 to 0.15 of two screws")
 WAKE_OF_MODEL = within(-0.05, 0.7, -0.25, 0.9, "of models up to 0.6: the wake grows with friction (ITTC 1978)")

@@ -120,7 +120,7 @@ def areas(p: Probe) -> Iterator[Finding]:
 
 
 def stern(p: Probe) -> Iterator[Finding]:
-    """Area of the rudder over length and draught, diameter of the propeller over draught."""
+    """Area of the rudder over length and draught, diameter of the propeller and height of the rudder over draught."""
     model: Any = p.ship.model
     D_P = float(getattr(model.part("propeller") or model.part("screw"), "D_P", 0.0))
     A_R, d = float(getattr(model.part("rudder"), "A_R", 0.0)), float(model.draught)
@@ -130,6 +130,10 @@ def stern(p: Probe) -> Iterator[Finding]:
     if A_R and d:
         wrong = "the area of the rudder (A_R) is that of no ship of this length and draught"
         yield from ranged("rudder area over L d", A_R / (p.ship.L_pp * d), "-", limit.RUDDER_AREA, wrong)
+    eta = float(getattr(model.part("rudder"), "eta", 0.0))
+    if D_P and d and eta:
+        wrong = "the share of the rudder in the race (eta) is that of no rudder behind such a propeller"
+        yield from ranged("height of the rudder, D_P/eta, over draught", D_P / eta / d, "-", limit.RUDDER_HEIGHT, wrong)
     if p.conventional:
         yield from _behind(p)
 
