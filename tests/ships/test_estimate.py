@@ -16,7 +16,7 @@ from seatrial.cli.ships import estimate as command
 from seatrial.core.parameters import values
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
-from seatrial.ships import Ship, ShipError
+from seatrial.ships import Ship, ShipError, shortened
 from seatrial.ships.estimate import FORMULAS, SCATTER, SHARED, Estimate, Number, estimate
 from seatrial.ships.files import load, save
 from seatrial.ships.formulas import Particulars, added_mass, hull, propeller, resistance, rudder
@@ -384,6 +384,14 @@ class TestBadFiles:
     def test_a_missing_file_is_named(self, tmp_path: Path) -> None:
         with pytest.raises(ShipError, match=r"none\.toml: cannot be read"):
             estimate(tmp_path / "none.toml")
+
+
+def test_cautions_of_ranges_stand_in_one_line_where_there_are_several() -> None:
+    both = ("outside the range of A 1: b = 2, range 3 to 4: x.y", "other", "outside the range of C: d = 5: z")
+    assert [*shortened(both)] == [
+        "outside the range of 2 formulas (A 1, C); by how much: the sources in the ship file", "other"]  # fmt: skip
+    assert [*shortened(both[:2])] == [*both[:2]]
+    assert [*shortened(())] == []
 
 
 class TestCommand:

@@ -6,7 +6,7 @@ a ship takes a fit.  One TOML file per ship; see docs/extending.md for its keys.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
@@ -89,3 +89,12 @@ class Ship:
     def moved(self, changes: Mapping[str, float]) -> Self:
         """`having` without a check of the ranges: the result of a search is reported, not refused at the end."""
         return replace(self, model=update(self.model, changes))
+
+
+def shortened(cautions: Sequence[str]) -> Iterator[str]:
+    """Cautions of a ship with those of ranges in one line, where there are several; its file has them one by one."""
+    start = "outside the range of "
+    formulas = [one.removeprefix(start).partition(": ")[0] for one in cautions if one.startswith(start)]
+    if len(formulas) > 1:
+        yield f"{start}{len(formulas)} formulas ({', '.join(formulas)}); by how much: the sources in the ship file"
+    yield from (one for one in cautions if len(formulas) < 2 or not one.startswith(start))

@@ -27,7 +27,7 @@ from ..manoeuvres.turning import Turning
 from ..manoeuvres.zigzag import Zigzag
 from ..models import Sampled
 from ..models.settled import settled
-from ..ships import Ship
+from ..ships import Ship, shortened
 from ..ships.steering import by_angle, helm_limit, throttled
 from ..simulate.run import approach, simulate, straight, surge_balance
 
@@ -298,7 +298,7 @@ def _caveats(ship: Ship, V: float, n_P: float) -> Iterator[str]:
             "The model holds its speed and does not drift: a turn loses no speed here, so advance, tactical "
             "diameter and ways are those of a point that steers, not of the ship."
         )
-    for caution in ship.notes.get("cautions", ()):
+    for caution in shortened(ship.notes.get("cautions", ())):
         yield f"The ship's file cautions: {caution}"
     gaining = surge_balance(ship, V, n_P)
     if abs(gaining) * ship.L_pp > _STEADY * V * V:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ import numpy as np
 from ..core.parameters import unknown, values
 from ..data import UNITS
 from ..models import STATES
-from ..ships import Ship
+from ..ships import Ship, shortened
 from ..ships.classes import foreign
 from . import RequestError
 from .asked import Bands, Draws
@@ -52,21 +52,10 @@ def estimate(
     check_output(out, (".toml",), "a ship file", particulars)
     made = estimated(particulars, shallow=shallow, GM=GM)
     save(made.ship, out)
-    for line in _shortened(made.cautions):
+    for line in shortened(made.cautions):
         note(f"warning: {line}")
     note(f"wrote {out}")
     return made
-
-
-def _shortened(cautions: Sequence[str]) -> Iterator[str]:
-    """Cautions with those of ranges in one line, where there are several; the ship file has them one by one."""
-    start = "outside the range of "
-    formulas = [one.removeprefix(start).partition(": ")[0] for one in cautions if one.startswith(start)]
-    if len(formulas) < 2:
-        yield from cautions
-        return
-    yield f"{start}{len(formulas)} formulas ({', '.join(formulas)}), by what: the sources in the ship file"
-    yield from (one for one in cautions if not one.startswith(start))
 
 
 def copy(ship: str | Path | Ship, file: Path, note: Note = silent) -> Ship:

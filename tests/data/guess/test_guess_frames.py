@@ -187,3 +187,37 @@ def test_controls_in_a_file_of_which_nothing_is_read_are_a_doubt(tmp_path: Path)
     found = guess(tmp_path)
     assert sum("'control[" in one and "left out" in one for one in found.doubts) == 2
     assert "columns left out of log_motors_0.csv" in found.text
+
+
+@pytest.mark.parametrize("turned", [1.0, -1.0])
+def test_a_heading_of_no_known_name_is_found_by_where_the_ship_goes(turned: float, tmp_path: Path) -> None:
+    """Beside the course itself, a bearing of something else, and a column of small numbers."""
+    s = weaving()
+    made, _, doubts = trial(
+        tmp_path / "a.csv", t=s["t"], x=s["x"], y=s["y"], puntamento=turned * s["hdg"], cog=s["cog"],
+        ziel=(s["hdg"] * 1.7 + 80.0) % 360.0, kanal=3.0 + np.sin(s["t"]))  # fmt: skip
+    if turned < 0.0:
+        assert "psi" not in made.channels, "a compass that counts anticlockwise has to say so"
+        return
+    np.testing.assert_allclose(np.cos(made["psi"] - np.radians(s["hdg"])), 1.0, atol=1e-9)
+    assert any("its name is none that is known" in one for one in doubts)
+    made, _, doubts = trial(tmp_path / "b.csv", t=s["t"], x=s["x"], y=s["y"], hdg=s["hdg"], puntamento=s["hdg"])
+    assert not any("none that is known" in one for one in doubts)
+
+
+def test_a_course_under_a_strange_name_is_no_heading(tmp_path: Path) -> None:
+    """What lies on the course to a hundredth of a radian is that course."""
+    s = weaving(1200)
+    far = 12
+    went = np.arctan2(s["y"][2 * far :] - s["y"][: -2 * far], s["x"][2 * far :] - s["x"][: -2 * far])
+    course = np.degrees(np.interp(s["t"], s["t"][far:-far], np.unwrap(went))) % 360.0
+    made, _, _ = trial(tmp_path / "a.csv", t=s["t"], x=s["x"], y=s["y"], puntamento=course)
+    assert "psi" not in made.channels
+
+
+def test_a_single_column_of_dates_is_the_date_under_any_name(tmp_path: Path) -> None:
+    s = weaving(60)
+    day = np.array(["14/05/2026"] * 60, dtype=object)
+    clock = np.array([f"09:41:{k:04.1f}" for k in s["t"].tolist()], dtype=object)
+    _, text, _ = trial(tmp_path / "a.csv", Giorno=day, Ora=clock, x=s["x"], y=s["y"], hdg=s["hdg"])
+    assert 'date = "Giorno"' in text

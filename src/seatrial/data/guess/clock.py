@@ -114,7 +114,8 @@ def _stamps(columns: Sequence[Column]) -> list[Clock]:
 
 def _dated(columns: Sequence[Column]) -> list[Clock]:
     """A column of dates with one of times of the day."""
-    days = [column for column in columns if column.kind == "date" and column.score("date") > 0.3]
+    days = [column for column in columns if column.kind == "date"]
+    days = days if len(days) == 1 else [column for column in days if column.score("date") > 0.3]
     times = [column for column in columns if column.kind == "clock"]
     if not days or not times:
         return []

@@ -146,10 +146,11 @@ def _heading(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
         *_doubts(verdict, unit_of_psi="write that", sense_of_psi="turn sign (and offset) then"),
     ]
     if "yaw" in tokens(signal.column.name) and choice.get("axes") == "x, y" and {"x", "y"} <= set(found):
-        doubts.append("x, y and yaw may be those of robots, axes east and north, yaw anticlockwise from east: no log "
-                      "tells that from its mirror image")  # fmt: skip
+        doubts.append("x, y, yaw may be those of robots, east, north, anticlockwise: no log tells its mirror image")
     if magnetic(signal.column.name):
         doubts.append("magnetic by its name; its deviation and variation go under offset")
+    if not any(signal.column.score(role) for role in ("heading", "yaw", "alpha")):
+        doubts.append("taken for the heading as the ship goes about where it points; its name is none that is known")
     evidence = f"{_told(verdict, signal, 'unit of psi', 'sense of psi')}; {sense}{_in_unit(signal, unit)}"
     yield Entry("channels.psi", _of(signal, **keys), Answer(evidence, tuple(doubts)))
 
@@ -269,8 +270,7 @@ def angle_form(signal: Signal) -> str:
     return "ddmm.mmm" if minutes_run_on(signal.column.values) else "deg"
 
 
-_MIRRORED = ("by the heading y counts to the west; if it is the heading that counts anticlockwise, psi has the sign -1 "
-             "and y none")  # fmt: skip
+_MIRRORED = "by the heading y counts to the west; if the heading counts anticlockwise, psi has the sign -1 and y none"
 _ENGINE = frozenset(("engine", "eng", "me", "diesel"))
 _GEARED = "of the engine by its name, and taken for the shaft: behind a gear of 3 to 1, scale = 0.3333"
 _WHOLE = 1e6

@@ -28,8 +28,8 @@ from .entries import (
     other_entries,
 )
 from .logs import Log, Topic, bridged, find_log, leap
-from .motion import TIMES, Motion, Verdict, with_units
-from .roles import Signal, sided, signals, trial_column
+from .motion import TIMES, Motion, Verdict, speeds_of, with_units
+from .roles import Signal, pointed, sided, signals, trial_column
 from .thrust import halves_of_rudder, neglected, thrust_entries, unplaced
 from .wind import read_two_winds, read_wind, wind_entries
 
@@ -158,7 +158,8 @@ def _place(entry: Entry) -> str:
 
 def _entries(log: Log) -> Iterator[Entry]:
     yield from _table_entries(log)
-    t, found = _once(log.t[log.piece], in_degrees(_with_letters(log)), log.piece)
+    every = pointed(log.t, in_degrees(_with_letters(log)), log.main.columns)
+    t, found = _once(log.t[log.piece], every, log.piece)
     found = with_units(t, bridged(t, found))
     times = log.main.clock.units if log.main.clock else ()
     found, verdict, exchanged = _judged(t, found, times)
@@ -187,8 +188,7 @@ def _entries(log: Log) -> Iterator[Entry]:
     yield from control_entries(found, known, angles, turned)
     yield from thrust_entries(found, known)
     yield from halves_of_rudder(found)
-    changes = [said for said, doubted in (
-        ("it is turned to the other side if the sense of psi is", turned),
+    changes = [said for said, doubted in (("it is turned to the other side if the sense of psi is", turned),
         ("its sense rests on the frame of speeds, which is a doubt; look at it again if that changes",
          not verdict.sure("frame of speeds")),
     ) if doubted]  # fmt: skip
@@ -227,7 +227,7 @@ def _judged(
 ) -> tuple[Mapping[str, Signal], Verdict, bool]:  # fmt: skip
     """The verdict on the motion, also with heading and course exchanged where both are there."""
     verdict = Motion(t, found, times, rows).verdict()
-    if {"heading", "cog"} <= set(found):
+    if "heading" in found and (speeds_of(found) or ("",))[-1] == "cog":  # a course alone is where the track goes
         turned = {**found, "heading": found["cog"], "cog": found["heading"]}
         other = Motion(t, turned, times, rows).verdict()
         if not other.lost and other.best.miss < _EXCHANGED * (verdict.lost or verdict.best.miss) - 0.01:

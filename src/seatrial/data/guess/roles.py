@@ -163,6 +163,43 @@ def sided(found: Mapping[str, Signal]) -> dict[str, Signal]:
     return out
 
 
+_NEAR, _SAME = 0.35, 0.01
+"""How far [rad] a heading lies from where the ship goes, and within which an angle is that course itself."""
+
+
+def pointed(t: Array, found: Mapping[str, Signal], columns: Sequence[Column]) -> dict[str, Signal]:
+    """The quantities of a log, with a column of no known name as its heading where it points about where the ship goes.
+
+    Args:
+        t: time of the rows [s].
+        found: quantities, latitude and longitude in degrees.
+        columns: of the same rows.
+    """
+    pair = next((two for two in _PAIRS[:3] if set(two) <= set(found)), None)
+    if pair is None or {"heading", "yaw", "qw", "alpha"} & set(found) or t.size < 20:
+        return dict(found)
+    north, east = (found[role].values for role in pair)
+    east = east * (np.cos(np.radians(np.nanmean(north))) if pair[0] == "latitude" else 1.0)
+    far = max(t.size // 100, 1)
+    went = (north[2 * far :] - north[: -2 * far]) + 1j * (east[2 * far :] - east[: -2 * far])
+    moving = np.abs(went) > 0.3 * np.nanmax(np.abs(went), initial=0.0)
+    used = {one.column.head for one in found.values()}
+    near: list[tuple[float, Column]] = []
+    for one in columns:
+        if one.head in used or one.kind != "number" or one.unit not in ("", "deg", "rad") or one.values.size != t.size:
+            continue
+        if (one.means and one.means[0].score >= _LEAST) or not one.varies or np.nanmax(np.abs(one.values)) > 400.0:
+            continue
+        psi = one.values * (1.0 if one.unit == "rad" else np.pi / 180.0)
+        off = np.abs(np.angle(went * np.exp(-1j * psi[far:-far])))[moving]
+        if _SAME < np.nanmedian(off) < _NEAR:
+            near.append((float(np.nanquantile(off, 0.9)), one))
+    if not near or min(near, key=lambda one: one[0])[0] > 2.0 * _NEAR:
+        return dict(found)
+    best = min(near, key=lambda one: one[0])[1]
+    return {**found, "heading": Signal("heading", best, best.values)}
+
+
 def trial_column(columns: Sequence[Column], t: Array) -> Column | None:
     """The column that numbers or names the trials of one file: few values, each in one piece."""
     for column in columns:
