@@ -5,9 +5,7 @@ from __future__ import annotations
 import gc
 import os
 from dataclasses import replace
-from functools import cache, wraps
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -45,18 +43,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 def pytest_configure() -> None:
     """Collecting makes hardly any garbage, and much to look through for it."""
-    from seatrial.ships import files
-
     gc.disable()
-    # Ships of the library are values that never change: the file of each is read once, not some ten times.
-    whole, names = files.load, {*files.library(), *files.variants()}
-    once = cache(whole)
-
-    @wraps(whole)
-    def load(name: str | Path, **given: Any) -> Any:
-        return replace(once(name)) if name in names and not given else whole(name, **given)
-
-    files.load = load
     # Nobody cuts the power: that files are synced, and what follows where they cannot be, tests see by their own.
     os.fsync = lambda fd: None
 

@@ -20,7 +20,7 @@ from seatrial.environment import CALM
 from seatrial.forces import Flow
 from seatrial.ships.files import load
 from seatrial.testing import FORMAT_CHECKS, Log, Part, check_force, discovery, log_examples, untried_forces
-from seatrial.workflow.contributing import check_ship_file
+from seatrial.workflow.contributing.ship_check import check_ship_file
 
 FOLDER = Path(__file__).parent / "contributed"
 

@@ -97,7 +97,7 @@ CASES = (
     Case("study", "workflow.folders.drafting.new_study"),
     Case("harbour", "workflow.harbour.harbour", {"run": "what"}),
     Case("bench", "workflow.installation.bench.bench", {}, ("listed",)),
-    Case("ships", "workflow.contributing.check_ship_file", {"check": "name_or_path"}),
+    Case("ships", "workflow.contributing.ship_check.check_ship_file", {"check": "name_or_path"}),
 )  # fmt: skip
 
 

@@ -307,7 +307,7 @@ def test_a_ship_file_that_is_not_fit_ends_with_1(fit: bool, status: int, monkeyp
     held = SimpleNamespace(state="measured", why="a trial", told="1 figure")
     checked = SimpleNamespace(fit=fit, ship=load("kvlcc2"), standing=held, findings=[
         SimpleNamespace(what="sources", state="ok", detail="all 40")])  # fmt: skip
-    monkeypatch.setattr("seatrial.workflow.contributing.check_ship_file", lambda *_, **__: checked)
+    monkeypatch.setattr("seatrial.workflow.contributing.ship_check.check_ship_file", lambda *_, **__: checked)
     assert main(["ships", "--check", "x.toml", "--json"]) == status
     assert json.loads(capsys.readouterr().out) == {
         "ship": "kvlcc2", "state": "measured", "held_against": "a trial", "fit": fit,

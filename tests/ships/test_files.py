@@ -340,3 +340,18 @@ def test_a_ship_knows_its_file_unless_something_was_laid_over_it() -> None:
     over = load("kvlcc2", over={"body": {"x_G": {"value": 10.0, "unit": "m", "source": "here"}}})
     assert (over.file, values(over.model)["body.x_G"]) == (None, 10.0)
     assert replace(load("kvlcc2"), file=None) == load("kvlcc2"), "where it lies is no part of what a ship is"
+
+
+def test_a_ship_of_the_library_is_read_once_and_anew_where_more_is_laid_over_it() -> None:
+    first = load("esso_osaka_3m")
+    assert load("esso_osaka_3m") is first
+    assert load(FOLDER / "esso_osaka_3m.toml") is first
+    over = load("esso_osaka_3m", over={"body": {"d": {"value": 0.2, "unit": "m", "source": "a test"}}})
+    assert read(over.model, "body.d") == 0.2 != read(load("esso_osaka_3m").model, "body.d")
+
+
+def test_a_file_elsewhere_is_read_each_time(tmp_path: Path) -> None:
+    path = write(tmp_path, L7)
+    assert read(load(path).model, "body.d") == 0.46
+    write(tmp_path, L7.replace("d = { value = 0.46", "d = { value = 0.47", 1))
+    assert read(load(path).model, "body.d") == 0.47

@@ -9,8 +9,8 @@ import pytest
 
 from seatrial.ships.files import library, load, save, variants
 from seatrial.ships.scaling import scale
-from seatrial.workflow.contributing import check_ship_file
 from seatrial.workflow.contributing.published import published
+from seatrial.workflow.contributing.ship_check import check_ship_file
 
 ALL = library()
 KINDS = ("published", "unverified")

@@ -55,7 +55,7 @@ def ships(check: o.ShipToCheck = None, out: o.Report = None, json: bool = False)
 def _check(file: str, out: Path | None, json: bool) -> None:
     """What stands for and against a ship file; exit status 1 where it is not fit for the library."""
     from ..workflow import RequestError
-    from ..workflow.contributing import check_ship_file
+    from ..workflow.contributing.ship_check import check_ship_file
 
     if file.startswith("-"):
         raise RequestError(f"--check takes a ship file, not {file}; seatrial ships --help tells more")

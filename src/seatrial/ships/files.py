@@ -11,6 +11,7 @@ import math
 import typing
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,8 @@ SCHEMA = "seatrial-ship/1"
 FOLDER = Path(__file__).parent
 TOP = ("schema", "like", "name", "of", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
 
+# Ships of the library that are kept.
+_KEPT = 64
 # Ships displace .3 to .9 of the box around them, pontoons all of it; a slip of unit is a factor of a thousand.
 _BLOCK = (0.1, 1.3)
 # Radius of gyration in yaw over length: .2 to .3 for ships, .29 for a box, .33 with added inertia.
@@ -61,10 +64,18 @@ def load(name_or_path: str | Path, *, over: Mapping[str, Any] | None = None, tru
         ShipError: no such ship; a key, unit, type or number that cannot be used, in one line.
     """
     path = _find(name_or_path)
+    if not over and path.parent in (FOLDER, FOLDER / "variants"):
+        return _of_library(path, path.stat().st_mtime_ns)
     document = _over(_whole(path), over or {})
     with trusting(trust):
         made = _Reading(path, document).ship()
     return replace(made, file=None) if over else made
+
+
+@lru_cache(maxsize=_KEPT)
+def _of_library(path: Path, _changed: int) -> Ship:
+    """A ship of the library, read once: a fit asks for its own and for published ones again and again."""
+    return _Reading(path, _whole(path)).ship()
 
 
 def _whole(path: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:

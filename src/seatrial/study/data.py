@@ -23,7 +23,7 @@ from ..core.records import Limits, read_record
 from ..data import DataError, Trial
 from ..data.check.track import own_samples
 from ..data.documents import read_toml
-from ..data.formats import formats, logs, reader, recordings
+from ..data.formats import logs, reader, recordings
 from ..data.prepare import drop_trailing_gaps, froude_scaled
 from ..data.trialfile import SUFFIXES, read_trial
 from ..identify import StudyError
@@ -167,7 +167,7 @@ def _reader(path: Path, where: str, format: str | None, mapping: str | None) -> 
 
 def _recordings(path: Path, where: str, root: Path, format: str | None, mapping: str | None) -> dict[str, Path]:
     """Recordings below the root, by their names in patterns."""
-    if format is not None and format in formats():
+    if format is not None:  # one that there is, as its reader was found
         try:
             found = recordings(format, root, None if mapping is None else path.parent / mapping)
         except DataError as error:

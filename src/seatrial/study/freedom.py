@@ -12,7 +12,6 @@ import numpy as np
 
 from ..core.errors import SeatrialError
 from ..core.parameters import MOST, Free, ParameterError, Spec, far, match, specs, unknown, values
-from ..data.captive import read_captive
 from ..identify import Estimator, Problem, StudyError
 from ..identify.lint import tested_by
 from ..identify.regression.captive import USUAL, CaptiveFit, fit_captive, priors
@@ -48,6 +47,8 @@ def tested(path: Path, table: CaptiveTable, ship: Ship) -> CaptiveFit:
     Raises:
         StudyError: tables that cannot be read, or that do not determine what they are asked for.
     """
+    from ..data.captive import read_captive  # its tables may be mapped, which most studies do without
+
     try:
         files = [named_path(path, "captive.tables", name) for name in table.tables]
         mapping = named_path(path, "captive.mapping", table.mapping) if table.mapping else None

@@ -281,11 +281,12 @@ def _keep_members(cell: Cell, where: Path, fit: Fit, sigma: Mapping[str, float],
         sigma: scale of each state.
         note: receives why there are none, where a hybrid has none.
     """
-    from ..belief.spread import NAME, members, save_members
     from ..models.hybrid import Hybrid
 
     if not isinstance(fit.ship.model, Hybrid):
         return
+    from ..belief.spread import NAME, members, save_members
+
     try:
         found = members(fit, cell.problem, cell.estimator, sigma, restart=cell.restart)
     except DataError as error:

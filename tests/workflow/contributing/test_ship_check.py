@@ -10,8 +10,8 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
-from seatrial.workflow.contributing import check_ship_file
 from seatrial.workflow.contributing.published import published, reproduce
+from seatrial.workflow.contributing.ship_check import check_ship_file
 
 # Advance and first overshoot of the independent reference tracks, see tests/golden/kvlcc2.toml.
 HEAD = '''schema = "seatrial-ship/1"
@@ -136,7 +136,7 @@ def test_an_entry_that_cannot_be_used_is_one_line(tmp_path: Path, wrong: str, sa
 
 
 def test_entries_of_one_run_share_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import seatrial.workflow.contributing.published as module
+    import seatrial.workflow.simulation as module
 
     counted: list[str] = []
     real = module.simulate

@@ -60,13 +60,15 @@ class Format:
 
 def formats() -> Mapping[str, Format]:
     """Every format that has a module in this folder, by name."""
-    found: dict[str, Format] = {}
-    for module in pkgutil.iter_modules(__path__, f"{__name__}."):
-        one = import_module(module.name)
-        needed = getattr(one, "needs_mapping", False)
-        others = (getattr(one, key, None) for key in ("read_all", "recordings"))
-        found[one.name] = Format(one.name, one.suffixes, one.read, getattr(one, "read_mapping", None), needed, *others)
-    return found
+    every = (_of_module(module.name) for module in pkgutil.iter_modules(__path__, f"{__name__}."))
+    return {one.name: one for one in every}
+
+
+def _of_module(module: str) -> Format:
+    one = import_module(module)
+    needed = getattr(one, "needs_mapping", False)
+    others = (getattr(one, key, None) for key in ("read_all", "recordings"))
+    return Format(one.name, one.suffixes, one.read, getattr(one, "read_mapping", None), needed, *others)
 
 
 def known_by_suffix(src: Path) -> str:
@@ -82,6 +84,11 @@ def known_by_suffix(src: Path) -> str:
 
 
 def _format(name: str) -> Format:
+    own = name.replace("-", "_")  # the usual name of its module, as to import all of them takes its time
+    if own in (module.name for module in pkgutil.iter_modules(__path__)):
+        one = _of_module(f"{__name__}.{own}")
+        if one.name == name:
+            return one
     known = formats()
     if name not in known:
         raise DataError(unknown(name, known, "format"))

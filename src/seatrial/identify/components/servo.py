@@ -18,7 +18,6 @@ from typing import Any, cast
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtrc
 
 from ...actuators import Actuator, Azimuth
 from ...data import Array, DataError, Trial
@@ -211,6 +210,8 @@ def _needed(fit: _Found, less: _Found, floor: float) -> bool:
     more, spare = len(fit.names) - len(less.names), fit.independent - len(fit.names)
     if spare < 1:
         return False
+    from scipy.special import fdtrc  # a quarter of a second, for what only commands ask
+
     F = (less.cost - fit.cost) / more / (max(fit.cost, floor) / spare)
     return float(fdtrc(more, spare, max(F, 0.0))) < _DOUBT
 

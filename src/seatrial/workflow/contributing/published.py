@@ -20,7 +20,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from ...core.errors import SeatrialError
 from ...core.files import toml_of
@@ -28,7 +28,9 @@ from ...core.parameters import unknown
 from ...ships import Ship
 from .. import RequestError
 from ..asked import Approach, Around, Orders, Span
-from ..simulation import Simulated, simulate
+
+if TYPE_CHECKING:
+    from ..simulation import Simulated
 
 Group = TypeVar("Group", Orders, Approach, Span, Around)
 SETTINGS = ("rudder", "heading", "side", "speed", "rps", "steer", "throttle", "duration", "depth")
@@ -206,6 +208,8 @@ def reproduce(ship: Ship, wanted: tuple[Published, ...]) -> tuple[Reproduced, ..
 
 
 def _run(ship: Ship, one: Published) -> Simulated | str:
+    from ..simulation import simulate  # what only warns of a ship runs none
+
     try:
         return simulate(ship, one.manoeuvre, orders=_some(Orders, one), begin=_some(Approach, one),
                         span=_some(Span, one), around=_some(Around, one))  # fmt: skip
