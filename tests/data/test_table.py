@@ -39,6 +39,14 @@ def test_numbers_in_the_notation_of_a_programming_language_are_none(cell: str) -
         read(["1,2,3", f"1,{cell},3", "1,2,3"])
 
 
+def test_all_digits_of_a_number_are_read_whatever_its_notation() -> None:
+    cells = ["4.9e-324", "2.2250738585072011e-308", "0.1000000000000000055511151231257827021181583404541015625", "-0.0",
+             " 1E+05\t", ".5", "1.", "nan", "9007199254740993"]  # fmt: skip
+    table = read([",".join(cells[k : k + 3]) for k in range(0, 9, 3)])
+    np.testing.assert_array_equal(table.ravel(), [*map(float, cells)])
+    assert np.signbit(table[1, 0])
+
+
 def test_what_is_infinite_is_told_by_column_and_line() -> None:
     with pytest.raises(DataError, match="column 'x', line 3: infinite"):
         read(["1,2,3", "1,inf,3"])

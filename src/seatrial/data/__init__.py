@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import DataError, MissingError
+from ..core.once import by_identity
 from ..core.parameters import unknown
 
 __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
@@ -79,6 +80,11 @@ class Trial:
         """Time from the first sample to the last [s]."""
         return float(self.t[-1] - self.t[0]) if len(self) else 0.0
 
+    @property
+    def heading(self) -> Array:
+        """Its heading `psi`, continuous across +-pi (`unwrapped`) [rad]; all who ask share it, so it is read-only."""
+        return _continuous(self["psi"])
+
     def unit(self, name: str) -> str:
         """Unit of a channel."""
         return self.units.get(name) or UNITS.get(name, "-")
@@ -134,6 +140,13 @@ def unwrapped(psi: Array) -> Array:
     known = psi if good.all() else psi[good]
     if not (np.abs(np.diff(known)) < math.pi).all():  # seldom, and ten times as dear
         out[good] = np.unwrap(known)
+    return out
+
+
+@by_identity
+def _continuous(psi: Array) -> Array:
+    out = unwrapped(psi)
+    out.flags.writeable = False
     return out
 
 

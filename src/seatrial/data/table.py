@@ -134,12 +134,12 @@ def numbers(
         The table, shape (rows, columns), and the line number of each row (1 is the first of the file).
     """
     kept = [k for k in range(first, len(lines)) if lines[k].strip()]
-    flat: list[float] = []
+    parts: list[Array] = []
     for k in range(0, len(kept), _BLOCK):
         some = kept[k : k + _BLOCK]
-        flat += _plain([lines[k] for k in some], len(columns), delimiter) or _told(
-            path, lines, some, columns, delimiter, gaps)  # fmt: skip
-    table = np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))
+        plain = _plain([lines[k] for k in some], len(columns), delimiter)
+        parts.append(_told(path, lines, some, columns, delimiter, gaps) if plain is None else plain)
+    table = np.concatenate(parts) if parts else np.zeros((0, len(columns)))
     infinite = np.argwhere(np.isinf(table))
     if infinite.size:
         row, column = infinite[0]
@@ -150,24 +150,23 @@ def numbers(
     return table, [k + 1 for k in kept]
 
 
-def _plain(rows: Sequence[str], count: int, delimiter: str | None) -> list[float]:
-    """Numbers of rows that hold nothing else, split and read at once; empty where one does, or lacks a cell."""
+def _plain(rows: Sequence[str], count: int, delimiter: str | None) -> Array | None:
+    """Table of rows that hold numbers alone, read at once; None where one holds more, or lacks a cell."""
     if delimiter is None or {*map(str.count, rows, repeat(delimiter))} != {count - 1}:
-        return []
-    text = delimiter.join(rows)
-    if "_" in text or not text.isascii():
-        return []
+        return None
+    if any("_" in row or not row.isascii() for row in rows):
+        return None
     try:
-        return list(map(float, text.split(delimiter)))
+        return np.loadtxt(rows, delimiter=delimiter, comments=None, ndmin=2)
     except ValueError:
-        return []
+        return None
 
 
 def _told(
     path: str | Path, lines: Sequence[str], kept: Sequence[int], columns: Sequence[str], delimiter: str | None,
     gaps: Container[str],
-) -> list[float]:  # fmt: skip
-    """Numbers of some lines, cell by cell where they hold more than numbers."""
+) -> Array:  # fmt: skip
+    """Table of some lines, cell by cell where they hold more than numbers."""
     flat: list[float] = []
     for k in kept:
         cells = lines[k].split(delimiter)
@@ -181,7 +180,7 @@ def _told(
             flat += list(map(float if lines[k].isascii() and "_" not in lines[k] else decimal, cells))
         except ValueError:
             flat.extend(_number(path, k, *pair, gaps) for pair in zip(columns, cells, strict=True))
-    return flat
+    return np.array(flat, dtype=np.float64).reshape(len(kept), len(columns))
 
 
 def decimal(text: str) -> float:

@@ -12,6 +12,7 @@ from seatrial.data import Array, DataError, Trial
 from seatrial.data.check import check
 from seatrial.data.importing import import_log
 from seatrial.data.prepare import Step, derived, marked, measured, mended, read_steps, steps_text, unsaid
+from seatrial.data.prepare.made import _Around
 from seatrial.data.prepare.smooth import smooth
 from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.identify.noise import noise
@@ -197,3 +198,24 @@ def test_what_is_made_from_others_is_no_reading_but_where_a_prediction_begins() 
     assert good.all()
     assert set(noise([log])) == {"x", "y", "psi", "u", "v_m"}
     assert set(noise([log, sailed(seed=3)])) == {"x", "y", "psi", "u", "v_m", "r"}
+
+
+@pytest.mark.parametrize("reach", [2, 3])
+def test_rows_around_are_those_of_a_loop(reach: int) -> None:
+    log = sailed(rows=12)
+    log = replace(log, t=log.t + 0.1 * np.sin(log.t))
+    around, away = _Around(log, reach), [k for k in range(-reach, reach + 1) if k]
+    rows = range(reach, len(log) - reach)
+    psi, x, y = log["psi"], log["x"], log["y"]
+
+    def along(name: str, a: int, b: int, at: int) -> float:
+        north, east, c, s = x[b] - x[a], y[b] - y[a], np.cos(psi[at]), np.sin(psi[at])
+        return {"r": psi[b] - psi[a], "u": c * north + s * east, "v_m": c * east - s * north}[name]
+
+    for name in ("r", "u", "v_m"):
+        rates = [[along(name, k, k + j, k) / (log.t[k + j] - log.t[k]) for j in away] for k in rows]
+        np.testing.assert_allclose(around.rates(name), rates, rtol=1e-12)
+        moved = [[along(name, k - 1, k + j, k) for j in away] for k in rows]
+        np.testing.assert_allclose(around.moved(name, around.around(name), 1), moved, rtol=1e-12, atol=1e-15)
+    np.testing.assert_array_equal(around.inner("u")[:, 0], log["u"][reach:-reach])
+    assert not [*unsaid(log.rows(slice(0, 2 * reach)))]

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...core.constants import GRAVITY
 from ...core.once import by_identity
-from .. import Array, Trial, unwrapped
+from .. import Array, Trial
 from ..prepare import integral, segments
 from ..prepare.smooth import sensor_noise
 
@@ -62,6 +62,7 @@ def has(trial: Trial, *names: str) -> bool:
     return all(name in trial and _alive(trial[name]) for name in names)
 
 
+@by_identity
 def _alive(values: Array) -> bool:
     good = values[np.isfinite(values)]
     return good.size >= _LEAST and bool(good.min() < good.max())
@@ -73,18 +74,18 @@ def slides_unseen(trial: Trial) -> bool:
     return "v_m" in trial and not has(trial, "v_m") and bool(turned > 0.2)
 
 
+@by_identity
 def noise_of(values: Array) -> float:
-    """Standard deviation of the noise of a channel; that of its steps at least."""
+    """Standard deviation of the noise of a channel; that of its steps at least.
+
+    Kept as long as the channel lives: the competition of suspects asks some twenty times.
+    """
     good = values[np.isfinite(values)]
     if good.size < _LEAST:
         return 0.0
     moves = np.abs(np.diff(good))
     step = max(_grid(moves, 0.0, 0.0), _grid(moves, _TILT * float(np.quantile(moves, 0.9)), _EVEN))
     return max(float(np.nan_to_num(sensor_noise(values))), 0.3 * step)
-
-
-_noise = by_identity(noise_of)
-"""Of a channel of a trial: the competition of suspects asks some twenty times."""
 
 
 def _grid(moves: Array, least: float, even: float) -> float:
@@ -122,8 +123,8 @@ def _of(trial: Trial, causes: bool) -> Iterable[Window]:
     if not (track or turn):
         return
     names = [n for n in ("x", "y", "u", "v_m") if track] + ["psi"] + (["r"] if turn else [])
-    whole = trial.having(psi=unwrapped(trial["psi"]))
-    noise = {n: _noise(trial[n]) if n != "psi" else noise_of(whole[n]) for n in names}
+    whole = trial.having(psi=trial.heading)
+    noise = {n: noise_of(whole[n]) for n in names}
     for run in segments(whole, names):
         if len(run) >= _LEAST:
             yield _run(run, noise, track, turn, causes)

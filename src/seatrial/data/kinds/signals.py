@@ -231,7 +231,7 @@ def _motion(trial: Trial) -> tuple[Array, Array | None, Array | None, Array | No
     reach = np.column_stack([filled(trial["x"]), filled(trial["y"])]) if where else None
     t = trial.t
     if "psi" in trial and _known(trial["psi"]):
-        psi = unwrapped(filled(unwrapped(trial["psi"])))
+        psi = unwrapped(filled(trial.heading))
     elif "r" in trial and _known(trial["r"]):
         rate = filled(trial["r"])
         psi = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
@@ -301,7 +301,8 @@ def _breaks(values: Array, wide: float) -> list[int]:
     """Rows at which a stretch begins whose values lie within `wide` of each other, and the end."""
     # A single reading beside its neighbours is a spike, not the end of a stretch.
     calm = values.copy()
-    calm[1:-1] = np.median(np.stack([values[:-2], values[1:-1], values[2:]]), axis=0)
+    before, here, after = values[:-2], values[1:-1], values[2:]
+    calm[1:-1] = np.maximum(np.minimum(before, here), np.minimum(np.maximum(before, here), after))  # their median
     starts, low, high = [0], math.inf, -math.inf
     for k, value in enumerate(calm.tolist()):
         if value < low:

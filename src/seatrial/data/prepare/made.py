@@ -13,14 +13,16 @@ least that noise through the filter.  A difference well below it shows that the 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from .. import Array, Trial, unwrapped
+from .. import Array, Trial
 
 SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "r": ("psi",), "u": ("x", "y", "psi"), "v_m": ("x", "y", "psi"),
@@ -98,34 +100,38 @@ def unsaid(whole: Trial) -> Iterator[Made]:
     """Channels that a logger has made of others without a word."""
     first = max(len(whole) - _ENOUGH, 0) // 2
     trial = whole.rows(slice(first, first + _ENOUGH))
+    near, far = _Around(trial, _NEAR), _Around(trial, _FAR)
     for name, of in SOURCES.items():
         if measured(trial, name) and all(measured(trial, one) for one in of):
-            near, between = _made(trial, name, of, _NEAR, math.inf)
-            found = near or _made(trial, name, of, _FAR, between)[0]
+            found, between = _made(near, name, of, math.inf)
+            found = found or _made(far, name, of, between)[0]
             if found is not None:
                 yield found
 
 
-def _made(trial: Trial, name: str, of: tuple[str, ...], reach: int, most: float) -> tuple[Made | None, float]:
+def _made(around: _Around, name: str, of: tuple[str, ...], most: float) -> tuple[Made | None, float]:
     """Evidence, if any, and what interpolation leaves of the source.
 
     Args:
         most: what interpolation between fewer rows leaves: between more it leaves no more, which often tells enough.
     """
-    rates, steps, good = _slopes(trial, name, reach)
-    good &= np.isfinite(trial[name])
+    reach = around.reach
+    if len(around.trial) <= 2 * reach:
+        return None, math.inf
+    values, rates = around.inner(name)[:, 0], around.rates(name)
+    good = np.isfinite(rates).all(axis=1) & np.isfinite(values)
     if good.sum() < 2 * reach * _FOR_EACH:
         return None, math.inf
-    values = trial[name]
-    weights, off = _tame(rates[good], values[good])
+    values = values[good]
+    weights, off = _tame(rates[good], values)
     left = float(np.sqrt(np.mean(off**2)))
-    through = weights / steps
+    through = weights / (around.away * around.trial.dt)
     share = math.hypot(float(np.linalg.norm(through)), float(through.sum()))
     if left > _BELOW * share * _SURELY * most:
         return None, most
-    noise, spread, between = _noise(trial, name, reach)
+    noise, spread, between = _noise(around, name)
     least = noise * share
-    rounded = _rounding(values[good])
+    rounded = _rounding(values)
     shown = noise >= _SHOWN * spread or (noise >= _NONE * spread and left <= rounded)
     told = shown and left <= _BELOW * least
     return Made(name, of, reach, left, least) if told else None, between
@@ -148,50 +154,76 @@ def _tame(columns: Array, values: Array) -> tuple[Array, Array]:
     return _filter(columns[kept], values[kept]) if 0.9 < kept.mean() < 1.0 else (weights, off)
 
 
-def _moved(trial: Trial, name: str, a: NDArray[np.intp], b: NDArray[np.intp], at: NDArray[np.intp]) -> Array:
-    """What the source of a channel moved from rows a to rows b, along the axes of rows `at`."""
-    psi = unwrapped(trial["psi"])
-    if name == "r":
-        return psi[b] - psi[a]
-    c, s = np.cos(psi)[at], np.sin(psi)[at]
-    north, east = trial["x"][b] - trial["x"][a], trial["y"][b] - trial["y"][a]
-    return c * north + s * east if name == "u" else c * east - s * north
+@dataclass(frozen=True)
+class _Around:
+    """The rows of a trial that have so many (`reach`) to either side, each beside these."""
+
+    trial: Trial
+    reach: int
+
+    @cached_property
+    def away(self) -> NDArray[np.intp]:
+        """Rows from one to those around it, shape (2 reach,)."""
+        return np.array([k for k in range(-self.reach, self.reach + 1) if k])
+
+    def inner(self, name: str) -> Array:
+        """Values of the rows themselves, shape (rows, 1)."""
+        return self._of(name)[self.reach : len(self.trial) - self.reach, None]
+
+    def beside(self, name: str) -> Array:
+        """Values of the rows around, shape (rows, 2 reach)."""
+        return sliding_window_view(self._of(name), 2 * self.reach + 1)[:, self.away + self.reach]
+
+    def _of(self, name: str) -> Array:
+        return self.trial.heading if name == "psi" else self.trial[name]
+
+    @cached_property
+    def _axes(self) -> tuple[Array, Array]:
+        """Cosine and sine of the heading, shape (rows, 1)."""
+        return np.cos(self.inner("psi")), np.sin(self.inner("psi"))
+
+    def moved(self, name: str, ends: Sequence[Array], back: int) -> Array:
+        """What the source of a channel moved along the axes of each row, to some ends from so many rows before it on.
+
+        Args:
+            ends: its headings, or north and east.
+        """
+        first = slice(self.reach - back, len(self.trial) - self.reach - back)
+        if name == "r":
+            return ends[0] - self._of("psi")[first, None]
+        (c, s), (x, y) = self._axes, ends
+        north, east = x - self.trial["x"][first, None], y - self.trial["y"][first, None]
+        return c * north + s * east if name == "u" else c * east - s * north
+
+    @cached_property
+    def _track(self) -> tuple[Array, Array]:
+        return self.beside("x"), self.beside("y")
+
+    @cached_property
+    def _span(self) -> Array:
+        return self.beside("t") - self.inner("t")
+
+    def around(self, name: str) -> tuple[Array, ...]:
+        """Headings, or north and east, of the rows around."""
+        return (self.beside("psi"),) if name == "r" else self._track
+
+    def rates(self, name: str) -> Array:
+        """Mean rates of change of the source from each row to those around, shape (rows, 2 reach)."""
+        with np.errstate(all="ignore"):
+            return self.moved(name, self.around(name), 0) / self._span
 
 
-def _slopes(trial: Trial, name: str, reach: int) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Mean rates of change of the source from each row to those around, and the usual times to these.
-
-    Returns:
-        Shape (rows, 2 reach), shape (2 reach,) [s], and whether a row has all of them, shape (rows,).
-    """
-    count = len(trial)
-    at, away = np.arange(count), np.array([k for k in range(-reach, reach + 1) if k])
-    other = at[:, None] + away
-    inside = (other >= 0) & (other < count)
-    other = np.clip(other, 0, count - 1)
-    here = np.broadcast_to(at[:, None], other.shape)
-    span = trial.t[other] - trial.t[here]
-    with np.errstate(all="ignore"):
-        rates = _moved(trial, name, here, other, here) / span
-    return rates, away * trial.dt, np.asarray((inside & np.isfinite(rates)).all(axis=1))
-
-
-def _noise(trial: Trial, name: str, reach: int) -> tuple[float, float, float]:
+def _noise(around: _Around, name: str) -> tuple[float, float, float]:
     """White noise of the source, by what interpolation between the rows around leaves; its spread; what is left."""
-    count = len(trial)
-    away = np.array([k for k in range(-reach, reach + 1) if k])
-    at = np.arange(reach, count - reach)
-    row = np.broadcast_to(at[:, None], (at.size, away.size))
+    trial, reach = around.trial, around.reach
     # all from the row before, as only differences can be taken along axes that turn
-    before = at - 1
-    moves = _moved(trial, name, np.broadcast_to(before[:, None], row.shape), row + away, row)
-    own = _moved(trial, name, before, at, at)
-    moves = np.delete(moves, reach - 1, axis=1)  # of the row before itself: zero
+    own = around.moved(name, [around.inner(one) for one in (("psi",) if name == "r" else ("x", "y"))], 1)[:, 0]
+    moves = np.delete(around.moved(name, around.around(name), 1), reach - 1, axis=1)  # of the row before itself: zero
     good = np.isfinite(moves).all(axis=1) & np.isfinite(own)
     weights, off = _tame(moves[good], own[good])
     # the row before counts with what is left to one
     norm = math.sqrt(1.0 + float(weights @ weights) + (1.0 - float(weights.sum())) ** 2)
-    source = unwrapped(trial["psi"]) if name == "r" else np.hypot(trial["x"], trial["y"])
+    source = trial.heading if name == "r" else np.hypot(trial["x"], trial["y"])
     between = float(np.sqrt(np.mean(off**2)))
     return between / norm, float(np.nanstd(source)), between
 

@@ -11,7 +11,7 @@ import pytest
 from seatrial.data import Array, Trial
 from seatrial.data.check.attitude.heel import _against_rate, _straight, heel_faults
 from seatrial.data.check.findings import _finding, _pairs, _repeats, check_folder, check_set
-from seatrial.data.check.rows.outliers import _aloof, _blocks, _differences, _spikes, _threshold, outlier_faults
+from seatrial.data.check.rows.outliers import _aloof, _beyond, _blocks, _differences, _spikes, outlier_faults
 from seatrial.data.check.rows.still import _by_digits, _exact, _made_of_psi, _rounded, still_faults
 from seatrial.data.check.sensors import Fault
 from seatrial.data.prepare import Remedy, Step
@@ -79,15 +79,19 @@ def test_a_spike_comes_back_at_once_and_stands_out() -> None:
 
 
 def test_how_far_out_a_value_must_be() -> None:
-    rng = np.random.default_rng(0)
-    noise = rng.normal(0.0, 0.1, 4000)
-    t = np.arange(4000.0)
-    assert _threshold(log(t, u=noise), "u", noise) == pytest.approx(1.2, rel=0.1)  # twelve times the noise
+    far = np.linspace(0.0, 10.0, 10001)
+
+    def least(trial: Trial, name: str) -> float:
+        return float(far[_beyond(trial, name, trial[name], far)][0])
+
+    noise = np.random.default_rng(0).normal(0.0, 0.1, 4000)
+    assert least(log(np.arange(4000.0), u=noise), "u") == pytest.approx(1.2, rel=0.1)  # twelve times the noise
     line = np.linspace(0.0, 100.0, 200)
-    assert _threshold(log(u=line), "u", line) == pytest.approx(4.5)  # a twentieth of nine tenths
-    assert _threshold(log(x=line), "x", line) == pytest.approx(2.5)  # a twentieth of the length
-    assert _threshold(log(length=None, x=line), "x", line) == pytest.approx(0.5)
-    assert _threshold(log(psi=line), "psi", line) == pytest.approx(0.05 * math.pi)
+    assert least(log(u=line), "u") == pytest.approx(4.5, abs=1e-3)  # a twentieth of nine tenths
+    assert least(log(x=line), "x") == pytest.approx(2.5, abs=1e-3)  # a twentieth of the length
+    assert least(log(length=None, x=line), "x") == pytest.approx(0.5, abs=2e-3)
+    assert least(log(psi=line), "psi") == pytest.approx(0.05 * math.pi, abs=1e-3)
+    assert not _beyond(log(u=line), "u", line, far[far < 4.49]).any()
 
 
 def test_a_block_of_one_value_leaps_in_and_out() -> None:

@@ -131,18 +131,26 @@ def _names(trial: Trial) -> Iterator[str]:
             yield name
 
 
+def _known(trial: Trial, name: str, at: NDArray[np.intp]) -> Array:
+    """Values of these rows; of all of them the channel itself, of which the noise is known already."""
+    return trial[name] if at.size == len(trial) else trial[name][at]
+
+
 def _differences(name: str, values: Array) -> Array:
     steps = np.diff(values)
     return (steps + math.pi) % _TURN - math.pi if name in ANGLES else steps
 
 
-def _threshold(trial: Trial, name: str, values: Array) -> float:
-    """How far out a value must be: beyond noise, and beyond a part of what the channel usually spans."""
+def _beyond(trial: Trial, name: str, values: Array, out: Array) -> Flags:
+    """Which are far enough out: beyond noise, and beyond a part of what the channel usually spans."""
     if name in ("x", "y"):
-        return max(_NOISE * noise_of(values), _SPAN * (length_of(trial) or 10.0))
-    low, high = np.quantile(values, [0.05, 0.95])
-    span = min(float(high - low), math.pi) if name in ANGLES else float(high - low)
-    return max(_NOISE * noise_of(values), _SPAN * span, 1e-9)
+        least = _SPAN * (length_of(trial) or 10.0)
+    else:
+        low, high = np.quantile(values, [0.05, 0.95])
+        least = max(_SPAN * (min(float(high - low), math.pi) if name in ANGLES else float(high - low)), 1e-9)
+    far = out > least
+    # the noise is dear, and seldom asked for
+    return far & (out > _NOISE * noise_of(values)) if far.any() else far
 
 
 def _spikes(trial: Trial, name: str) -> Flags:
@@ -151,13 +159,13 @@ def _spikes(trial: Trial, name: str) -> Flags:
     at = np.flatnonzero(np.isfinite(trial[name]))
     if at.size < 50:
         return bad
-    values = trial[name][at]
+    values = _known(trial, name, at)
     steps = _differences(name, values)
     there, back = steps[:-1], steps[1:]
     out = np.where(there * back < 0, np.minimum(np.abs(there), np.abs(back)), 0.0)
     out = np.where(np.abs(there + back) < 0.5 * out, out, 0.0)
-    far = out > _KINKS * float(np.quantile(out, 1.0 - _SHARE))
-    if not far.any() or not (far := far & (out > _threshold(trial, name, values))).any():
+    far = _beyond(trial, name, values, out)
+    if not far.any() or not (far := far & (out > _KINKS * float(np.quantile(out, 1.0 - _SHARE)))).any():
         return bad
     rest = out[~far]
     # a control that moves all the time is not spoilt by it, nor is a sensor by a peak whose flanks are as steep
@@ -189,7 +197,7 @@ def _blocks(trial: Trial, name: str) -> Flags:
     steered = name not in MEASURED
     if at.size < 50:
         return bad
-    values = trial[name][at]
+    values = _known(trial, name, at)
     edges = np.flatnonzero(np.concatenate([[True], np.diff(values) != 0, [True]]))
     first, last = edges[:-1], edges[1:]
     repeats = (first > 0) & (last < at.size) & (last - first > 1) & (last - first < _LONGEST * at.size)
@@ -200,14 +208,14 @@ def _blocks(trial: Trial, name: str) -> Flags:
         repeats &= np.minimum(into, out) > 8.0 * usual
     if not repeats.any():
         return bad
-    least = _threshold(trial, name, values)
-    for a, b in zip(first[repeats].tolist(), last[repeats].tolist(), strict=True):
-        into, out = values[a] - values[a - 1], values[b] - values[a]
-        if name in ANGLES:
-            into, out = ((one + math.pi) % _TURN - math.pi for one in (into, out))
-        leaps = into * out < 0 and min(abs(into), abs(out)) > 2.0 * least
-        if leaps and (not steered or _elsewhere(values, float(values[a]))):
-            bad[at[a:b]] = True
+    first, last = first[repeats], last[repeats]
+    into, out = values[first] - values[first - 1], values[last] - values[first]
+    if name in ANGLES:
+        into, out = ((one + math.pi) % _TURN - math.pi for one in (into, out))
+    leaps = np.where(into * out < 0, np.minimum(np.abs(into), np.abs(out)), 0.0)
+    for k in np.flatnonzero(_beyond(trial, name, values, 0.5 * leaps)).tolist():
+        if not steered or _elsewhere(values, float(values[first[k]])):
+            bad[at[first[k] : last[k]]] = True
     return bad
 
 
