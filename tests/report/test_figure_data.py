@@ -74,3 +74,14 @@ def test_a_page_sorts_its_tables_and_fetches_nothing() -> None:
     assert "aria-sort" in html
     assert "prefers-color-scheme:dark" in html
     assert not re.search(r'(?:src|href)="(?!data:)', html)
+
+
+def test_names_with_commas_quotes_and_shares_stay_one_cell() -> None:
+    fig, (ax,) = figures.canvas(1)
+    ax.plot([1.0, 2.0], [0.5, -1.23456789e-7], label='drift, "95 %"')
+    ax.set(xlabel="t, [s]", ylabel="share [%]")
+    rows = numbers(taken(with_data("<svg></svg>", fig))[1])
+    assert rows == [
+        {"panel": "share [%] over t, [s]", "series": 'drift, "95 %"', "x": "1", "y": "0.5"},
+        {"panel": "share [%] over t, [s]", "series": 'drift, "95 %"', "x": "2", "y": "-1.2346e-07"},
+    ]

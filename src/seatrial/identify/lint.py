@@ -16,6 +16,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from ..core.once import by_identity
 from ..core.parameters import specs, unknown
 from ..data import Array, DataError, Trial
 from ..data.check import Finding, check_folder, check_set
@@ -68,14 +69,21 @@ def lint(
         estimator: the estimator that will fit it; None assumes `shooting:Trajectory`.
         felt: whether to predict the trials, to check that each parameter changes some prediction.
     """
+    found = _unrun(problem, estimator, *test)
+    if felt and not any(issue.severity == "error" for issue in found):
+        found = (*found, *_felt(problem))
+    return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
+
+
+@by_identity  # before a study is run all of it is asked for, and this again when its fit begins
+def _unrun(problem: Problem, estimator: Estimator | None, *test: Trial) -> tuple[Issue, ...]:
+    """What is found without a prediction."""
     found = [*_free(problem), *_scales(problem), *_levels(problem), *_starts(problem, estimator), *mass(problem)]
     found += [*_trials(problem, test, estimator is None or getattr(estimator, "partial", False)),
               *_checked(problem, test), *_sets(problem, test)]
     if estimator is not None and tested_by(problem, estimator) and not any(one.severity == "error" for one in found):
         found += unmet(problem, compared_as(estimator))
-    if felt and not any(issue.severity == "error" for issue in found):
-        found += _felt(problem)
-    return tuple(sorted(found, key=lambda issue: issue.severity != "error"))
+    return tuple(found)
 
 
 def lines(issues: Iterable[Issue]) -> tuple[str, ...]:

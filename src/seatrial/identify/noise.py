@@ -11,11 +11,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..data import Array, Trial, unwrapped
+from ..core.once import by_identity
+from ..data import Array, Trial
 from ..data.prepare import measured
 from ..environment import CHANNELS
 from ..models import STATES, Model
@@ -50,9 +52,11 @@ class Screened:
     rejected: Mapping[str, Mapping[str, int]]
 
 
+@by_identity
 def sensor_noise(values: Array) -> float:
     """Standard deviation of the white noise of an evenly sampled channel; NaN gaps are allowed.
 
+    Kept as long as the channel lives: a fit asks before it begins, in its test and in its report.
     `data.prepare.smooth` reads it off third differences, which is enough to smooth by; a weight needs it within a tenth
     at any rate of the log.
 
@@ -60,9 +64,10 @@ def sensor_noise(values: Array) -> float:
         NaN with fewer than three readings in a row.
     """
     found: list[float] = []
+    between = np.diff(values)
     for order in _ORDERS:
-        left = np.diff(values, order)
-        left = left[np.isfinite(left)]
+        between = np.diff(between)
+        left = between[np.isfinite(between)]
         # the least of several of few differences is small by chance
         if left.size >= _FEWEST or (left.size and not found):
             found.append(_clipped(left) / math.sqrt(math.comb(2 * order, order)))
@@ -71,10 +76,14 @@ def sensor_noise(values: Array) -> float:
 
 def _clipped(values: Array) -> float:
     """Root mean square without what lies beyond `_CLIP` times it."""
-    size = float(np.sqrt(np.mean(values**2)))
+    squares, far = values**2, np.abs(values)
+    size = math.sqrt(float(np.mean(squares)))
     for _ in range(20):
-        inside = values[np.abs(values) <= _CLIP * size]
-        then = float(np.sqrt(np.mean(inside**2))) if inside.size else 0.0
+        near = far <= _CLIP * size
+        if near.all():
+            break
+        inside = squares[near]
+        then = math.sqrt(float(np.mean(inside))) if inside.size else 0.0
         if then >= (1.0 - 1e-3) * size:
             break
         size = then
@@ -92,7 +101,7 @@ def resolution(values: Array) -> float:
 
 def channel(trial: Trial, name: str) -> Array:
     """A state of a trial, the heading unwrapped, shape (samples,)."""
-    return unwrapped(trial[name]) if name == "psi" else np.asarray(trial[name])
+    return trial.heading if name == "psi" else np.asarray(trial[name])
 
 
 def noise(trials: Sequence[Trial], names: Sequence[str] = STATES) -> dict[str, float]:
@@ -138,7 +147,7 @@ def input_noise(trials: Sequence[Trial], model: Model) -> Array:
 def _at_its_rate(values: Array) -> Array:
     """The readings alone where a channel is read less often than the rows; else with their gaps."""
     good = np.flatnonzero(np.isfinite(values))
-    return values[good] if good.size > 1 and np.median(np.diff(good)) > 1.0 else values
+    return values[good] if 1 < good.size < values.size and np.median(np.diff(good)) > 1.0 else values
 
 
 def between_rows(means: Array, level: Array, read: NDArray[np.bool_] | None = None) -> Array:
@@ -226,26 +235,29 @@ def _jumps(values: Array, length: int) -> Array:
     The least distance of its readings, each divided by its own scatter under unit noise; shape (samples,), by the first
     reading of the run; 0 where a neighbour is missing.
     """
-    at = np.array([-2.0, -1.0, length, length + 1.0])
-    powers = np.arange(4)
     out = np.zeros(values.size)
-    inner = np.arange(2, values.size - length - 1)
-    if not inner.size:
+    count = values.size - length - 3
+    if count <= 0:
         return out
-    near = [values[2 + k : 2 + k + inner.size] for k in at.astype(np.intp).tolist()]
-    least = np.full(inner.size, np.inf)
-    for k in range(length):
-        # Weights of the four neighbours in the value of their cubic at reading k.
-        weights = np.linalg.solve((at[:, None] ** powers).T, float(k) ** powers)
-        reading = values[2 + k : 2 + k + inner.size]
+    near = [values[2 + k : 2 + k + count] for k in (-2, -1, length, length + 1)]
+    least = np.full(count, np.inf)
+    for k, weights in enumerate(_cubic(length)):
+        reading = values[2 + k : 2 + k + count]
         cubic = sum(w * part for w, part in zip(weights.tolist(), near, strict=True))
         distance = np.abs(reading - cubic) / math.sqrt(1.0 + float(weights @ weights))
         # It also lies beyond both nearest neighbours, on one side: a lasting step is no outlier.
         before, after = reading - near[1], reading - near[2]
         outside = np.where(before * after > 0, np.minimum(np.abs(before), np.abs(after)), 0.0) / math.sqrt(2.0)
         least = np.minimum(least, np.nan_to_num(np.minimum(distance, outside)))
-    out[inner] = least
+    out[2 : 2 + count] = least
     return out
+
+
+@lru_cache(maxsize=_LENGTH)
+def _cubic(length: int) -> tuple[Array, ...]:
+    """Weights of the two neighbours on either side in the value of their cubic at each reading of a run."""
+    at, powers = np.array([-2.0, -1.0, length, length + 1.0]), np.arange(4)
+    return tuple(np.linalg.solve((at[:, None] ** powers).T, float(k) ** powers) for k in range(length))
 
 
 def screened(trials: Sequence[Trial], level: Mapping[str, float]) -> Screened:

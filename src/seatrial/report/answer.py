@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from scipy.special import stdtrit
 
+from ..core.once import by_identity
 from ..data import Array
 from ..identify import Fit
 from ..identify.filters.ahead import CONSTANT_VELOCITY
@@ -82,6 +82,7 @@ def answered(found: Mapping[str, Any]) -> Answer:
     return Answer(**found)
 
 
+@by_identity
 def answer(report: Evidence) -> Answer | None:
     """The first screen of a fit beside the ship before and constant velocity; None without one, or a comparison."""
     fit = report.fit
@@ -110,12 +111,15 @@ def _ends(comparisons: Iterable[Comparison]) -> list[float]:
 def _after(found: Sequence[Comparison], end: float) -> tuple[float | None, float | None]:
     """Error of position and heading so long after a start."""
     rows = [reached(c.measured, c.predicted, c.restart, end) for c in found]
-    return _root(_places(found, end)), _root([row["psi"] ** 2 for row in rows if "psi" in row])
+    return _root(_squares(rows)), _root([row["psi"] ** 2 for row in rows if "psi" in row])
 
 
 def _places(found: Sequence[Comparison], end: float) -> list[Array]:
     """Squared error of position so long after each start, trial by trial."""
-    rows = [reached(c.measured, c.predicted, c.restart, end) for c in found]
+    return _squares([reached(c.measured, c.predicted, c.restart, end) for c in found])
+
+
+def _squares(rows: Sequence[Mapping[str, Array]]) -> list[Array]:
     return [row["x"] ** 2 + row["y"] ** 2 for row in rows
             if {"x", "y"} <= row.keys() and row["x"].size == row["y"].size]  # fmt: skip
 
@@ -134,6 +138,8 @@ def _farther(ours: Sequence[Array], theirs: Sequence[Array]) -> bool:
     worse, count = (first - second)[known], int(known.sum())
     if ratio <= 1.0 + TIE or count == 1 or ratio > _CLEARLY:
         return ratio > 1.0 + TIE
+    from scipy.special import stdtrit
+
     return bool(worse.mean() > stdtrit(count - 1, 0.975) * worse.std(ddof=1) / math.sqrt(count))
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..belief.foresight import Foresight
-from ..belief.sampling.sampled import Sampled
 from ..data import Trial
 from ..identify import Fit
 from ..identify.filters.ahead import CONSTANT_VELOCITY
@@ -18,8 +17,12 @@ from ..validate import Comparison
 from ..validate.comparison import pooled
 from ..validate.fitness import Fitness
 from .blocks import number
-from .judging.fans import BandsHeld
 from .page import ReportError
+
+if TYPE_CHECKING:
+    from ..belief.foresight import Foresight
+    from ..belief.sampling.sampled import Sampled
+    from .judging.fans import BandsHeld
 
 PUBLISHED = "published"
 TIE = 0.02

@@ -7,29 +7,23 @@ and the data have to be those that were drawn.
 from __future__ import annotations
 
 import base64
-import csv
 import gzip
-import io
 import re
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-_HEAD = ("panel", "series", "x", "y")
 _KEPT = re.compile(r"<metadata>([A-Za-z0-9+/=]+)</metadata>")
 _DIGITS = 5
 
 
 def with_data(svg: str, figure: Any) -> str:
     """The drawing with the numbers of the figure inside; as it is where the figure has none."""
-    rows = list(_rows(figure))
+    rows = "".join(_rows(figure))
     if not rows:
         return svg
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerows([_HEAD, *rows])
-    packed = base64.b64encode(gzip.compress(text.getvalue().encode(), mtime=0)).decode()
+    packed = base64.b64encode(gzip.compress(f"panel,series,x,y\n{rows}".encode(), 6, mtime=0)).decode()
     end = svg.index(">") + 1
     return f"{svg[:end]}<metadata>{packed}</metadata>{svg[end:]}"
 
@@ -42,13 +36,20 @@ def taken(svg: str) -> tuple[str, str]:
     return svg[: found.start()] + svg[found.end() :], f"data:application/gzip;base64,{found[1]}"
 
 
-def _rows(figure: Any) -> Iterator[tuple[str, ...]]:
+def _rows(figure: Any) -> Iterator[str]:
+    """Lines of a table, a text for each line or set of marks."""
     for number, ax in enumerate(figure.axes, 1):
         panel = f"{ax.y.name or f'panel {number}'} over {ax.x.name or 'x'}"
         for name, x, y in _series(ax):
             known = np.isfinite(x) & np.isfinite(y)
-            for one, two in zip(x[known].tolist(), y[known].tolist(), strict=True):
-                yield panel, name, f"{one:.{_DIGITS}g}", f"{two:.{_DIGITS}g}"
+            row = f"{_cell(panel)},{_cell(name)},%.{_DIGITS}g,%.{_DIGITS}g\n"
+            yield "".join([row % pair for pair in zip(x[known].tolist(), y[known].tolist(), strict=True)])
+
+
+def _cell(text: str) -> str:
+    """A text within quotes where it needs them, to be completed by `%`."""
+    quoted = text.replace('"', '""')
+    return (f'"{quoted}"' if set(',"\r\n') & set(text) else text).replace("%", "%%")
 
 
 def _series(ax: Any) -> Iterator[tuple[str, Any, Any]]:

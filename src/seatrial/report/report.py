@@ -9,11 +9,10 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..belief.sampling.sampled import Sampled
 from ..identify import Fit
 from ..identify.filters.ahead import CONSTANT_VELOCITY
 from ..models import STATES
@@ -40,8 +39,12 @@ from .blocks import (
 )
 from .canvas.frame import label, whole
 from .evidence import PUBLISHED, TIE, Evidence, caveats
-from .judging import fans, fitness
+from .judging import fitness
 from .page import Page, ReportError, Section, plain, write
+
+if TYPE_CHECKING:
+    from ..belief.sampling.sampled import Sampled
+    from .judging.fans import BandsHeld
 
 __all__ = ["PUBLISHED", "Report", "ReportError"]
 
@@ -69,7 +72,7 @@ def sections(report: Evidence) -> tuple[Section, ...]:
         fitness.section(report.fitness) if report.fitness else Section("", ()),
         Section("Errors", _head(report) if first else ()),
         Section("Standardised error by trial", _trial_table(report)),
-        fans.section(report.bands) if report.bands else Section("", ()),
+        _bands(report.bands) if report.bands else Section("", ()),
         Section("Forecasts", _forecasts(report)),
         Section("Trials", _trials(report, styles)),
         Section("Error by state", _channels(report)),
@@ -398,8 +401,14 @@ class Report(Evidence):
             "caveats": caveats(self), "provenance": self.provenance,
             **({"fitness": fitness.numbers(self.fitness)} if self.fitness else {}),
             **({"posterior": self.drawn.numbers()} if self.drawn else {}),
-            **({"bands": fans.numbers(self.bands)} if self.bands else {}),
+            **({"bands": _of_bands(self.bands)} if self.bands else {}),
         })  # fmt: skip
+
+
+def _of_bands(found: BandsHeld) -> dict[str, Any]:
+    from .judging.fans import numbers
+
+    return numbers(found)
 
 
 def _of_comparison(c: Comparison) -> dict[str, Any]:
@@ -427,6 +436,12 @@ def _of_fit(fit: Fit) -> dict[str, Any]:
 _WIDTH, _HEIGHT, _LEFT, _TOP, _FLOOR = 300.0, 150.0, 12.0, 8.0, 124.0
 _BINS, _MARGINALS = 36, 24
 _FILL, _LINE = "#8fb3d9", "#b3541e"
+
+
+def _bands(found: BandsHeld) -> Section:
+    from .judging.fans import section  # what draws bands is loaded where there are some
+
+    return section(found)
 
 
 def posterior(found: Sampled) -> Section:

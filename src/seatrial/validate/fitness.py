@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import chdtri, stdtrit
 
 from ..core.constants import GRAVITY
+from ..core.once import by_identity
 from ..data import Array, DataError, Trial, unwrapped
 from ..engine import SimulationError
 from ..identify.noise import sensor_noise
@@ -241,10 +242,16 @@ def _errors(limit: Limit, ship: Ship, trial: Trial, smooth: float | None) -> tup
     part = trial.rows(predicted(trial))
     chosen = _windows(limit, ship, trial)
     try:
-        guess = replay(ship, trial, restart=_seconds(limit, ship), smooth_start=smooth)
+        guess = _guess(ship, trial, _seconds(limit, ship), smooth)
     except SimulationError:
         return (math.inf,) * len(chosen)
     return tuple(_at_end(limit.of, part.rows(rows), guess.rows(rows)) / unit for rows in chosen)
+
+
+@by_identity
+def _guess(ship: Ship, trial: Trial, seconds: float, smooth: float | None) -> Trial:
+    """Its predictions, restarted so often: what several limits of several uses are judged by."""
+    return replay(ship, trial, restart=seconds, smooth_start=smooth)
 
 
 def unit_of(limit: Limit, ship: Ship, trial: Trial) -> float:
@@ -257,7 +264,7 @@ def unit_of(limit: Limit, ship: Ship, trial: Trial) -> float:
 def _noise(limit: Limit, ship: Ship, trial: Trial) -> float:
     """Standard deviation of a reading of what is judged, in the unit of the limit; 0 where it is not known."""
     of = {"position": ("x", "y"), "heading": ("psi",), "speed": ("u",)}.get(limit.of, ())
-    levels = [sensor_noise(unwrapped(trial[n]) if n == "psi" else trial[n]) for n in of if n in trial]
+    levels = [sensor_noise(trial.heading if n == "psi" else trial[n]) for n in of if n in trial]
     known = [level for level in levels if math.isfinite(level)]
     return math.hypot(*known) / unit_of(limit, ship, trial) if known else 0.0
 
@@ -266,6 +273,7 @@ def _seconds(limit: Limit, ship: Ship) -> float:
     return limit.horizon * ship.L_pp / ship.speed
 
 
+@by_identity
 def _windows(limit: Limit, ship: Ship, trial: Trial) -> Windows:
     """Rows of each window that shows what a limit is about, within the rows that can be predicted."""
     part = trial.rows(predicted(trial))
@@ -306,7 +314,7 @@ def _known(values: Array) -> Array:
 
 def _swing(trial: Trial) -> float:
     """Change of heading from the first row to the last [rad]."""
-    known = _known(unwrapped(trial["psi"]))
+    known = _known(trial.heading)
     return abs(float(known[-1] - known[0])) if known.size else 0.0
 
 

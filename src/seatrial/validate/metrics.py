@@ -13,6 +13,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.once import by_identity
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import measured as is_measured
 from ..models import ROLL, STATES
@@ -97,6 +98,7 @@ def heading(measured: Array, predicted: Array, segment: NDArray[np.intp]) -> tup
     return truth, out
 
 
+@by_identity
 def pairs(measured: Trial, predicted: Trial, restart: float | None = None) -> dict[str, tuple[Array, Array]]:
     """Measured and predicted channel by state, heel among them, on the same rows, heading aligned; SI units.
 
@@ -144,7 +146,7 @@ def spread(trials: Iterable[Trial]) -> dict[str, float]:
     for trial in trials:
         for name in STATES:
             if name in trial:
-                values = unwrapped(trial[name]) if name == "psi" else trial[name]
+                values = trial.heading if name == "psi" else trial[name]
                 pools[name].append(values[np.isfinite(values)])
     found = {n: float(np.std(np.concatenate(p))) for n, p in pools.items() if sum(v.size for v in p)}
     return {name: value for name, value in found.items() if value > 0}

@@ -217,16 +217,18 @@ def _draws(objective: TrajectoryObjective, problem: Problem) -> list[Array]:
     read = np.ones(rows.shape, dtype=np.bool_)
     read[:, :, ~held] = cut.read[:, :, noisy[~held]]
     open_ = between_rows(rows, level[noisy], read) * ~held
-    begun = np.maximum.accumulate(np.where(read, np.arange(rows.shape[1])[:, None], 0), axis=1)
+    gaps = np.argwhere(~read.all(axis=1))
+    begun = np.maximum.accumulate(np.where(read, np.arange(rows.shape[1])[:, None], 0), axis=1) if len(gaps) else None
     out: list[Array] = []
     for _ in range(_DRAWS):
         white = rng.standard_normal((lanes, -(-steps // substeps) + 1, noisy.size)) * level[noisy]
-        for lane, k in np.argwhere(~read.all(axis=1)):
+        for lane, k in gaps:
             at = np.append(np.flatnonzero(read[lane, :, k]), rows.shape[1])
             white[lane, :, k] = np.interp(np.arange(white.shape[1]), at, white[lane, at, k])
         acts = np.where(held, white[:, 1:], 0.5 * (white[:, 1:] + white[:, :-1]))
-        acts[:, : open_.shape[1]] += open_ * np.take_along_axis(rng.standard_normal(open_.shape), begun, axis=1)
+        own = rng.standard_normal(open_.shape)
+        acts[:, : open_.shape[1]] += open_ * (own if begun is None else np.take_along_axis(own, begun, axis=1))
         draw = np.zeros(cut.series.shape)
-        draw[:, :, noisy] = np.repeat(acts, substeps, axis=1)[:, :steps]
+        draw[:, :, noisy] = (np.repeat(acts, substeps, axis=1) if substeps > 1 else acts)[:, :steps]
         out.append(draw)
     return out
