@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.data import Trial
+from seatrial.data import DataError, Trial
 from seatrial.data.formats import csv
 from seatrial.data.guess import guess
 
@@ -221,3 +221,34 @@ def test_a_single_column_of_dates_is_the_date_under_any_name(tmp_path: Path) -> 
     clock = np.array([f"09:41:{k:04.1f}" for k in s["t"].tolist()], dtype=object)
     _, text, _ = trial(tmp_path / "a.csv", Giorno=day, Ora=clock, x=s["x"], y=s["y"], hdg=s["hdg"])
     assert 'date = "Giorno"' in text
+
+
+@pytest.mark.parametrize(("step", "told"), [(0.5, True), (0.04, True), (1.0, False)])
+def test_even_steps_are_a_clock_where_no_name_is(step: float, told: bool, tmp_path: Path) -> None:
+    """Of 1 they may as well count the rows."""
+    s = weaving()
+    columns = {"X_Value": s["t"] * 2.0 * step, "x": s["x"], "y": s["y"], "hdg": s["hdg"]}
+    found = guess(_csv(tmp_path, **columns))
+    assert ('time = { column = "X_Value", unit = "s" }' in found.text) == told
+    assert any("by its even steps" in one for one in found.doubts) == told
+    uneven = guess(_csv(tmp_path, **{**columns, "X_Value": s["t"] + 0.1 * np.sin(s["t"])}))
+    assert "even steps" not in uneven.text
+
+
+def test_fields_of_messages_are_known_by_their_last_name_but_those_of_others(tmp_path: Path) -> None:
+    s = weaving()
+    names = {"GLOBAL_POSITION_INT.lat": 57.0 + s["x"] / 1.11e5, "GLOBAL_POSITION_INT.lon": 11.0 + s["y"] / 6.1e4,
+             "GLOBAL_POSITION_INT.hdg": s["hdg"]}  # fmt: skip
+    text = guess(_csv(tmp_path, time=s["t"], **names)).text
+    assert 'latitude = "GLOBAL_POSITION_INT.lat"' in text
+    assert '[channels.psi]\ncolumn = "GLOBAL_POSITION_INT.hdg"' in text
+    others = {name.replace("GLOBAL_POSITION", "TARGET"): one for name, one in names.items()}
+    text = guess(_csv(tmp_path, time=s["t"], x=s["x"], y=s["y"], **others)).text
+    assert "TARGET" not in text.partition("schema")[2]
+
+
+def test_a_log_of_expedition_in_a_folder_is_named(tmp_path: Path) -> None:
+    rows = "".join(f"0,{46156.4 + k / 86400:.7f},1,{6.2 + k % 3},13,{k}\n" for k in range(50))
+    (tmp_path / "log.csv").write_text("!Boat,Utc,BSP,HDG\n!boat,0,1,13\n!v11.10.3\n" + rows)
+    with pytest.raises(DataError, match="is a log of Expedition, which is not read"):
+        guess(tmp_path)

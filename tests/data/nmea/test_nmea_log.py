@@ -11,6 +11,7 @@ from exact_instruments import told_by_exact
 
 from seatrial.cli.app import main
 from seatrial.data import DataError
+from seatrial.data.formats import nmea
 from seatrial.data.geodesy import Datum
 from seatrial.data.importing import import_log
 from seatrial.data.nmea.framing import Line, Tag, datagram
@@ -273,3 +274,16 @@ def test_bad_mapping(tmp_path, old, new, message):
     with pytest.raises(DataError, match=message) as error:
         imported(tmp_path, b"x", MAPPING.replace(old, new))
     assert "\n" not in str(error.value)
+
+
+def test_a_file_of_one_device_beside_those_of_others_says_to_put_them_together(tmp_path):
+    sentence = b"$AGRSA,5.0,A,,V"
+    line = b"05/14/2026,09:41:0%d.000,%s*%s\r\n"
+    for name in ("rudder.raw", "gyro.raw"):
+        told = sentence, checksum(sentence[1:]).encode()
+        (tmp_path / name).write_bytes(b"".join(line % (k, *told) for k in range(9)))
+    with pytest.raises(DataError, match="sort the lines of all by their stamps into one file"):
+        nmea.read(tmp_path / "rudder.raw")
+    (tmp_path / "gyro.raw").unlink()
+    with pytest.raises(DataError, match=r"make rows of$"):
+        nmea.read(tmp_path / "rudder.raw")

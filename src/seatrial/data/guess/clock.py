@@ -26,6 +26,9 @@ _TICKS = 1e4
 _SLOW = 5.0
 """Steps [s] by which a clock may miss the end and the beginning of a day."""
 
+_EVENLY = 0.01
+"""Part of a step by which even ones differ."""
+
 _UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": _DAY}
 
 
@@ -54,7 +57,21 @@ def clocks(columns: Sequence[Column]) -> list[Clock]:
     """Every clock that a table may have, best first."""
     found = [one for make in (_stamps, _dated, _of_day, _of_hour, _gps, _digits, _days, _numbers)
              for one in make(columns)]  # fmt: skip
-    return sorted(found, key=lambda clock: -clock.rank)
+    return sorted(found or _even(columns), key=lambda clock: -clock.rank)
+
+
+def _even(columns: Sequence[Column]) -> list[Clock]:
+    """The first column that rises by even steps, whatever its name; one that counts rows is none."""
+    for column in columns:
+        steps = np.diff(column.values) if column.kind == "number" else np.zeros(0)
+        if steps.size < 20 or not np.isfinite(steps).all():
+            continue
+        step = float(np.median(steps))
+        if step > 0.0 and step != 1.0 and float(np.ptp(steps)) < _EVENLY * step:
+            doubt = f"a clock by its even steps of {step:.4g}, and none by its name; taken in s"
+            keys = {"column": quoted(column.head), "unit": quoted("s")}
+            return _ranked(column.values, 1.0, keys, Answer("rises evenly", (doubt,)), (column.head,))
+    return []
 
 
 _MOSTLY = 0.9

@@ -107,7 +107,8 @@ def _tables(paths: Sequence[Path]) -> tuple[list[Table], list[str]]:
         except DataError as error:
             failed.append(str(error))
     if not tables:
-        raise DataError(failed[0])
+        known = known_by_suffix(paths[0])
+        raise DataError(f"{failed[0]}; {known}" if known else failed[0])
     return tables, [f"left out: {said}" for said in failed]
 
 
@@ -419,7 +420,7 @@ def _longest_run(held: NDArray[np.bool_]) -> int:
     return int(np.diff(edges).max()) - 1
 
 
-TEXTS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc")
+TEXTS = (".csv", ".tsv", ".txt", ".dat", ".log", ".asc", ".lvm")
 TABLES = (*TEXTS, *WORKBOOKS, *PARQUET, *ARRAYS)
 """Suffixes of the files that are looked at."""
 

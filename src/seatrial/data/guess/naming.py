@@ -154,6 +154,12 @@ def _plain(text: str) -> str:
     return "".join(one for one in bare if not unicodedata.combining(one))
 
 
+_UNSAID = 0.45
+_OTHERS = frozenset(("target", "waypoint", "wp", "wpt", "home", "goal", "ais", "other", "ref", "desired", "setpoint",
+                     "nav", "mission", "dest", "destination", "beacon", "obstacle", "wind", "sp", "cmd"))  # fmt: skip
+"""Words of messages whose fields are not of the ship itself, or not measured."""
+
+
 def meanings(name: str, around: str = "") -> list[Meaning]:
     """What the name of a column may mean, best first.
 
@@ -162,6 +168,9 @@ def meanings(name: str, around: str = "") -> list[Meaning]:
         around: path of the file or topic, which says what a column called "data" is.
     """
     found = _meanings(tokens(name))
+    message, dot, field = name.rpartition(".")
+    if dot and not _OTHERS & set(tokens(message)) and (not found or found[0].score < _UNSAID):
+        found += [replace(one, score=0.85 * one.score) for one in _meanings(tokens(field))]
     if around and (not found or found[0].score < 0.5):
         stem = around.rpartition("/")[2]
         for context, share in ((stem, 0.9), (around, 0.8)):

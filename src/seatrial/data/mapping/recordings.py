@@ -12,7 +12,7 @@ from ..sheets import ARRAYS, PARQUET, WORKBOOKS
 from ..table import existing
 from .schema import Files, Mapping
 
-SUFFIXES = ((".csv", ".dat", ".tsv"), WORKBOOKS, PARQUET, ARRAYS, (".txt", ".log", ".asc"))
+SUFFIXES = ((".csv", ".dat", ".tsv"), WORKBOOKS, PARQUET, ARRAYS, (".txt", ".log", ".asc", ".lvm"))
 """Suffixes of tables: of a folder the first kind that it has."""
 
 _TRIAL, _GROUP = "{trial}", "(?P<trial>[^/]+)"
