@@ -63,7 +63,8 @@ def clocks(columns: Sequence[Column]) -> list[Clock]:
 def _even(columns: Sequence[Column]) -> list[Clock]:
     """The first column that rises by even steps, whatever its name; one that counts rows is none."""
     for column in columns:
-        steps = np.diff(column.values) if column.kind == "number" else np.zeros(0)
+        named = max(map(column.score, ("tow", "week", "date"))) > 0.4
+        steps = np.diff(column.values) if column.kind == "number" and not named else np.zeros(0)
         if steps.size < 20 or not np.isfinite(steps).all():
             continue
         step = float(np.median(steps))
