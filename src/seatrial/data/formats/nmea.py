@@ -475,7 +475,7 @@ def _on_rows(path: Path, log: Log) -> tuple[Array, dict[str, Array], list[str]]:
     base = log.base if count.get(log.base, 0) > 1 else max(count, key=lambda name: count[name], default="psi")
     if len(log.series.get(base, ((), ()))[0]) < 2:
         others = [one for one in path.parent.glob(f"*{path.suffix}") if one != path]
-        joined = "; of a logger with a file a device: sort the lines of all by their stamps into one file" * bool(others)
+        joined = "; where each device has a file: sort the lines of all by their stamps into one file" * bool(others)
         raise DataError(f"{path}: no heading (HDT, THS, HDG, PASHR), position (RMC, GGA, GLL) or rate of turn (ROT) to "
                         f"make rows of{joined}")  # fmt: skip
     t = log.series[base][0]
