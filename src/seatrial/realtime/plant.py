@@ -100,6 +100,7 @@ class Plant:
         controls: the controls of the ship.
         orders: names that can be ordered: controls, and n_P or delta where controls follow them.
         ranges: range of each order that has an effect.
+        reach: range of each control, that of its gear where it has none as an order.
         seed: of the random parts (sensors).
         linkage: what the gear of a control receives for an order to it; None without a fault between the two.
         place: what surrounds it; the depth of the weather is not used where this has a chart.
@@ -124,7 +125,7 @@ class Plant:
         self.orders = tuple(self._obeying)
         self.ranges = compiled.ranges
         gear = {name: limits(ship, name) for name in self.controls}
-        self._reach = {name: self.ranges.get(name) or Range(*gear[name], gear[name][1]) for name in self.controls}
+        self.reach = {name: self.ranges.get(name) or Range(*gear[name], gear[name][1]) for name in self.controls}
         self._valid = tuple((n, self._at[n], *v) for n, v in ship.validity.items() if n in system.states)
         self._around = Surroundings(environment, self.dt)
         self._orders = dict.fromkeys(self.controls, 0.0)
@@ -212,7 +213,7 @@ class Plant:
         whole = self.ranges.get(name)
         taken = wanted = value if whole is None else whole.taken(value)
         for control, factor in self._obeying[name]:
-            own = self._reach[control].taken(factor * wanted)
+            own = self.reach[control].taken(factor * wanted)
             self._give(control, own if self.linkage is None else self.linkage(control, own))
             taken = own / factor if factor else wanted
         return value if whole is not None and whole.all_round else taken

@@ -63,7 +63,7 @@ def find_class(name: object, room: str, where: str) -> type:
     if full.partition(".")[0] == "seatrial":
         if not any(full in _modules(r).values() for r in ROOMS):
             raise ShipError(f"{where}: {unknown(module, inside, 'module')}")
-    elif not _trusted(module):
+    elif not trusted(module):
         raise ShipError(
             f"{where}: {unknown(module, inside, 'module')}; one from elsewhere runs its code when it is read: "
             f"allow that by --trust {module} (in Python trust=True)"
@@ -102,6 +102,7 @@ def _listed(room: str, folders: tuple[str, ...]) -> dict[str, str]:
     return found
 
 
-def _trusted(module: str) -> bool:
+def trusted(module: str) -> bool:
+    """Whether the caller allows code of this name to run."""
     held = _TRUSTED.get()
     return held if isinstance(held, bool) else any(module == one or module.startswith(f"{one}.") for one in held)

@@ -6,9 +6,6 @@ What a program hears is NMEA, whatever it steers by; the ships of its runs are a
 from __future__ import annotations
 
 import math
-import shutil
-import subprocess
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import fmus
 from seatrial.core.errors import RequestError
 from seatrial.data import Array
 from seatrial.encounters.avoiding import good
@@ -168,49 +166,22 @@ def test_a_run_by_a_link_is_the_same_again(tmp_path: Path, kind: Spoken) -> None
 
 
 FMU = r'''
-#include <math.h>
-#include <stdlib.h>
-typedef void *C; typedef int S; typedef unsigned R; typedef double D;
-#define TELL(name) S name(void) { return 0; }
-#define PI 3.14159265358979
 /* 0 to 4: own x, y, psi, north, east; 5 to 11: target x, y, psi, north, east, L, valid; 20: order.psi */
-typedef struct { D v[32]; D course; int begun, away; } M;
-const char *fmi2GetTypesPlatform(void) { return "default"; }
-const char *fmi2GetVersion(void) { return "2.0"; }
-C fmi2Instantiate(const char *n, int t, const char *g, const char *r, C f, int v, int l) {
-  return calloc(1, sizeof(M));
-}
-void fmi2FreeInstance(C c) { free(c); }
-S fmi2SetupExperiment(C c, int d, D t, D s, int e, D p) { return 0; }
-S fmi2EnterInitializationMode(C c) { return 0; }
-S fmi2ExitInitializationMode(C c) { ((M *)c)->course = ((M *)c)->v[2]; return 0; }
-S fmi2SetReal(C c, const R *r, size_t n, const D *v) {
-  for (size_t k = 0; k < n; k++) ((M *)c)->v[r[k]] = v[k];
-  return 0;
-}
-S fmi2GetReal(C c, const R *r, size_t n, D *v) {
-  for (size_t k = 0; k < n; k++) v[k] = ((M *)c)->v[r[k]];
-  return 0;
-}
-S fmi2DoStep(C c, D t, D dt, int p) {
-  M *m = c; D *v = m->v;
+static void begin(M *m, D *v) { m->kept[0] = v[2]; }
+static S step(M *m, D *v, D t, D dt) {
   if (t > LAST) return 3;
-  D U = hypot(v[3], v[4]), a = v[8] - U * cos(m->course), b = v[9] - U * sin(m->course);
+  D course = m->kept[0], *away = &m->kept[1];
+  D U = hypot(v[3], v[4]), a = v[8] - U * cos(course), b = v[9] - U * sin(course);
   D x = v[5] - v[0], y = v[6] - v[1], left = -(x * a + y * b) / (a * a + b * b + 1e-9);
   D near = hypot(x + left * a, y + left * b), L = v[10];
-  D beta = remainder(atan2(y, x) - m->course, 2 * PI);
+  D beta = remainder(atan2(y, x) - course, 2 * PI);
   int risk = left > 0 && near < 4.5 * L && left < 1200 * sqrt(L / 300);
-  if (!m->away && v[11] > 0.5 && beta > -0.1 && risk) m->away = 1;
-  if (m->away && (near > 4.5 * L || left < 0)) m->away = 0;
-  v[20] = m->course + m->away * PI / 3;
+  if (!*away && v[11] > 0.5 && beta > -0.1 && risk) *away = 1;
+  if (*away && (near > 4.5 * L || left < 0)) *away = 0;
+  v[20] = course + *away * PI / 3;
   return 0;
 }
-''' + "\n".join(f"TELL(fmi2{name})" for name in (
-    "SetDebugLogging", "Terminate", "Reset", "GetInteger", "GetBoolean", "GetString", "SetInteger", "SetBoolean",
-    "SetString", "GetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize", "SerializeFMUstate",
-    "DeSerializeFMUstate", "GetDirectionalDerivative", "SetRealInputDerivatives", "GetRealOutputDerivatives",
-    "CancelStep", "GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus",
-))  # fmt: skip
+'''
 _SHIP = ("x", "y", "psi", "north", "east", "L", "valid")
 NAMES = {f"own.{one}": k for k, one in enumerate(_SHIP[:5])}
 NAMES |= {f"target[1].{one}": k for k, one in enumerate(_SHIP, 5)}
@@ -218,21 +189,8 @@ NAMES |= {f"target[1].{one}": k for k, one in enumerate(_SHIP, 5)}
 
 def fmu(folder: Path, last: float = 1e9, unit: str = "rad", names: dict[str, int] = NAMES) -> Path:
     """A controller in C that gives way to starboard, as an FMU of FMI 2.0 that fails after `last` seconds."""
-    pytest.importorskip("fmpy")
-    gcc = shutil.which("gcc") or pytest.skip("no C compiler")
-    (folder / "c.c").write_text(FMU.replace("LAST", repr(last)), encoding="utf-8")
-    subprocess.run([gcc, "-shared", "-fPIC", "-O1", "-w", "-o", folder / "c.so", folder / "c.c", "-lm"], check=True)
-    rows = "".join(f'<ScalarVariable name="{name}" valueReference="{k}" causality="input"><Real start="0"/>'
-                   "</ScalarVariable>" for name, k in names.items())  # fmt: skip
-    text = (f'<?xml version="1.0"?><fmiModelDescription fmiVersion="2.0" modelName="c" guid="g">'
-            f'<CoSimulation modelIdentifier="c"/><UnitDefinitions><Unit name="{unit}"/></UnitDefinitions>'
-            f'<ModelVariables>{rows}<ScalarVariable name="order.psi" valueReference="20" causality="output">'
-            f'<Real unit="{unit}"/></ScalarVariable></ModelVariables><ModelStructure><Outputs><Unknown '
-            f'index="{len(names) + 1}"/></Outputs></ModelStructure></fmiModelDescription>')  # fmt: skip
-    with zipfile.ZipFile(folder / "c.fmu", "w") as packed:
-        packed.writestr("modelDescription.xml", text)
-        packed.write(folder / "c.so", "binaries/linux64/c.so")
-    return folder / "c.fmu"
+    reals = [*(fmus.Real(name, k) for name, k in names.items()), fmus.Real("order.psi", 20, "output", unit)]
+    return fmus.fmu(folder, "c", FMU.replace("LAST", repr(last)), reals)
 
 
 POLICY = '''

@@ -20,6 +20,7 @@ from ...manoeuvres.track import Leg, legs
 from ...models.nomoto import Nomoto, from_prime
 from ...ships import Ship
 from ...study.grounds import Grounds
+from .machinery import Aboard
 from .schema import Ais, Kind
 
 _RUDDER, _RUDDER_RATE = math.radians(35.0), math.radians(2.5)
@@ -179,6 +180,7 @@ class Scenario:
         sea, rao: an irregular sea and the operators of the own ship's motion in it, which its instruments see; both or
             neither.  The mean drift is part of `weather`.
         sensing: radar and AIS as they reach the wire; None: without error, delay or loss.
+        aboard: FMUs of the own ship's gear and controllers.
     """
 
     title: str
@@ -199,6 +201,7 @@ class Scenario:
     sea: Sea | None = None
     rao: Rao | None = None
     sensing: Sensing | None = None
+    aboard: tuple[Aboard, ...] = ()
 
     @property
     def first(self) -> Environment:

@@ -93,6 +93,25 @@ class FaultTable:
 
 
 @dataclass(frozen=True, kw_only=True)
+class FmuTable:
+    """An FMU aboard: by input what it reads, by output what it gives (`realtime.range.machinery.Aboard`)."""
+
+    file: str
+    name: Annotated[str, Limits(length=60)] = ""
+    reads: dict[str, str] = field(default_factory=dict[str, str])
+    gives: dict[str, str] = field(default_factory=dict[str, str])
+    start: dict[str, float] = field(default_factory=dict[str, float])
+
+
+@dataclass(frozen=True, kw_only=True)
+class SystemTable:
+    """A system of the Open Simulation Platform, in which the own ship is one of the simulators."""
+
+    file: str
+    ship: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class CriteriaTable:
     """What makes a run a success; what is left out is not judged. `settle` is the time before the heading counts."""
 
@@ -137,5 +156,7 @@ class ScenarioFile:
     sensors: Sensing | None = None
     weather: tuple[WeatherTable, ...] = ()
     faults: tuple[FaultTable, ...] = ()
+    fmu: tuple[FmuTable, ...] = ()
+    system: SystemTable | None = None
     criteria: CriteriaTable = field(default_factory=CriteriaTable)
     alarms: AlarmsTable = field(default_factory=AlarmsTable)

@@ -38,6 +38,7 @@ from .contacts import Contacts
 from .faults import Faults
 from .handover import Handover
 from .judge import Judge
+from .machinery import Machinery
 from .pilots import Behaving, OwnPilot, TrafficPilot
 from .reports import REPORTED, Reports
 from .scenario import Sailing, Scenario
@@ -116,7 +117,7 @@ class Stage:
         fittings: of the own ship.
         on_wire: the own ship on its wire; None without one.
         pilot: track pilot of the own ship; None for a ship without a rudder, or without a pilot.
-        faults, contacts, wakes, judge, alarms, handover, sky: as the modules of these names.
+        faults, machinery, contacts, wakes, judge, alarms, handover, sky: as the modules of these names.
         soundings: of the chart; None on open water.
     """
 
@@ -151,6 +152,7 @@ class Stage:
         self.soundings = Soundings(loop, scenario.chart) if scenario.chart is not None else None
         self._manned()
         self.faults = Faults(loop, OWN, scenario.faults)
+        self.machinery = Machinery(loop, OWN, scenario.aboard)
         self.pilot = None
         if own.piloted and (own.sailing.route or "delta" in plants[OWN].ranges):
             _steerable(loop, OWN)

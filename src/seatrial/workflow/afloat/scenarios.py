@@ -39,6 +39,7 @@ from .. import RequestError
 from ..asked import Around, InWaves
 from ..request import DEGREE, Note, grounds_of, ship_of, silent, speed_of, surroundings
 from ..seaway import Seaway, bound_for
+from .machinery import aboard_of
 
 # So far from its origin a plane is no map of the sea any more [m].
 _FARTHEST = 1e6
@@ -98,7 +99,7 @@ def _scenario(table: ScenarioFile, path: Path, own: Ship) -> Scenario:
         _criteria(table.criteria, chart),
         Limits(table.alarms.cpa, table.alarms.tcpa, table.alarms.cross_track, table.alarms.rudder * DEGREE,
                _charted("alarms", table.alarms.under_keel, chart)),
-        chart, seaway.sea, seaway.rao, table.sensors,
+        chart, seaway.sea, seaway.rao, table.sensors, aboard_of(table, path, own),
     )  # fmt: skip
 
 

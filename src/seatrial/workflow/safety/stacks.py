@@ -10,10 +10,7 @@ from __future__ import annotations
 import importlib.util
 import math
 import shlex
-import shutil
-import tempfile
-import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -27,6 +24,7 @@ from ...encounters.conduct import CONDUCTS, Master, Orders, Scene
 from ...encounters.learning import Sight
 from ...encounters.sailing import STEP, Command
 from ...encounters.sensing import UNSEEN
+from ...exchange.fmi.inside import Archive, Live
 from ...realtime.links.wiring import Wiring
 from .outside import Spoken
 
@@ -189,17 +187,15 @@ class Slave:
     """A controller as a co-simulation FMU of FMI 2.0 or 3.0, an instance for each run.
 
     Attributes:
-        description: of its archive, by FMPy.
-        folder: into which that was unpacked; it goes with this value.
-        inputs: value reference of each of `_OWN` and of the targets' that it has.
-        outputs: of `_ORDERED`.
+        archive: its file.
+        inputs: those of `_OWN` and of the targets' that it has.
+        outputs: those of `_ORDERED`.
         targets: how many others it takes.
     """
 
-    description: Any
-    folder: str
-    inputs: Mapping[str, int]
-    outputs: Mapping[str, int]
+    archive: Archive
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
     targets: int
 
     @staticmethod
@@ -209,22 +205,8 @@ class Slave:
         Raises:
             RequestError: none, or one without the variables of a controller, or with other units.
         """
-        try:
-            import fmpy
-        except ImportError:
-            raise RequestError("stack: an FMU needs the extra 'fmi': pip install 'seatrial[fmi]'") from None
-        if not path.is_file():
-            raise RequestError(f"stack.file: {path}: no such file")
-        try:
-            told = fmpy.read_model_description(str(path))
-            kept = tempfile.mkdtemp(prefix="seatrial-fmu-")
-            weakref.finalize(told, shutil.rmtree, kept, True)
-            fmpy.extract(str(path), unzipdir=kept)
-        except Exception as error:
-            raise RequestError(f"stack.file: {path}: not an FMU: {' '.join(str(error).split())[:200]}") from None
-        if told.coSimulation is None or not str(told.fmiVersion).startswith(("2.", "3.")):
-            raise RequestError(f"stack.file: {path}: a controller is a co-simulation FMU of FMI 2.0 or 3.0")
-        known = {one.name: one for one in told.modelVariables}
+        archive = Archive.of(path, "stack.file")
+        known = archive.variables
         targets = next(k for k in range(1000) if f"target[{k + 1}].x" not in known)
         wanted = {**_OWN, **{f"target[{k}].{name}": unit for k in range(1, targets + 1)
                              for name, unit in _TARGET.items()}}  # fmt: skip
@@ -235,8 +217,8 @@ class Slave:
             said = known[name].unit if name in known else None
             if said and said != (unit or "1"):
                 raise RequestError(f"stack.file: {path}: {name} is in {said}; it is in {unit or '1'} here")
-        return Slave(told, kept, {name: known[name].valueReference for name in wanted if name in known},
-                     {name: known[name].valueReference for name in _ORDERED if name in known}, targets)  # fmt: skip
+        return Slave(archive, tuple(name for name in wanted if name in known),
+                     tuple(name for name in _ORDERED if name in known), targets)  # fmt: skip
 
     def __call__(self, scene: Scene) -> Master:
         """Its instances, from a first scene on.
@@ -247,7 +229,7 @@ class Slave:
         runs, ships = scene.x.shape
         if ships - 1 > self.targets:
             raise RequestError(f"stack.file: the FMU takes {self.targets} targets, {ships - 1} are met")
-        if runs > 1 and self.description.coSimulation.canBeInstantiatedOnlyOncePerProcess:
+        if runs > 1 and self.archive.once:
             raise RequestError("stack.file: the FMU allows one instance in a process; many runs need one each")
         return _Instances(self, scene)
 
@@ -256,27 +238,12 @@ class _Instances:
     """An FMU in each run, stepped between looks."""
 
     def __init__(self, slave: Slave, scene: Scene) -> None:
-        from fmpy.fmi2 import FMU2Slave
-        from fmpy.fmi3 import FMU3Slave
-
-        told = slave.description
-        self._slave, self._three = slave, str(told.fmiVersion).startswith("3.")
-        self._live: list[Any] = []
+        self._slave, self._t = slave, scene.t
         begun = self._inputs(scene)
-        for k in range(len(scene.x)):
-            one: Any = (FMU3Slave if self._three else FMU2Slave)(
-                guid=told.guid, modelIdentifier=told.coSimulation.modelIdentifier, unzipDirectory=slave.folder,
-                instanceName=f"run {k}")  # fmt: skip
-            one.instantiate()
-            if self._three:
-                one.enterInitializationMode(startTime=scene.t)
-            else:
-                one.setupExperiment(startTime=scene.t)
-                one.enterInitializationMode()
-            self._set(one, begun[k])
-            one.exitInitializationMode()
-            self._live.append(one)
-        self._t = scene.t
+        self._live: list[Live | None] = [
+            slave.archive.live(f"run {k}", scene.t, dict(zip(slave.inputs, begun[k].tolist(), strict=True)))
+            for k in range(len(scene.x))
+        ]
 
     def look(self, scene: Scene) -> Orders:
         """Orders after a step on what is seen now; NaN where the FMU failed, now or before."""
@@ -286,19 +253,15 @@ class _Instances:
             if one is None:
                 continue
             try:
-                self._set(one, given[k])
-                one.doStep(currentCommunicationPoint=self._t, communicationStepSize=STEP)
-                psi[k], speed[k] = self._got(one)
+                one.set(dict(zip(self._slave.inputs, given[k].tolist(), strict=True)))
+                one.step(self._t, STEP)
+                said = dict(zip(self._slave.outputs, one.got(self._slave.outputs), strict=True))
+                psi[k], share = said["order.psi"], said.get("order.speed", 1.0)
+                speed[k] = share if math.isfinite(share) else math.nan
             except Exception:
                 self._live[k] = None
         self._t += STEP
         return Orders(psi, speed)
-
-    def __del__(self) -> None:
-        for one in self._live:
-            if one is not None:
-                one.terminate()
-                one.freeInstance()
 
     def _inputs(self, scene: Scene) -> Array:
         """Values of the inputs, shape (runs, inputs); targets are in the order of the case, the same at each look."""
@@ -314,12 +277,3 @@ class _Instances:
             values[f"target[{k}].L"] = np.full(len(scene.x), scene.L[k] if here else 0.0)
         none = np.zeros(len(scene.x))
         return np.column_stack([values.get(name, none) for name in self._slave.inputs])
-
-    def _set(self, one: Any, values: Array) -> None:
-        (one.setFloat64 if self._three else one.setReal)(list(self._slave.inputs.values()), values.tolist())
-
-    def _got(self, one: Any) -> tuple[float, float]:
-        found = (one.getFloat64 if self._three else one.getReal)(list(self._slave.outputs.values()))
-        said = dict(zip(self._slave.outputs, found, strict=True))
-        share = float(said.get("order.speed", 1.0))
-        return float(said["order.psi"]), share if math.isfinite(share) else math.nan
