@@ -26,7 +26,7 @@ C fmi2Instantiate(const char *n, int t, const char *g, const char *r, C f, int v
   return m;
 }
 void fmi2FreeInstance(C c) { free(c); }
-S fmi2SetupExperiment(C c, int d, D t, D s, int e, D p) { return 0; }
+S fmi2SetupExperiment(C c, int d, D t, D s, int e, D p) { ((M *)c)->kept[7] = s; return 0; }
 S fmi2EnterInitializationMode(C c) { return 0; }
 S fmi2ExitInitializationMode(C c) { M *m = c; begin(m, m->v); return 0; }
 S fmi2SetReal(C c, const R *r, size_t n, const D *v) {
@@ -57,7 +57,10 @@ class Real(NamedTuple):
 
 
 def fmu(folder: Path, stem: str, body: str, reals: Sequence[Real]) -> Path:
-    """An FMU `stem`.fmu of C functions `begin(M *m, D *v)` and `step(M *m, D *v, D t, D dt)`, both static."""
+    """An FMU `stem`.fmu of C functions `begin(M *m, D *v)` and `step(M *m, D *v, D t, D dt)`, both static;
+
+    `m->kept[7]` holds the time of the start.
+    """
     pytest.importorskip("fmpy")
     gcc = shutil.which("gcc") or pytest.skip("no C compiler")
     starts = " ".join(f"m->v[{one.at}] = {one.start!r};" for one in reals)

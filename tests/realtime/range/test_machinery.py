@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from fmus import Real, fmu
+from seatrial.core.constants import KNOT
 from seatrial.core.errors import RequestError
 from seatrial.core.records import document_of
 from seatrial.realtime.range.stage import Stage
@@ -29,7 +30,7 @@ static S step(M *m, D *v, D t, D dt) {
 }
 """
 ENGINE_REALS = (
-    Real("ordered", 0, unit="rpm"), Real("shaft", 1, "output", "rpm"), Real("tau", 2, "parameter", "s", 8.0),
+    Real("ordered", 0, unit="rev/min"), Real("shaft", 1, "output", "rpm"), Real("tau", 2, "parameter", "s", 8.0),
     Real("idle", 3, "parameter", "rpm", 60.0), Real("fails", 4, "parameter"),
 )  # fmt: skip
 # A course keeper.
@@ -48,6 +49,12 @@ static S step(M *m, D *v, D t, D dt) { m->kept[0] += dt * (v[2] - v[0]); v[1] = 
 """
 GOVERNOR_REALS = (Real("turns", 0, unit="rpm"), Real("demand", 1, "output", "rpm"), Real("wanted", 2, unit="rpm"))
 
+# What it was given at the start, and the time.
+CLOCK = r"""
+static void begin(M *m, D *v) { v[1] = 0.1 * v[0]; v[2] = 0.01 * m->kept[7]; }
+static S step(M *m, D *v, D t, D dt) { v[2] = 0.01 * (t + dt); return 0; }
+"""
+CLOCK_REALS = (Real("speed", 0, unit="knot"), Real("first", 1, "output"), Real("time", 2, "output"))
 ENGINE_TABLE: dict[str, Any] = {"file": "engine.fmu", "reads": {"ordered": "n_P_cmd"}, "gives": {"shaft": "n_P"}}
 KEEPER_TABLE: dict[str, Any] = {"file": "keeper.fmu", "reads": {"heading": "psi", "rate": "r"},
                                 "gives": {"rudder": "delta_cmd"}}  # fmt: skip
@@ -57,7 +64,7 @@ KEEPER_TABLE: dict[str, Any] = {"file": "keeper.fmu", "reads": {"heading": "psi"
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("fmus")
     for stem, body, reals in (("engine", ENGINE, ENGINE_REALS), ("keeper", KEEPER, KEEPER_REALS),
-                              ("governor", GOVERNOR, GOVERNOR_REALS)):  # fmt: skip
+                              ("governor", GOVERNOR, GOVERNOR_REALS), ("clock", CLOCK, CLOCK_REALS)):  # fmt: skip
         fmu(made, stem, body, reals)
     return made
 
@@ -86,6 +93,27 @@ def test_the_gear_gets_what_the_engine_gives_in_the_unit_of_the_ship(folder: Pat
     found = orders(one, "n_P_cmd", 20.0)
     exact = [wanted + (0.5 - wanted) * math.exp(-0.1 * k / 5.0) for k in range(1, len(found) + 1)]
     assert found == pytest.approx(exact, rel=1e-12)
+
+
+def test_fmus_begin_with_the_ship_and_keep_its_time(folder: Path) -> None:
+    told = {"file": "clock.fmu", "reads": {"speed": "u"}, "start": {"speed": 3.0}}
+    one = stage(folder, {**told, "gives": {"first": "n_P"}})
+    plant = one.loop.vessels["own"].plant
+    first = 0.1 * 7.0 / KNOT
+    assert plant["n_P_cmd"] == pytest.approx(first, rel=1e-12)
+    one.loop.run(60.0)
+    assert abs(plant["u"] - 7.0) > 0.1
+    one.loop.restore(one.loop.snapshot())  # what it was given at the start is that of the start
+    one.loop.run(1.0)
+    assert plant["n_P_cmd"] == pytest.approx(first, rel=1e-12)
+    two = stage(folder, {**told, "gives": {"time": "n_P"}})
+    found = orders(two, "n_P_cmd", 2.0)
+    two.loop.restore(two.loop.snapshot())
+    two.loop.run(2.0)
+    assert two.loop.vessels["own"].plant["n_P_cmd"] == pytest.approx(0.04, rel=1e-9)
+    assert found[:20] == pytest.approx([0.001 * k for k in range(1, 21)], rel=1e-9)
+    three = stage(folder, {**told, "gives": {"time": "n_P"}}).loop.vessels["own"].plant
+    assert three["n_P_cmd"] == 0.0
 
 
 def test_the_gear_keeps_its_limits(folder: Path) -> None:
@@ -185,7 +213,7 @@ def engine(**more: Any) -> dict[str, Any]:
     ([engine(name="a.b")], "fmu 1.name: 'a.b' has a dot"),
     ([engine(reads={"ordered": "gov.demand"})], "no FMU 'gov'; known: engine"),
     ([engine(reads={}, gives={})], "fmu 1: is wired to nothing"),
-    ([KEEPER_TABLE, engine(reads={"ordered": "keeper.rudder"})], "engine.fmu: ordered is in rpm; it must be in rad"),
+    ([KEEPER_TABLE, engine(reads={"ordered": "keeper.rudder"})], "ordered is in rpm; it must be in rad"),
 ])  # fmt: skip
 def test_wires_that_lead_nowhere_are_a_line(folder: Path, tables: list[dict[str, Any]], said: str) -> None:
     with pytest.raises(RequestError, match=said) as told:

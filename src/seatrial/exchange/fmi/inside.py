@@ -76,19 +76,23 @@ class Archive:
         """Whether a process can have one instance only."""
         return bool(self.description.coSimulation.canBeInstantiatedOnlyOncePerProcess)
 
+    def unit(self, name: str) -> str:
+        """Unit of a variable as seatrial spells it; empty where it says none."""
+        told = self.variables[name].unit or ""
+        return _TOLD.get(told, told)
+
     def factor(self, name: str, wanted: str) -> float:
         """What a value of a real variable is multiplied by to be in an SI unit; "-" where that is not known.
 
         Raises:
             RequestError: the variable is in a unit of another kind.
         """
-        told = self.variables[name].unit or ""
-        said = _TOLD.get(told, told)
+        said = self.unit(name)
         if said in ("", "1", wanted) or wanted == "-":
             return 1.0
         if (said, wanted) not in FACTORS:
             known = ", ".join([wanted, *(one for one, unit in FACTORS if unit == wanted)])
-            raise RequestError(f"{self.path.name}: {name} is in {told}; it must be in {known}")
+            raise RequestError(f"{self.path.name}: {name} is in {said}; it must be in {known}")
         return FACTORS[said, wanted]
 
     def live(self, name: str, t: float, start: Mapping[str, float]) -> Live:

@@ -92,7 +92,7 @@ def _joined(one: Aboard, every: Mapping[str, Aboard]) -> Aboard:
         if given is not None:
             factors[variable] = one.archive.factor(variable, _unit(given))
             continue
-        mine, theirs = one.archive.variables[variable].unit, every[other].archive.variables[output].unit
+        mine, theirs = one.archive.unit(variable), every[other].archive.unit(output)
         if mine and theirs and mine != theirs:
             raise RequestError(f"{one.name}: {variable} is in {mine}, {source} in {theirs}; they must agree")
     return replace(one, factors=factors)
