@@ -20,7 +20,7 @@ from ...manoeuvres.track import Leg, legs
 from ...models.nomoto import Nomoto, from_prime
 from ...ships import Ship
 from ...study.grounds import Grounds
-from .machinery import Aboard
+from ..machinery import Aboard
 from .schema import Ais, Kind
 
 _RUDDER, _RUDDER_RATE = math.radians(35.0), math.radians(2.5)

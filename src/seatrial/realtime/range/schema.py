@@ -94,7 +94,7 @@ class FaultTable:
 
 @dataclass(frozen=True, kw_only=True)
 class FmuTable:
-    """An FMU aboard: by input what it reads, by output what it gives (`realtime.range.machinery.Aboard`)."""
+    """An FMU aboard: by input what it reads, by output what it gives (`realtime.machinery.Aboard`)."""
 
     file: str
     name: Annotated[str, Limits(length=60)] = ""

@@ -27,6 +27,7 @@ from ..bridge.soundings import Soundings
 from ..bridge.view import OWN
 from ..fleet import Vessel
 from ..loop import Clock, LoneClock, Loop
+from ..machinery import Machinery
 from ..on_wire import FIRST, OnWire, Speech, exact, fitted
 from ..plant import Plant, plant_of, rate_of
 from ..recording import Recording, dated
@@ -38,7 +39,6 @@ from .contacts import Contacts
 from .faults import Faults
 from .handover import Handover
 from .judge import Judge
-from .machinery import Machinery
 from .pilots import Behaving, OwnPilot, TrafficPilot
 from .reports import REPORTED, Reports
 from .scenario import Sailing, Scenario

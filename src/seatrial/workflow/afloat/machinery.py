@@ -12,7 +12,7 @@ from ...exchange.fmi.inside import Archive
 from ...exchange.fmi.layout import PLACES
 from ...exchange.fmi.osp import Structure, read_structure
 from ...models import STATES, unit
-from ...realtime.range.machinery import Aboard
+from ...realtime.machinery import Aboard
 from ...realtime.range.schema import FmuTable, ScenarioFile
 from ...ships import Ship
 from ...ships.classes import trusted

@@ -15,8 +15,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from ...exchange.fmi.inside import Archive, Live
-from ..loop import Loop
+from ..exchange.fmi.inside import Archive, Live
+from .loop import Loop
 
 
 @dataclass(frozen=True)
