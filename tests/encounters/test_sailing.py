@@ -12,7 +12,7 @@ from seatrial.core.errors import RequestError
 from seatrial.encounters.conduct import CONDUCTS, Conduct, Orders, Scene, Watch
 from seatrial.encounters.meeting import Meeting, Ranges, drawn, imazu
 from seatrial.encounters.rules import Limits, Role, judge
-from seatrial.encounters.sailing import STEP, Sea, _Fleet, sail
+from seatrial.encounters.sailing import STEP, Sea, _Fleet, paced, sail, stepped
 from seatrial.environment import Environment
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.autopilot import CourseKeeping, usual_gains
@@ -340,3 +340,20 @@ def test_conducts_differ_where_their_names_say_so() -> None:
 def test_what_cannot_be_sailed_is_a_line(wrong, said) -> None:
     with pytest.raises(RequestError, match=said):
         wrong()
+
+
+def test_others_look_as_often_in_the_time_of_a_model_as_in_that_of_a_ship(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each 10 s of a ship of 300 m or more; by the root of the length each 1.5 s of a model of 7 m."""
+    looks: list[float] = []
+    look = Watch.look
+
+    def seen(self: Watch, scene: Scene) -> Orders:
+        if self._ship:
+            looks.append(scene.t)
+        return look(self, scene)
+
+    monkeypatch.setattr(Watch, "look", seen)
+    sail(SHIP, problem(1), Sea(30.0, every=2.0), "rules", ("rules",))
+    assert set(np.diff(looks[1:])) == {1.5}
+    assert (paced(300.0), paced(1200.0), stepped(paced(3.0)), stepped(paced(0.1))) == (10.0, 10.0, 1.0, 0.5)
+    assert paced(75.0, 600.0) == 300.0

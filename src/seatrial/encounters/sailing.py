@@ -34,13 +34,13 @@ from ..simulate.lanes import Kernel
 from ..simulate.loop import closed_loop, loop_memory, loop_values
 from .conduct import CONDUCTS, Conduct, Master, Orders, Scene, Watch
 from .meeting import Meeting
-from .rules.limits import Limits
+from .rules.limits import L_REFERENCE, Limits
 from .tracks import Tracks
 
 STEP = 0.5
 """Time between two orders, and between two looks of the own ship [s]."""
 LOOK = 10.0
-"""Time between two looks of another ship [s]."""
+"""Time between two looks of another ship, and between rows of tracks [s]; of a short one less, by `paced`."""
 _RUDDER = math.radians(20.0)
 """Most rudder of the autopilot."""
 _T, _SURGE, _MOST = 1.0, 8.0, 0.25
@@ -49,6 +49,16 @@ _BREADTH = 1.0 / 6.0
 
 Command = Callable[[Scene], Master]
 """Makes who steers the own ship, from the first scene."""
+
+
+def paced(L: float, time: float = LOOK) -> float:
+    """A time [s] for ships of a length: as it is from `L_REFERENCE` on, below by Froude's law as those of `Limits`."""
+    return time * math.sqrt(min(L / L_REFERENCE, 1.0))
+
+
+def stepped(time: float) -> float:
+    """The same as a whole number of `STEP`."""
+    return STEP * max(1, round(time / STEP))
 
 
 @dataclass(frozen=True)
@@ -143,14 +153,15 @@ class Sailing:
             chosen = np.random.default_rng(seed).integers(len(known), size=(runs, targets))
         self._watches = [Watch(known, chosen[:, k], k + 1, scene, fleet.first[:, k + 1], sea.limits)
                          for k in range(targets)]  # fmt: skip
-        self._phase = int(np.random.default_rng((seed, 1)).integers(round(LOOK / STEP)))
+        self._every = round(stepped(paced(ship.L_pp)) / STEP)
+        self._phase = int(np.random.default_rng((seed, 1)).integers(self._every))
         self._k, self._orders = 0, Orders(scene.psi[:, 0].copy(), np.ones(runs))
         self.silent = np.full(runs, np.nan)
 
     def advance(self, orders: Orders) -> None:
         """One step under orders of the own ship; the others look when it is their time."""
         self._k += 1
-        if (self._k + self._phase) % round(LOOK / STEP) == 0 or self._k == 1:
+        if (self._k + self._phase) % self._every == 0 or self._k == 1:
             for number, watch in enumerate(self._watches):
                 self.fleet.order(number + 1, watch.look(self.scene))
         given = np.isfinite(orders.psi) & np.isfinite(orders.speed)

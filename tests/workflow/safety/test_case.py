@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -93,6 +94,27 @@ def test_a_run_that_failed_is_none_and_the_others_keep_their_places() -> None:
     assert applied == (("15",), (), ("15",))
 
 
+LONG_SHIP: Any = SimpleNamespace(L_pp=320.0)
+
+
+def test_a_model_is_met_at_the_times_of_its_ship_by_the_law_that_judges_it(tmp_path: Path) -> None:
+    """Thresholds go with the root of the length: at those of a ship nobody meets a model within their horizon."""
+    file = CaseFile(claim="c", ship="kvlcc2_l7", encounters=Encountered(runs=400))
+    small, large = (module.Setup.of(replace(file, ship=ship), tmp_path) for ship in ("kvlcc2_l7", "kvlcc2"))
+    L = small.ship.L_pp
+    for setup, scale in ((small, math.sqrt(L / 300.0)), (large, 1.0)):
+        T = setup.meeting.approach[1]
+        assert 600.0 * scale <= T.min() < 610.0 * scale
+        assert 1190.0 * scale < T.max() <= 1200.0 * scale
+        assert T.min() < setup.rules.horizon.of(np.array(setup.ship.L_pp))
+        assert pytest.approx((600.0 * scale, 1200.0 * scale)) == setup.space.ranges.T
+    assert (small.every, large.every) == (1.5, 10.0)  # 10 s by the root of 7/300, in steps of half a second
+    fixed = [module.Setup.of(replace(file, ship=ship, encounters=Encountered(set="imazu")), tmp_path).meeting
+             for ship in ("kvlcc2_l7", "kvlcc2")]  # fmt: skip
+    near = [float(np.max(one.approach[1][np.isfinite(one.approach[1])])) for one in fixed]
+    assert near[0] / near[1] == pytest.approx(math.sqrt(L / 300.0), rel=1e-6)
+
+
 def test_each_part_has_its_own_draws_of_the_ship(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = np.arange(12.0).reshape(6, 2)
     posterior: Any = SimpleNamespace(names=("a", "b"), draws=lambda count, seed: drawn)
@@ -101,7 +123,7 @@ def test_each_part_has_its_own_draws_of_the_ship(monkeypatch: pytest.MonkeyPatch
     met = imazu(5.0, 600.0)[1]
     some = module.Meeting(np.full(6, 5.0), *(np.tile(np.atleast_2d(one), (6, 1))
                                              for one in (met.x, met.y, met.psi, met.U_target)))  # fmt: skip
-    setup = module.Setup(CaseFile(claim="c", ship="s"), Any, posterior, some, "rules", module.Rules(), "d")
+    setup = module.Setup(CaseFile(claim="c", ship="s"), LONG_SHIP, posterior, some, "rules", module.Rules(), "d")
     for rows, plain in ((slice(4, 6), False), (slice(4, 6), True)):
         setup.sailed(rows, 4, plain)
     assert taken[0][6]["a"].tolist() == [8.0, 10.0]
@@ -126,7 +148,7 @@ def test_sensors_stand_between_the_stack_and_the_ships(monkeypatch: pytest.Monke
     monkeypatch.setattr(module, "sail", lambda *all_: taken.append(all_))
     for sensors in (None, Sensing()):
         file = CaseFile(claim="c", ship="s", sensors=sensors)
-        module.Setup(file, Any, None, some, given, module.Rules(), "d").sailed(slice(0, 2), 0, plain=True)
+        module.Setup(file, LONG_SHIP, None, some, given, module.Rules(), "d").sailed(slice(0, 2), 0, plain=True)
     assert taken[0][3] is given
     L = np.array([100.0, 100.0, 100.0])
     none = np.zeros((2, 1))

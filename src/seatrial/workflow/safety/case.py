@@ -33,7 +33,7 @@ from ...encounters.meeting import Meeting, role
 from ...encounters.rules import OPEN_WATER, Alone, Judged, Waters, alone, judge
 from ...encounters.rules import Limits as Rules
 from ...encounters.rules.roles import KINDS
-from ...encounters.sailing import Command, Sailed, Sea, sail
+from ...encounters.sailing import Command, Sailed, Sea, paced, sail, stepped
 from ...encounters.sensing import looking
 from ...encounters.space import PER_SHIP, WEATHER, Space, around, meeting
 from ...environment import CHANNELS, Environment
@@ -51,23 +51,9 @@ from ..judging import requirements
 from ..request import ship_of
 from . import argued
 from .behind import closest, grounds_of, untested
-from .claimed import (
-    CONTACT,
-    MUTE,
-    PART,
-    RARE,
-    SCHEMA,
-    UNDER_WAY,
-    Case,
-    CaseFile,
-    Failed,
-    Part,
-    Where,
-    part_at,
-    rare_at,
-)
+from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Failed, Part, Where, part_at, rare_at
 from .outside import Ran, Spoken, ran
-from .rare import SHIPS, Rarely, margins, ordered, rarely
+from .rare import SHIPS, UNDER_WAY, Rarely, margins, ordered, rarely
 from .setting import conducts_of, meeting_of, ranges_of, waters_of
 from .stacks import Stack, beside, conduct, stack_of
 
@@ -212,6 +198,11 @@ class Setup:
         return _TOGETHER_ON_WIRE if isinstance(self.stack, Wiring) else _TOGETHER
 
     @property
+    def every(self) -> float:
+        """Time between rows of tracks [s]."""
+        return stepped(paced(self.ship.L_pp))
+
+    @property
     def runs(self) -> int:
         return len(self.meeting.x)
 
@@ -260,14 +251,16 @@ class Setup:
         met, count = self.meeting, len(range(*rows.indices(self.runs)))
         latest = float(np.max(np.where(np.isfinite(met.approach[1]), met.approach[1], 0.0)))
         said = self.file.encounters
-        sea = Sea(said.duration or LONG * latest, 10.0, said.length, self.rules, self._around(first, count), self.ranks)
+        sea = Sea(said.duration or LONG * latest, self.every, said.length, self.rules, self._around(first, count),
+                  self.ranks)  # fmt: skip
         return sail(self.ship, self._some(rows), sea, self._seeing(first), self.file.traffic, self.file.seed + first,
                     self._draws(rows, plain), np.array([conducts_of(self.file)]) if said.ships else None)  # fmt: skip
 
     def at(self, space: Space, points: Array, draws: dict[str, Array] | None = None) -> Sailed:
         """Runs of points of a space, on ships that are drawn, or as fitted."""
         there = points[:, : len(PER_SHIP) * len(space.roles)].reshape(len(points), -1, len(PER_SHIP))
-        sea = Sea(LONG * space.ranges.T[1], 10.0, self.file.encounters.length, self.rules, around(points), self.ranks)
+        sea = Sea(LONG * space.ranges.T[1], self.every, self.file.encounters.length, self.rules, around(points),
+                  self.ranks)  # fmt: skip
         return sail(self.ship, meeting(points, space.U), sea, self.called, self.file.traffic, self.file.seed, draws,
                     np.nan_to_num(there[:, :, 3]).astype(np.intp))  # fmt: skip
 

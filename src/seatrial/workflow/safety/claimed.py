@@ -16,8 +16,6 @@ from .stacks import Stack
 SCHEMA, PART, RARE = "seatrial-case/1", "seatrial-case-part/1", "seatrial-case-rare/1"
 CONTACT, MUTE = "contact", "silent"
 """What a run can fail by beside the rules: hulls that touched, a stack that answered no more."""
-UNDER_WAY = ".levels"
-"""Folder, in that of a case, of what a search by levels has sailed; it is there until the search ends."""
 RoleName = Literal["head-on", "give-way", "stand-on", "overtaking", "overtaken"]
 
 

@@ -27,6 +27,8 @@ from .. import SILENT, Sink
 
 SHIPS = 32768
 """Draws of the ship among which one is taken: so many that the rare ones by which a breach comes are among them."""
+UNDER_WAY = ".levels"
+"""Folder, in that of a case, of what a search by levels has sailed; it is there until the search ends."""
 _NO_PART = 10.0
 """Margin of a rule that does not apply in a run: farther off than any run that it applies to."""
 

@@ -14,6 +14,7 @@ from ...data import Array
 from ...encounters.area import encounters, reports
 from ...encounters.meeting import IMAZU_T, Meeting, Ranges, dnv, drawn, imazu, role
 from ...encounters.rules import Limits, Waters
+from ...encounters.sailing import paced
 from ...environment.geojson import load_chart
 from ...sensors.suite import draught
 from ...ships import Ship
@@ -39,7 +40,7 @@ def meeting_of(file: CaseFile, ship: Ship, folder: Path) -> Meeting:
         conducts_of(file)
         return Meeting(np.array([speed]), *(np.array([[float(getattr(one, name)) for one in said.ships]])
                                             for name in ("x", "y", "psi", "U")))  # fmt: skip
-    some = imazu(speed, IMAZU_T) if said.set == "imazu" else dnv(speed)
+    some = imazu(speed, paced(ship.L_pp, IMAZU_T)) if said.set == "imazu" else dnv(speed)
     ships = max(len(one.x) for one in some)
     return alike(some, ships)
 
@@ -61,7 +62,9 @@ def waters_of(file: CaseFile, ship: Ship, folder: Path) -> Waters:
 
 def ranges_of(file: CaseFile, ship: Ship) -> Ranges:
     """From where encounters are drawn; they begin farther apart than ships may pass."""
-    return Ranges(apart=float(Limits().passing.of(np.array(max(ship.L_pp, file.encounters.length or 0.0)))))
+    (low, high), longest = Ranges().T, max(ship.L_pp, file.encounters.length or 0.0)
+    apart = float(Limits().passing.of(np.array(longest)))
+    return Ranges((paced(ship.L_pp, low), paced(ship.L_pp, high)), apart=apart)
 
 
 def conducts_of(file: CaseFile) -> list[int]:
