@@ -63,11 +63,18 @@ def test_the_table_tells_parts_actions_and_breaches(crossing: tuple) -> None:
     made, judged = crossing
     table = next(block for block in shown(made, judged, Limits()) if isinstance(block, Table))
     one, two = ([str(cell) for cell in row] for row in table.rows)
-    assert one[:3] == ["own", "target 1", "gives way"]
-    assert one[4:6] == ["10.0", "40 to starboard"]
-    assert one[-2:] == ["–", "kept"]
-    assert two[2] == "stands on"
-    assert two[4:6] == ["–", "–"]
+    assert one[:4] == ["own to target 1", "kept", "gives way", "–"]
+    assert one[5:7] == ["10.0", "40 to starboard"]
+    assert two[:3] == ["target 1 to own", "kept", "stands on"]
+    assert two[5:7] == ["–", "–"]
+
+
+def test_times_of_a_model_are_told_to_the_hundredth_of_a_minute(crossing: tuple) -> None:
+    """The same encounter of a ship a hundredth as long takes a tenth of the time."""
+    made, judged = crossing
+    small = replace(made, t=0.1 * made.t)
+    table = next(block for block in shown(small, judged, Limits()) if isinstance(block, Table))
+    assert str(next(iter(table.rows))[5]) == "1.00"
 
 
 def test_contact_is_told_before_all() -> None:

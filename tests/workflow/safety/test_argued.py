@@ -21,7 +21,7 @@ from seatrial.ships.files import load
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety.argued import verified
-from seatrial.workflow.safety.claimed import PART, Case, CaseFile, Part, Where
+from seatrial.workflow.safety.claimed import PART, Around, Case, CaseFile, Part, Where
 
 
 def signed(folder: Path, *, sensors: Sensing | None = None, failed: bool = True) -> Case:
@@ -97,6 +97,34 @@ def test_what_failed_is_told_by_what_broke_together_and_nothing_where_nothing_di
     [table] = [one for one in argued._failed(signed(tmp_path / "a")) if hasattr(one, "rows")]
     assert [tuple(row) for row in table.rows] == [("15, contact", "1", "0"), ("16", "1", "3")]
     assert "Nothing" in str(argued._failed(signed(tmp_path / "b", failed=False)))
+
+
+def test_contacts_are_drawn_first_and_one_run_of_each_combination() -> None:
+    """Of forty breaches of one kind before a contact the first four showed nothing of that."""
+    last = (("13",), ("contact",), (), None, ("13",), ("17(b)",), ("15", "contact"), ("15",))
+    broken = (*((("16", "8(b)"),) * 40), *last)
+    found = Case(CaseFile(claim="c", ship="s"), "d", (Part("d", 0, broken, ((),) * len(broken)),), "")
+    asked: list[Any] = []
+    body = argued._failures(found, lambda runs: asked.append(list(runs)) or iter(()), OPEN_WATER)
+    assert asked == [[0, 40, 41, 46]]  # both with contact, then the most frequent
+    assert "Of 46 runs that fail, the first of 4 combinations" in str(body)
+    [table] = [one for one in argued._failed(found) if hasattr(one, "rows")]
+    assert [row[0] for row in table.rows][:4] == ["contact", "15, contact", "16, 8(b)", "13"]
+
+
+def test_rules_stand_in_their_order_with_how_often_of_how_many_and_the_interval() -> None:
+    judged = ("15", "16", "17(b)", "8(a)", "6", "19(d)")
+    part = Part("d", 0, (("8(a)",), ()), (judged, judged))
+    found = Case(CaseFile(claim="c", ship="s"), "d", (part,), "")
+    [table] = [one for one in argued.results(found) if hasattr(one, "rows")]
+    rows = [tuple(str(cell) for cell in row) for row in table.rows]
+    assert [row[0].removeprefix("Rule ") for row in rows] == ["contact", "6", "8(a)", "15", "16", "17(b)", "19(d)"]
+    assert rows[2][1:] == ("1 of 2", "50.0 %", "1.26 to 98.7 %")  # Clopper and Pearson: 1 - .975^(1/2), and its mirror
+
+
+def test_weather_that_is_not_there_is_told_so() -> None:
+    found = Case(CaseFile(claim="c", ship="s", weather=Around(current=(0.0, 0.5))), "d", (), "")
+    assert "no wind, current 0 to 0.5 m/s" in argued._asked(found, load("kvlcc2"), OPEN_WATER)
 
 
 def test_what_was_not_tried_follows_what_was() -> None:

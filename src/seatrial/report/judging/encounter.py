@@ -30,6 +30,8 @@ _COLOURS = (figures.INK, figures.VERMILION, figures.BLUE, figures.GREEN, figures
 _DASHES = ("", "7 2", "3 2", "1 2", "7 2 1 2", "5 4", "2 4")
 _HULL = ((1.0, 0.0), (0.3, 0.35), (-1.0, 0.35), (-1.0, -0.35), (0.3, -0.35))
 _WIDTH, _INSET, _MARKS = 560, 190, 10
+_LONG = 600.0
+"""Times of shorter encounters have two decimals of a minute [s]."""
 Where = tuple[int, ...]
 
 
@@ -57,9 +59,9 @@ _CHARTED = (
 def verdicts(tracks: Tracks, judged: Sequence[Judged], where: Where = ()) -> Body:
     """What each ship did towards each other with which there was risk of collision, and the rules that it broke."""
     rows = [_row(tracks, one, where) for one in judged if one.met.exists[where] or one.contact[where]]
-    head = ("ship", "towards", "part", "risk from [min]", "acts [min]", "turns [°]", "slows [%]", "closest [m]",
-            "hulls [m]", "breaks", "verdict")  # fmt: skip
-    return table(head, rows, words=(1, 2, 9, 10))
+    head = ("ship", "verdict", "part", "breaks", "risk from [min]", "acts [min]", "turns [°]", "slows [%]",
+            "closest [m]", "hulls [m]")  # fmt: skip
+    return table(head, rows, words=(0, 1, 2, 3))
 
 
 def _row(tracks: Tracks, one: Judged, where: Where) -> tuple[str, ...]:
@@ -68,16 +70,18 @@ def _row(tracks: Tracks, one: Judged, where: Where) -> tuple[str, ...]:
     acted = bool(own.exists[where])
     role = NAMES[Role(int(one.role[where]))]
     also = [NAMES[r] for r in Role if one.met.accepted[(*where, r)] and r != one.role[where]]
+    fine = 1 if t[-1] >= _LONG else 2
     return (
-        tracks.names[one.ship], tracks.names[one.other], f"{role} (or {', '.join(also)})" if also else role,
-        f"{t[one.met.begins[where]] / 60.0:.1f}" if one.met.exists[where] else "–",
-        f"{t[own.row[where]] / 60.0:.1f}" if acted else "–",
+        f"{tracks.names[one.ship]} to {tracks.names[one.other]}",
+        "contact" if one.contact[where] else "breach" if one.fails[where] else "kept",
+        f"{role} (or {', '.join(also)})" if also else role,
+        ", ".join(one.broken(where)) or "–",
+        f"{t[one.met.begins[where]] / 60.0:.{fine}f}" if one.met.exists[where] else "–",
+        f"{t[own.row[where]] / 60.0:.{fine}f}" if acted else "–",
         (f"{starboard:.0f} to starboard" if starboard >= port else f"{port:.0f} to port") if acted else "–",
         f"{100.0 * float(own.slowed[where]):.0f}" if acted else "–",
         number(float(one.at.distance[where])), number(float(one.gap[where])),
-        ", ".join(one.broken(where)) or "–",
-        "contact" if one.contact[where] else "breach" if one.fails[where] else "kept",
-    )  # fmt: skip
+    )
 
 
 def drawn(

@@ -36,6 +36,7 @@ _PICTURES, _KINDS = 4, 12
 Again = Callable[[Sequence[int]], Iterator[tuple[int, Tracks, tuple[Judged, ...], tuple[int, ...]]]]
 """Sails runs again: number, tracks, verdicts and the place of the run among these."""
 
+
 def answer(found: Case) -> Body:
     """The claim, and what the runs say to it."""
     rows = [one for one in found.broken if one is not None]
@@ -52,7 +53,8 @@ def _percent(share: float) -> str:
 def _rules(found: Case) -> list[str]:
     said = {rule for part in found.parts for rules in part.judged for rule in rules}
     silent = [MUTE] if found.file.foreign else []
-    return [CONTACT, *silent, *sorted(said)]
+    numbers = {rule: int(rule.partition("(")[0]) if rule[0].isdigit() else 0 for rule in said}
+    return [CONTACT, *silent, *sorted(said, key=lambda rule: (numbers[rule], rule))]
 
 
 def results(found: Case) -> Body:
@@ -62,8 +64,9 @@ def results(found: Case) -> Body:
         one = found.share(rule)
         low, high = one.interval
         name = rule if rule in (CONTACT, MUTE, AGROUND, CONTOUR) else f"Rule {rule}"
-        rows.append((name, str(one.runs), str(one.hits), _percent(one.value), _percent(low), _percent(high)))
-    body = table(("", "runs", "broken", "share", "from", "to (95 %)"), rows) + bullets(_split(found))
+        interval = f"{number(100.0 * low, 3)} to {_percent(high)}"
+        rows.append((name, f"{one.hits} of {one.runs}", _percent(one.value), interval))
+    body = table(("", "broken in runs", "share", "95 % interval"), rows) + bullets(_split(found))
     asked = found.file.rare
     return body + told(found.rarely, asked) if found.rarely and asked else body
 
@@ -137,8 +140,8 @@ def _asked(found: Case, ship: Ship, waters: Waters) -> list[str]:
         f"ship {ship.name}, steered by {file.called}; other ships: {', '.join(file.traffic)}, drawn by run",
         f"encounters: {where.set}" + (f", own ship as {', '.join(where.roles)}" if where.set == "drawn" else "")
         + (f"; ships met by kind (Rule 18): {', '.join(where.kinds)}" if where.kinds else ""),
-        f"wind {file.weather.wind[0]:g} to {file.weather.wind[1]:g} m/s, current {file.weather.current[0]:g} to "
-        f"{file.weather.current[1]:g} m/s, from any direction",
+        ", ".join(f"{what} {low:g} to {high:g} m/s" if high else f"no {what}"
+                  for what, (low, high) in (("wind", file.weather.wind), ("current", file.weather.current))),
         _where(found, waters),
         "a run fails where a rule is broken, hulls touch, the ship runs aground or crosses its safety contour, or a "
         "stack falls silent",
@@ -183,16 +186,22 @@ def _valid(ship: Ship) -> str:
     return f"it is valid for {ends}; its motion through the water is watched in each run"
 
 
-def _failed(found: Case) -> Body:
-    """Which rules broke together, and in which runs."""
+def _kinds(found: Case) -> list[tuple[tuple[str, ...], list[int]]]:
+    """Rules that broke together with their runs: contacts first, then what is most frequent."""
     kinds: dict[tuple[str, ...], list[int]] = {}
     for run, one in enumerate(found.broken):
         if one:
             kinds.setdefault(one, []).append(run)
+    return sorted(kinds.items(), key=lambda one: (CONTACT not in one[0], -len(one[1])))
+
+
+def _failed(found: Case) -> Body:
+    """Which rules broke together, and in which runs."""
+    kinds = _kinds(found)
     if not kinds:
         return soft("Nothing.")
     rows = [(", ".join(kind), str(len(runs)), ", ".join(map(str, runs[:12])) + (" …" if len(runs) > 12 else ""))
-            for kind, runs in sorted(kinds.items(), key=lambda one: -len(one[1]))[:_KINDS]]  # fmt: skip
+            for kind, runs in kinds[:_KINDS]]  # fmt: skip
     left = len(kinds) - len(rows)
     more = soft(f"And {left} more combinations; all runs are in the numbers beside this page.") if left > 0 else ()
     return table(("rules broken together", "runs", "numbers, from 0"), rows, words=(0, 2)) + more
@@ -255,12 +264,14 @@ def _signed(found: Case) -> Body:
 
 
 def _failures(found: Case, again: Again, waters: Waters) -> Body:
-    """Drawings of the first runs that fail, sailed again."""
-    wrong = [k for k, one in enumerate(found.broken) if one]
-    if not wrong:
+    """Drawings of failures, the first run of each kind, sailed again."""
+    kinds = _kinds(found)
+    if not kinds:
         return soft("None.")
-    body: Body = soft(f"{len(wrong)} runs; the first {min(len(wrong), _PICTURES)} are drawn. Runs count from 0.")
-    for run, tracks, judged, where in again(wrong[:_PICTURES]):
+    some = sorted(runs[0] for _, runs in kinds[:_PICTURES])
+    body: Body = soft(f"Of {sum(len(runs) for _, runs in kinds)} runs that fail, the first of {len(some)} combinations "
+                      "is drawn, contacts before others. Runs count from 0.")  # fmt: skip
+    for run, tracks, judged, where in again(some):
         rules = ", ".join(found.broken[run] or ())
         body += lead(f"Run {run}: {rules}") + shown(tracks, judged, Limits(), where, waters)
     return body

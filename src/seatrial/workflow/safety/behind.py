@@ -88,7 +88,7 @@ def told(found: Case, path: Path) -> Body:
         out = [one for one in runs if one]
         names = ", ".join(sorted({channel for one in out for channel in one.split(", ")}))
         said.append(f"validity here: {len(out)} of {len(runs)} runs leave what the trials of its fit tested"
-                    f"{f', in {names}' if names else ''}, by its motion through the water each 10 s")  # fmt: skip
+                    f"{f', in {names}' if names else ''}, by its motion through the water")  # fmt: skip
     return bullets(said) + _card(path)
 
 
