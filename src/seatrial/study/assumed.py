@@ -104,5 +104,9 @@ def _holding(trial: Trial, name: str, ship: Ship) -> Array:
     if not first > 0.0:
         raise StudyError(f"{trial.name}: it does not begin ahead, so its speed tells no {name}; log it, or leave the "
                          "trial out")  # fmt: skip
-    n_P = approach(ship, speed=first)[1]
-    return np.full(len(trial), straight(ship, n_P)[ship.model.controls.index(name)])
+    return np.full(len(trial), holds(ship, name, first))
+
+
+def holds(ship: Ship, name: str, speed: float) -> float:
+    """The control [1/s] that holds a speed [m/s] in calm water; ShipError: none does."""
+    return float(straight(ship, approach(ship, speed=speed)[1])[ship.model.controls.index(name)])

@@ -6,14 +6,18 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from seatrial.cli.app import main
-from seatrial.data.trialfile import write_trial
+from seatrial.data import DataError, Trial
+from seatrial.data.trialfile import read_trial, write_trial
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
+from seatrial.simulate.approach import approach
 from seatrial.simulate.run import simulate
 from seatrial.workflow import RequestError
+from seatrial.workflow.live import twin as module
 from seatrial.workflow.live.twin import CARD, MODEL, STATE, twin
 
 SHIP = load("kvlcc2_l7")
@@ -45,6 +49,50 @@ def test_it_leaves_a_ship_a_card_and_its_state(log: Path, tmp_path: Path) -> Non
     assert float(again.model.hull.N_r) == outcome.result.follower.value("hull.N_r")[0]
     twin(SHIP, trial=log, out=tmp_path / "out", free=("hull.N_r",), note=said.append)
     assert any("goes on from t = 30 s" in line for line in said)
+
+
+@pytest.mark.slow
+def test_a_log_without_revolutions_is_followed_with_those_that_hold_its_first_speed(log: Path, tmp_path: Path) -> None:
+    """As a fit takes them; with an order it is what the engine makes of that, and a rudder that nobody knows is not."""
+    run = read_trial(log)
+    without = [name for name in run.channels if not name.startswith("n_P")]
+    write_trial(Trial("bare", run.t, {name: run[name] for name in without}), tmp_path / "bare.csv")
+    said: list[str] = []
+    outcome = twin(SHIP, trial=tmp_path / "bare.csv", note=said.append)
+    (told,) = [line for line in said if line.startswith("no n_P in the log")]
+    holding = approach(SHIP, speed=float(np.median(run["u"][run.t <= 3.0 * SHIP.L_pp / SHIP.speed])))[1]
+    assert f"{holding:.4g} 1/s" in told
+    assert outcome.result.follower is not None
+    assert outcome.result.acting[SHIP.model.controls.index("n_P")] == pytest.approx(holding, rel=1e-2)
+    write_trial(Trial("ordered", run.t, {**{name: run[name] for name in without}, "n_P_cmd": np.full(len(run), 9.0)}),
+                tmp_path / "ordered.csv")  # fmt: skip
+    said.clear()
+    ordered = twin(SHIP, trial=tmp_path / "ordered.csv", note=said.append)
+    assert ordered.result.acting[SHIP.model.controls.index("n_P")] == 9.0
+    assert any("makes of n_P_cmd" in line for line in said)
+    bare = {name: run[name] for name in without if not name.startswith("delta")}
+    write_trial(Trial("unsteered", run.t, bare), tmp_path / "unsteered.csv")
+    with pytest.raises(DataError, match="no channel delta; a twin is steered by"):
+        twin(SHIP, trial=tmp_path / "unsteered.csv")
+
+
+def test_a_wire_that_tells_no_revolutions_gets_those_of_its_first_speed() -> None:
+    """After half a minute of speeds, until the shaft is told; a wire that tells it is left as it is."""
+    n_P = approach(SHIP)[1]
+    rows = [(float(t), {"psi": 0.0, "v_north": 0.6 * SHIP.speed, "v_east": 0.8 * SHIP.speed}) for t in range(50)]
+    rows[40:] = [(t, {**values, "n_P": 9.0}) if t % 2 else (t, values) for t, values in rows[40:]]
+    said: list[str] = []
+    found = list(module._powered(iter(rows), SHIP, said.append))
+    assert [t for t, _ in found] == [t for t, _ in rows]
+    assert all("n_P" not in values for _, values in found[:30])
+    assert [values["n_P"] for _, values in found[30:41]] == pytest.approx([n_P] * 11, rel=1e-6)
+    assert found[41:] == rows[41:]
+    assert len(said) == 1
+    told = [(t, {**values, "n_P": 9.0}) for t, values in rows]
+    assert list(module._powered(iter(told), SHIP, said.append)) == told
+    still = [(t, {"psi": 0.0, "u_w": 0.0}) for t, _ in rows]
+    assert list(module._powered(iter(still), SHIP, said.append)) == still
+    assert len(said) == 1
 
 
 @pytest.mark.slow

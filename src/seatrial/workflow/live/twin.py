@@ -11,11 +11,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...core.errors import obeyed
 from ...data import Trial
 from ...data.formats import nmea as sentences
 from ...data.sidecar import UNPLACED
 from ...data.trialfile import read_trials
+from ...models import unit
 from ...realtime.twin.card import page as card
 from ...realtime.twin.card import parameters, unseen
 from ...realtime.twin.likely import likeliest
@@ -30,6 +33,7 @@ from ...report.page import write
 from ...ships import Ship
 from ...ships.writing import save
 from ...simulate.steering import steered
+from ...study.assumed import SPEED, holds, wanting, with_assumed
 from .. import Outcome, RequestError, figure
 from ..request import Note, make_folder, pair, ship_of, silent
 
@@ -38,6 +42,8 @@ STATE, MODEL, CARD = "twin.json", "model.toml", "card.html"
 
 # State is saved after so much time of the log, and so much by the clock [s].
 _SAVED, _CLOCK = 600.0, 20.0
+# A wire that has told a speed for so long and no revolutions has none [s].
+_UNTOLD = 30.0
 # Trials of a folder follow each other with this gap, in L/U.
 _APART = 10.0
 
@@ -90,7 +96,7 @@ def twin(
     """
     ship = ship_of(model)
     stated = None if antenna is None else pair("--antenna", antenna, "FORWARD,STARBOARD in metres")
-    log = _log(ship, nmea, mcap, trial, mapping, rate)
+    log = _log(ship, nmea, mcap, trial, mapping, rate, note)
     settings = usual(ship, log.channels, noise=log.noise, free=free, antenna=stated or log.antenna,
                      estimator=estimator)  # fmt: skip
     if not log.live:
@@ -153,7 +159,7 @@ def _keep(live: Live, log: str, out: Path | None, note: Note) -> None:
 
 
 def _log(
-    ship: Ship, nmea: str | None, mcap: Path | None, trial: Path | None, mapping: Path | None, rate: float
+    ship: Ship, nmea: str | None, mcap: Path | None, trial: Path | None, mapping: Path | None, rate: float, note: Note
 ) -> _Log:  # fmt: skip
     """The log that was asked for.
 
@@ -164,12 +170,12 @@ def _log(
     if len(given) != 1:
         raise RequestError("give one log: --nmea FILE or udp://HOST:PORT, --mcap FILE, or --trial FILE")
     if nmea is not None and "://" in nmea:
-        return _wire(ship, nmea, rate, sentences.read_mapping(mapping) if mapping else sentences.Aboard())
+        return _wire(ship, nmea, rate, sentences.read_mapping(mapping) if mapping else sentences.Aboard(), note)
     if nmea is not None:
         aboard = sentences.aboard_of(Path(nmea), mapping)
         # the filter takes the antenna to midship by its own heading, so that a wrong compass moves no fix
         found = (sentences.read(Path(nmea), replace(aboard, antenna=None)),)
-        return _of(ship, nmea, found, aboard.place)
+        return _of(ship, nmea, found, aboard.place, note)
     if mcap is not None:
         from ...data.robot.topics import read_topics
         from ...data.robot.trial import read
@@ -178,11 +184,19 @@ def _log(
     else:
         found = tuple(read_trials([trial or Path()]))
     placed = all(UNPLACED not in one.meta.get("processing", ()) for one in found)
-    return _of(ship, str(given[0]), found, (0.0, 0.0) if placed else None)
+    return _of(ship, str(given[0]), found, (0.0, 0.0) if placed else None, note)
 
 
-def _of(ship: Ship, name: str, found: tuple[Trial, ...], antenna: tuple[float, float] | None) -> _Log:
-    """A log of trials."""
+def _of(
+    ship: Ship, name: str, found: tuple[Trial, ...], antenna: tuple[float, float] | None, note: Note
+) -> _Log:  # fmt: skip
+    """A log of trials; a control that one lacks is assumed as a fit assumes it, and said."""
+    lacking = [{name: told for name, told in wanting(one, ship).items() if told} for one in found]
+    found = tuple(with_assumed(one, tuple(names), ship) for one, names in zip(found, lacking, strict=True))
+    for control in dict.fromkeys(one for names in lacking for one in names):
+        one, told = next((one, names[control]) for one, names in zip(found, lacking, strict=True) if control in names)
+        note(_taken(control, float(one[control][0])) if told == SPEED else
+             f"no {control} in the log: what its actuator in the ship file makes of {told} is taken")  # fmt: skip
     channels = channels_of(found[0], ship.model.controls)
     for one in found[1:]:
         channels_of(one, ship.model.controls)
@@ -205,7 +219,33 @@ def _one_after_another(ship: Ship, trials: Sequence[Trial], held: Sequence[str])
         begun += one.duration + _APART * ship.L_pp / max(ship.speed, 1e-3)
 
 
-def _wire(ship: Ship, address: str, rate: float, aboard: sentences.Aboard) -> _Log:
+def _taken(control: str, value: float) -> str:
+    return (f"no {control} in the log: {figure(value)} 1/s are taken, which hold the first speed in calm water by the "
+            "ship file; what the engine does since looks like a change of resistance or of its thrust")  # fmt: skip
+
+
+def _powered(rows: Iterator[Row], ship: Ship, note: Note) -> Iterator[Row]:
+    """Rows of a wire that tells no revolutions with those that hold the first speed, until they are told."""
+    model = ship.model
+    silent = {name: stand_in for name, (stand_in, _), (order, _)
+              in zip(model.controls, model.stands_for, model.follows, strict=True)
+              if order == "n_P" and unit(name) == "1/s"}  # fmt: skip
+    speeds, taken, begun = list[float](), dict[str, float](), math.nan
+    for t, values in rows:
+        silent = {name: stand_in for name, stand_in in silent.items() if not {name, stand_in} & values.keys()}
+        if silent and not taken:
+            speed = values.get("u_w", math.hypot(values.get("v_north", math.nan), values.get("v_east", math.nan)))
+            if math.isfinite(speed):
+                speeds.append(speed)
+                begun = t if math.isnan(begun) else begun
+            if t - begun >= _UNTOLD and (speed := float(np.median(speeds))) > 0.0:
+                taken = {name: holds(ship, name, speed) for name in silent}
+                for name, value in taken.items():
+                    note(_taken(name, value))
+        yield t, {**{name: value for name, value in taken.items() if name in silent}, **values}
+
+
+def _wire(ship: Ship, address: str, rate: float, aboard: sentences.Aboard, note: Note) -> _Log:
     """Sentences by UDP."""
     from ...realtime.wire import Address
 
@@ -221,7 +261,7 @@ def _wire(ship: Ship, address: str, rate: float, aboard: sentences.Aboard) -> _L
         raise RequestError(f"--nmea {address}: {error.strerror}; choose another port") from None
     orders = tuple(f"{name}_cmd" for name in ship.model.controls)
     return _Log(address, (*NOISE, "y", "v_east", *ship.model.controls, *orders), {},
-                lambda: rows_from(listening, rate, Ear(aboard=aboard)), aboard.place, live=True,
+                lambda: _powered(rows_from(listening, rate, Ear(aboard=aboard)), ship, note), aboard.place, live=True,
                 held=_at_once(ship))  # fmt: skip
 
 
