@@ -116,7 +116,8 @@ def test_a_file_comes_in_pieces_and_has_its_name_at_the_end(served: Served) -> N
     served.told("PUT", "/api/files/day%201.nmea?at=3&last=true", b"RMC")
     assert (served.folder / "logs" / "day 1.nmea").read_bytes() == b"$GPRMC"
     assert "there already" in served.refused("PUT", "/api/files/day%201.nmea?at=0&last=true", b"other")
-    assert served.told("GET", "/api/shelf")["items"] == [{"path": "logs", "kind": "logs", "size": 1, "names": []}]
+    assert served.told("GET", "/api/shelf")["items"] == [
+        {"path": "logs", "kind": "logs", "size": 1, "names": [], "format": ""}]  # fmt: skip
     assert "no name" in served.refused("PUT", "/api/files/..%2fx.csv?at=0&last=true", b"")
     assert "bytes" in served.refused("PUT", "/api/files/large.csv?at=0&last=true", b"x" * (4 * 2**20 + 1))
     served.told("PUT", "/api/files/again.csv?at=0&last=false", b"half")  # the page was closed

@@ -40,6 +40,18 @@ def test_a_folder_is_trials_by_its_sidecars_else_logs_and_a_run_by_its_fit(tmp_p
     assert found[1] == Item("trials", "trials", 1, ("a",))
 
 
+def test_logs_say_the_format_that_needs_no_mapping(tmp_path: Path) -> None:
+    """Of tables, and of what no reader takes, they say none."""
+    (tmp_path / "spoken").mkdir()
+    (tmp_path / "spoken" / "a.log").write_text("$HEHDT,10.0,T\r\n$HEROT,1.0,A\r\n" * 9)
+    (tmp_path / "table").mkdir()
+    (tmp_path / "table" / "a.csv").write_text("t,psi\n" + "".join(f"{k},{k}\n" for k in range(9)))
+    (tmp_path / "frames.txt").write_text("(0.000) can0 09F8017F#50C3A2D2B8A9A900\n" * 9)
+    (tmp_path / "part.tdms").write_bytes(b"TDSm" + bytes(90))
+    assert {one.path: one.format for one in shelf(tmp_path)} == {
+        "spoken": "nmea", "table": "", "frames.txt": "n2k", "part.tdms": ""}  # fmt: skip
+
+
 def test_a_link_to_nowhere_and_a_binary_file_do_no_harm(tmp_path: Path) -> None:
     (tmp_path / "gone").symlink_to(tmp_path / "nowhere")
     (tmp_path / "x.toml").write_bytes(bytes(range(256)) * 40)

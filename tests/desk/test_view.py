@@ -37,6 +37,23 @@ def test_angles_are_degrees_gaps_are_null_and_long_trials_are_thinned(tmp_path: 
     assert 29.6 < max(gap) < 30.0
 
 
+def test_an_instrument_slower_than_the_rows_is_drawn_on_lines_and_its_gaps_are_gaps(tmp_path: Path) -> None:
+    """A fix in every tenth row, none of them in one that is drawn; the course, which turns over north, stands."""
+    t = np.arange(3500) * 0.1
+    x = np.where((np.arange(3500) % 10 == 1) & ~((t > 100.0) & (t < 120.0)), 2.0 * t, np.nan)
+    course = np.where(np.isfinite(x), np.where(np.arange(3500) % 20 == 1, 0.1, 6.2), np.nan)
+    write_trials((Trial("run", t, {"x": x, "gamma_G": course, "psi": 0.01 * t}),), tmp_path)
+    found = drawn(tmp_path / "run.csv")
+    by_name = {one["name"]: one["values"] for one in found["channels"]}
+    pairs = [(t, value) for t, value in zip(found["t"], by_name["x"], strict=True) if value is not None]
+    assert len(pairs) > 1500
+    np.testing.assert_allclose([value for _, value in pairs], [2.0 * t for t, _ in pairs], atol=1e-9)
+    gone = [t for t, value in zip(found["t"], by_name["x"], strict=True) if value is None and 1.0 < t < 349.0]
+    assert 99.0 < min(gone) < 101.0
+    assert 119.0 < max(gone) < 121.0
+    assert {round(one, 1) for one in by_name["gamma_G"] if one is not None} == {5.7, 355.2}
+
+
 def test_a_short_trial_is_drawn_whole(tmp_path: Path) -> None:
     write_trials((trial(3000),), tmp_path)
     assert drawn(tmp_path / "run.csv")["t"] == pytest.approx(trial(3000).t.tolist())

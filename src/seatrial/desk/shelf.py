@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..core.errors import RequestError
+from ..core.errors import DataError, RequestError
+from ..data.guess.guessing import reader_of
 from ..study.store import SUMMARY
 
 JOBS = ".seatrial"
@@ -40,12 +41,14 @@ class Item:
             "scenario", "case" or "campaign".
         size: bytes of a file; number of logs or trials of a folder.
         names: the trials of a folder of trials.
+        format: of logs that are read without a mapping; empty of tables, and of what is not known.
     """
 
     path: str
     kind: str
     size: int
     names: tuple[str, ...] = ()
+    format: str = ""
 
 
 def shelf(folder: Path) -> tuple[Item, ...]:
@@ -99,12 +102,21 @@ def _folder(root: Path, folder: Path) -> list[Item]:
         return [Item(name, "trials", len(trials), trials)]
     logs = [path for path in files if _kind(path) == "log"]
     others = [one for path in files if path.suffix in _PRODUCTS for one in _file(root, path)]
-    return ([Item(name, "logs", len(logs))] if logs else []) + others
+    return ([Item(name, "logs", len(logs), format=_format(folder))] if logs else []) + others
 
 
 def _file(root: Path, path: Path) -> list[Item]:
     kind = _kind(path)
-    return [Item(path.relative_to(root).as_posix(), kind, path.stat().st_size)] if kind else []
+    format = _format(path) if kind == "log" else ""
+    return [Item(path.relative_to(root).as_posix(), kind, path.stat().st_size, format=format)] if kind else []
+
+
+def _format(path: Path) -> str:
+    try:
+        known = reader_of(path)
+    except (DataError, OSError):
+        return ""
+    return known.format if known is not None and not known.tabular else ""
 
 
 def _kind(path: Path) -> str:

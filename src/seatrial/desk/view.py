@@ -10,13 +10,15 @@ import numpy as np
 
 from ..core.errors import RequestError
 from ..core.files import write_whole
-from ..data import Array
+from ..data import UNITS, Array
 from ..data.prepare.steps import Step, steps_text
 from ..data.trialfile import read_trial
 from ..models import unit
 
 _ROWS = 3000
 """Rows that are drawn; more than a screen has columns."""
+_GAP = 2.5
+"""Usual steps between the readings of an instrument from which on there is a gap."""
 _DEGREES = {"rad": ("°", 180.0 / np.pi), "rad/s": ("°/s", 180.0 / np.pi)}
 
 
@@ -28,12 +30,25 @@ def drawn(path: Path) -> dict[str, Any]:
     """
     trial = read_trial(path)
     every = max(1, -(-len(trial) // _ROWS))
-    channels = [_channel(name, np.asarray(trial[name])[::every]) for name in trial.channels]
+    channels = [_channel(name, _between(name, np.asarray(trial[name]))[::every]) for name in trial.channels]
     return {"name": trial.name, "t": trial.t[::every].tolist(), "rows": len(trial), "channels": channels}
 
 
+def _between(name: str, values: Array) -> Array:
+    """A channel on all rows: one of an instrument slower than the rows on lines between its readings, gaps as gaps."""
+    known = np.flatnonzero(np.isfinite(values))
+    if known.size < 2:
+        return values
+    rows, steps = np.arange(values.size), np.diff(known)
+    after = np.clip(np.searchsorted(known, rows), 1, known.size - 1)
+    near = (steps <= _GAP * np.median(steps))[after - 1] & (rows >= known[0]) & (rows <= known[-1])
+    lines = values[known[after - 1]] if name.startswith("gamma") else np.interp(rows, known, values[known])
+    return np.where(np.isfinite(values), values, np.where(near, lines, np.nan))
+
+
 def _channel(name: str, values: Array) -> dict[str, Any]:
-    shown, factor = _DEGREES.get(unit(name), (unit(name), 1.0))
+    own = UNITS.get(name) or unit(name)
+    shown, factor = _DEGREES.get(own, (own, 1.0))
     scaled = np.where(np.isfinite(values), values * factor, np.nan)
     return {"name": name, "unit": shown, "values": [None if value != value else value for value in scaled.tolist()]}
 

@@ -97,6 +97,7 @@ function ships() {
 /** The forms of all actions for a kind of item, the first of them open. */
 function offered(kind, one, given) {
   const mine = state.actions.filter(action => action.about.includes(kind));
+  if (one.format) mine.sort((a, b) => (b.key === "import") - (a.key === "import")); // logs that tell what they are need no guess
   return [make("div", { class: "actions" }, ...mine.map((action, k) => {
     const usual = { ...Object.fromEntries(action.fields.filter(field => fits(field, one)).map(field => [field.name, one.kind === "run" ? `${one.path}/model.toml` : one.path])), ...given };
     return make("details", { open: given.action ? given.action === action.key : k === 0 && kind !== "trials" }, make("summary", {}, action.title), form(action, usual, state, begun));
