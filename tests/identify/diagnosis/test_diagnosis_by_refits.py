@@ -20,6 +20,7 @@ from seatrial.identify.diagnosis.by_trial import Moments, Scores, contradictions
 from seatrial.identify.diagnosis.channels import Channel
 from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.identify.diagnosis.linear import Linear
+from seatrial.identify.posterior import information
 from seatrial.identify.trajectory.gauss_newton import Block, Normal
 from seatrial.identify.vector import Vector
 
@@ -450,6 +451,24 @@ def test_few_trials_widen_all_that_data_fix_by_students_t_and_by_what_trials_sca
         assert form == pytest.approx(max(1.0 - few * counted / (noise * times), 0.0), rel=1e-9)
         assert (form > 0.5) == (apart > 0.0)
         assert diagnose._widened(linear, covariance, each, Diagnosis({"x": channel()}), vector)[1] == 0.0
+
+
+def test_what_no_trial_tells_does_not_count_as_noise_of_those_that_do() -> None:
+    """Two parameters of which only the sum acts: their difference is as wide as it can be, and nothing else is."""
+    vector, each = Vector(tuple(Free(path, 0.0) for path in PATHS)), np.arange(TRIALS)
+    world = World(31)
+    world.J[:, :, 2] = world.J[:, :, 0] * (1.0 + 1e-9 * np.random.default_rng(1).normal(size=world.J.shape[:2]))
+    world.y = world.J @ [1.0, 0.1, -5.0] + np.random.default_rng(4).normal(size=world.y.shape)
+    columns = np.concatenate([world.J, world.extra], axis=2)
+    e = (world.J @ (np.linalg.pinv(world.J.reshape(-1, 3), rcond=1e-7) @ world.y.ravel()) - world.y)
+    rows = (TRIALS, ROWS // CHANNELS, CHANNELS)
+    linear = Linear.of(e.reshape(rows), columns, (PARAMETERS, columns.shape[2] - PARAMETERS, 0, 0), np.zeros(rows),
+                       each, (world.prior, np.full(PARAMETERS, 1e6)))  # fmt: skip
+    covariance = information.covariance(linear.A, linear.reach)
+    assert covariance[0, 0] > 1e11
+    wide, form = diagnose._widened(linear, covariance, each, Diagnosis({"x": channel(size=9.0)}), vector)
+    assert form == 0.0
+    assert wide[1, 1] < 10.0 * covariance[1, 1], "the second is as well known as before, but for so few trials"
 
 
 @pytest.mark.slow

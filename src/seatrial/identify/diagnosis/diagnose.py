@@ -51,6 +51,8 @@ _ITSELF = 1.0
 _LASTS = 0.05
 # Ranges by the scatter of trials are those of Student's t at this level.
 _LEVEL = 0.95
+# A parameter whose variance is so many times that of the directions that data and priors fix is open along another.
+_OPEN = 1e6
 # Rows beyond which a part of the trials is tested, at least so many of them.
 _ROWS, _LEAST = 20_000, 8
 
@@ -417,8 +419,10 @@ def _widened(
             scatter, times = linear.by_groups(group)
             wide = information.larger(wide, scatter)
             if group is trial:
-                data = linear.gram()[:, : len(linear.A)]
-                noise = float(np.sum(covariance * data) / np.sum(information.inverse(linear.A) * data))
+                data, back = linear.gram()[:, : len(linear.A)], information.inverse(linear.A)
+                told = np.diag(covariance) < _OPEN * np.diag(back)
+                known = np.where(np.outer(told, told), data, 0.0)
+                noise = float(np.sum(covariance * known) / max(np.sum(back * known), 1e-300))
                 few = float(stdtrit(groups, 0.5 + 0.5 * _LEVEL) / ndtri(0.5 + 0.5 * _LEVEL)) ** 2
                 form = max(1.0 - few * noise / max(times, 1e-300), 0.0)
                 wide = information.larger(wide, information.weakened(linear.A, data, few * max(times, noise)))
