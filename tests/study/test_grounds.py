@@ -11,9 +11,10 @@ import pytest
 from fitted_run import DEGREE, PATHS, covariance, saved, trial
 from seatrial.belief.reading import posterior
 from seatrial.data import Trial
-from seatrial.identify import StudyError
+from seatrial.identify import Loss, Problem, StudyError
 from seatrial.study.grounds import Beyond, covered, of_trials, trial_digest
-from seatrial.study.store import write_summary
+from seatrial.study.store import _stood_on, write_summary
+from seatrial.study.stored import load_fit
 
 CONTROLS = ("n_P", "delta")
 
@@ -80,6 +81,9 @@ def test_ranges_are_of_the_rudder_that_acted_and_not_of_its_offset(tmp_path: Pat
     assert found.kinds == plain.kinds
     [had], [has] = ([one for one in some.tested if (one.x, one.y) == ("u", "delta")] for some in (plain, found))
     assert max(y for _, y in has.corners) == pytest.approx(max(y for _, y in had.corners) - 2.5 * DEGREE)
+    fit = load_fit(tmp_path / "off")
+    by_track = Problem(fit.ship, (log,), fit.free, loss=Loss(dict.fromkeys(("x", "y", "psi"), 1.0)))
+    assert _stood_on(fit, by_track, ()).made == _stood_on(replace(fit, nuisances={}), by_track, ()).made != ()
 
 
 def test_what_the_form_lacks_comes_back_with_a_posterior(tmp_path: Path) -> None:
