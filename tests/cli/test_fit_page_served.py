@@ -62,8 +62,8 @@ def served(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         yield SimpleNamespace(port=port)
 
     Page.made = []
-    monkeypatch.setattr("seatrial.realtime.listening.listen", listen)
-    monkeypatch.setattr("seatrial.realtime.listening.address", lambda one: f"http://here:{one.port}")
+    monkeypatch.setattr("seatrial.core.listening.listen", listen)
+    monkeypatch.setattr("seatrial.core.listening.address", lambda one: f"http://here:{one.port}")
     monkeypatch.setattr("seatrial.realtime.fit_page.board.Board", Board)
     monkeypatch.setattr("seatrial.realtime.fit_page.board.Tracker", nullcontext)
     monkeypatch.setattr("seatrial.realtime.pages.Watched", Page)

@@ -207,8 +207,8 @@ def test_a_twin_listens_only_for_a_page_and_lets_go(monkeypatch: pytest.MonkeyPa
         return SimpleNamespace(close=lambda: closed.append(port))
 
     outcome = SimpleNamespace(shown=fields({"a": 1}, line("told")))
-    monkeypatch.setattr("seatrial.realtime.listening.listen", listen)
-    monkeypatch.setattr("seatrial.realtime.listening.address", lambda one: "http://here")
+    monkeypatch.setattr("seatrial.core.listening.listen", listen)
+    monkeypatch.setattr("seatrial.core.listening.address", lambda one: "http://here")
     monkeypatch.setattr("seatrial.workflow.live.twin.twin", lambda *_, **more: given.append(more["page"]) or outcome)
     assert main(["twin", "kvlcc2", "--trial", "a.csv"]) == 0
     assert (asked, closed, given) == ([], [], [None])

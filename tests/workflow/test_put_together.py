@@ -17,12 +17,12 @@ from fitted_run import saved, trial
 from seatrial.belief.bands.manoeuvring import Bands
 from seatrial.belief.bands.prediction import Fan
 from seatrial.belief.fit_first import Beginning
+from seatrial.core import listening
 from seatrial.core.errors import RequestError
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.data.trialfile import read_trial
 from seatrial.models import STATES
-from seatrial.realtime import listening
 from seatrial.ships.files import load
 from seatrial.simulate.replay import replay
 from seatrial.workflow import Silent, harbour, seaway

@@ -191,7 +191,7 @@ class Terminal(Sink):
 
     @property
     def _address(self) -> str:
-        from ..realtime.listening import address
+        from ..core.listening import address
 
         return address(self._listening) if self._listening else ""
 
@@ -251,7 +251,7 @@ def watching(port: int | None) -> Generator[Terminal, None, None]:
     if port is None:
         yield Terminal()
         return
-    from ..realtime.listening import HERE, listen
+    from ..core.listening import HERE, listen
 
     with listen(HERE, port, False) as listening:
         try:

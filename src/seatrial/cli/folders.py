@@ -23,7 +23,7 @@ def open_(folder: o.DeskFolder = Path("."), page: Port = Port()) -> None:
         from ..desk.app import new_key, serve
     except ModuleNotFoundError as error:
         raise RequestError(f"a page needs {error.name}; pip install 'seatrial[web]'") from None
-    from ..realtime.listening import HERE, address, listen
+    from ..core.listening import HERE, address, listen
 
     key = new_key()
     with listen(HERE, DESK_PORT if page.port is None else page.port, anywhere=False) as listening:

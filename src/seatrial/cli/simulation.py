@@ -245,7 +245,7 @@ def twin(
     json: bool = False,
 ) -> None:  # fmt: skip
     """Run a twin on the log of a ship; name faults."""
-    from ..realtime.listening import HERE, address, listen
+    from ..core.listening import HERE, address, listen
     from ..workflow.live.twin import twin as run
 
     port = port_of(serving, TWIN_PORT)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..core.errors import RequestError, WireError, obeyed
+from ..core.listening import HERE, address, listen
 from ..data import DataError
 from ..encounters.rules import Role
 from ..models import STATES
@@ -22,7 +23,6 @@ from .bridge.path import Ahead, Open
 from .bridge.view import OWN
 from .links.ardupilot import Sitl, numbered
 from .links.wiring import Note, Wiring, gone, opened, running_beside, tell_places, writing
-from .listening import HERE, address, listen
 from .loop import Clock, Loop
 from .on_wire import Lockstep
 from .plant import Plant

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from seatrial.cli.app import main
+from seatrial.core.listening import listen
 from seatrial.data.geodesy import Datum
-from seatrial.realtime.listening import listen
 from seatrial.realtime.range.stage import Stage
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError

@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 from typing import Literal, cast
 
 from ...core.errors import RequestError, RunError
+from ...core.listening import HERE, listen
 from ...encounters import Tracks
 from ...realtime.bridge.view import OWN
 from ...realtime.links.ardupilot import Sitl
 from ...realtime.links.wiring import Wiring, opened, running_beside
-from ...realtime.listening import HERE, listen
 from ...realtime.loop import Loop
 from ...realtime.on_wire import Answers, Lockstep, OnWire
 from ...realtime.range.scenario import Scenario

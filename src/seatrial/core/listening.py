@@ -5,7 +5,7 @@ from __future__ import annotations
 import ipaddress
 import socket
 
-from ..core.errors import RequestError
+from .errors import RequestError
 
 HERE = "127.0.0.1"
 
