@@ -463,9 +463,9 @@ def test_what_no_trial_tells_does_not_count_as_noise_of_those_that_do() -> None:
     e = (world.J @ (np.linalg.pinv(world.J.reshape(-1, 3), rcond=1e-7) @ world.y.ravel()) - world.y)
     rows = (TRIALS, ROWS // CHANNELS, CHANNELS)
     linear = Linear.of(e.reshape(rows), columns, (PARAMETERS, columns.shape[2] - PARAMETERS, 0, 0), np.zeros(rows),
-                       each, (world.prior, np.full(PARAMETERS, 1e6)))  # fmt: skip
+                       each, (world.prior, np.full(PARAMETERS, 1e7)))  # fmt: skip
     covariance = information.covariance(linear.A, linear.reach)
-    assert covariance[0, 0] > 1e11
+    assert covariance[0, 0] > 1e13
     wide, form = diagnose._widened(linear, covariance, each, Diagnosis({"x": channel(size=9.0)}), vector)
     assert form == 0.0
     assert wide[1, 1] < 10.0 * covariance[1, 1], "the second is as well known as before, but for so few trials"

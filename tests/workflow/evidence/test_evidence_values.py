@@ -178,8 +178,8 @@ def test_what_bands_do_not_say_is_told_line_by_line() -> None:
     lost = asked._caveats(run(), none, PARAMETERS_ONLY, bands((3.0, math.nan, 5.0)))
     assert lost[-1].startswith("2 of 3 draws have no revolutions that hold the speed, left the validity")
     doubt = drawing(explained=False)
-    assert "the bands are too narrow" in doubt._caveats(run(), none, PARAMETERS_ONLY, bands())[0]
-    assert not any("too narrow" in line for line in doubt._caveats(run(), none, LEFT_OUT, bands()))
+    assert "as wide as these scatter about it" in doubt._caveats(run(), none, PARAMETERS_ONLY, bands())[0]
+    assert not any("these scatter" in line for line in doubt._caveats(run(), none, LEFT_OUT, bands()))
     out = (Beyond("u", (0.0, 1.0), (0.0, 2.0)),)
     assert "the bands are not widened for it" in asked._caveats(run(), out, PARAMETERS_ONLY, bands())[0]
     assert "no left-out trial has tested the bands there" in asked._caveats(run(), out, CALIBRATED.on(24), bands())[0]

@@ -48,8 +48,8 @@ LEFT_OUT = Basis("left out", (
 ))  # fmt: skip
 """What bands count whose posterior left-out trials have widened."""
 PARAMETERS_ONLY = Basis("parameters", (
-    "these bands count only what the fit leaves open about its parameters, not the error of the model's form, of the "
-    "weather or of instruments: a real ship may lie outside more often than they say"
+    "these bands count what the fit leaves open about its parameters, and of the error of the model's form what its "
+    "own trials show, not weather or instruments: a real ship may lie outside more often than they say"
 ))  # fmt: skip
 """What bands count that nothing but the covariance of the fit stands behind."""
 STATED = Basis("stated", (

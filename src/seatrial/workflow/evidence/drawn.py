@@ -207,7 +207,7 @@ class Drawing:
     def _caveats(self, run: Trial, out_of: tuple[Beyond, ...], basis: Basis, made: Bands) -> list[str]:
         lines: list[str] = []
         if basis is PARAMETERS_ONLY and not self.explained:
-            lines.append("the model does not explain the trials of its fit: the bands are too narrow")
+            lines.append("the model does not explain its trials: bands are as wide as these scatter about it")
         if out_of:
             lines.append(f"extrapolated: {reached(out_of)}; {self._open_there(basis, out_of)}")
         kinds, kind = self.held.grounds.kinds, kind_of(run)
