@@ -156,6 +156,7 @@ def propagation(j: Jacobian, states: int) -> str:
     non-zeros of A only, which keeps the compiled graph small.
     """
     columns = len(j.free)
+    # The loop over columns is outside, over lanes inside: A of the block stays in the cache for all columns.
     text = [
         "static void propagate(in y,const double*from,const double*base,double*to,double step,double*sum,double weight,long mode){\n"
         "for(long k=0;k<NC;k++){\n#pragma omp simd\nfor(long b=0;b<LB;b++){\n"

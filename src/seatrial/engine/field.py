@@ -62,8 +62,10 @@ class Field:
     def look(self, x: Array, y: Array) -> tuple[Array, NDArray[np.int64]]:
         """Values at places, shape (places, names and near), and the set of each."""
         rows, columns, _ = self.table.shape
+        # a ship that blew up has no place; the edge is as good as any, and whoever steps it sees the NaN
         a = np.clip(np.nan_to_num((x - self.north) / self.cell), 0.0, rows - 1.0)
         b = np.clip(np.nan_to_num((y - self.east) / self.cell), 0.0, columns - 1.0)
+        # the last node belongs to the cell before it, or the look would reach beyond the table
         i, j = np.minimum(a.astype(np.int64), rows - 2), np.minimum(b.astype(np.int64), columns - 2)
         a, b = (a - i)[:, None], (b - j)[:, None]
         T = self.table

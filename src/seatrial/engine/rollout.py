@@ -245,6 +245,7 @@ def _judged(
         return Rollout(t, values)
     failures: list[Failure] = []
     for lane in np.flatnonzero(bad.any(axis=(1, 2))):
+        # the first row that fails is blanked with all after it: a ship beyond its validity is no ship any more
         row = int(np.argmax(bad[lane].any(axis=1)))
         state = int(np.argmax(bad[lane, row]))
         told, own = instead.get(states[state]), float(values[lane, row, state])

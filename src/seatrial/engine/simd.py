@@ -57,9 +57,10 @@ class Packed:
 def blocks(values: Array) -> Array:
     """(lanes, ...) -> (blocks, ..., LANES), padded with copies of the last lane."""
     lanes = values.shape[0]
-    count = -(-lanes // LANES)
+    count = -(-lanes // LANES)  # rounded up
     if count * LANES != lanes:
         values = np.concatenate([values, np.repeat(values[-1:], count * LANES - lanes, axis=0)])
+    # lanes last and side by side, so that one load of a vector takes one quantity of many ships
     shaped = values.reshape(count, LANES, *values.shape[1:])
     return np.ascontiguousarray(np.moveaxis(shaped, 1, -1), dtype=np.float64)
 
@@ -86,6 +87,7 @@ def _declare(function: Any, arguments: str) -> None:
 def _spread(job: Callable[[int, int], None], count: int, threads: int) -> None:
     """Run `job(first, last)` over `count` blocks in contiguous parts, one thread a part."""
     parts = min(threads, count)
+    # threads, not processes: ctypes lets go of the interpreter's lock while a kernel runs
     edges = [count * i // parts for i in range(parts + 1)]
     if parts == 1:
         job(0, count)

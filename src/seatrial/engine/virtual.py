@@ -156,7 +156,7 @@ class VirtualRollout:
             if before is not None:
                 y = np.array(before((t0 + k * dt) * one, dt * one, rows_of(z), rows_of(m), rows_of(acting), P)).T
                 acting, after, logged = y[:, :na], y[:, na : na + nm], y[:, na + nm :]
-            if k % every == 0:
+            if k % every == 0:  # state and gear of this moment, before the step that the orders now begin
                 out[:, k // every] = np.concatenate([z, m, logged], axis=1)
             if k < steps - 1:
                 z, m = moved(z, acting), after
@@ -193,6 +193,7 @@ class VirtualSensitivity:
         P = parameters_of(self.system, self.lanewise, lanewise, shared)
         z = np.zeros((lanes, ns, 1 + len(self.free) + ns))  # per state: its value, then its derivatives
         z[:, :, 0] = state0
+        # dz/dp begins at zero, dz/dz0 with one on the diagonal; both obey d(dz)/dt = A dz + df/dp
         z[:, range(ns), range(1 + len(self.free), z.shape[2])] = 1.0
         out = np.empty((lanes, (steps - 1) // every + 1, *z.shape[1:]))
         for k in range(steps):
@@ -208,7 +209,7 @@ class VirtualSensitivity:
         y = np.array(self.jacobian.function.map(z.shape[0])(z[:, :, 0].T, a, P)).T
         slope = np.zeros_like(z)
         slope[:, :, 0] = y[:, :ns]
-        for n, (i, k) in enumerate(self.jacobian.A):
+        for n, (i, k) in enumerate(self.jacobian.A):  # structural non-zeros of A alone
             slope[:, i, 1:] += y[:, ns + n, None] * z[:, k, 1:]
         first = ns + len(self.jacobian.A)
         for n, i in enumerate(self.jacobian.rows):

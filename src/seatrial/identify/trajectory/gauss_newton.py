@@ -72,6 +72,8 @@ class Normal:
 
     def reduced(self, damping: Any = 0.0, backs: Sequence[Array] | None = None) -> tuple[Array, Array]:
         """Damped H and g of the parameters alone, the nuisances eliminated; `backs` are those of the blocks."""
+        # Schur complement: the blocks of the nuisances know nothing of each other, so each is eliminated by itself, and
+        # the step of the parameters that is left is that of the whole system.
         hessian, g = damped(self.H, damping), self.g
         for k, block in enumerate(self.blocks):
             both = (np.swapaxes(block.cross, -1, -2) @ (backs[k] if backs else block.back(damping))).sum(axis=-3)
@@ -82,6 +84,7 @@ class Normal:
         """Parameters and nuisances after a damped step within bounds, of each problem."""
         backs = [block.back(damping) for block in self.blocks]
         step = steps(*self.reduced(damping, backs), low - p, high - p, moving, _NUDGE)
+        # the nuisances that belong to the step as it was taken: what a bound cuts off must not be made up for twice
         there, eta = np.clip(p + step, low, high), eta.copy()
         for block, back in zip(self.blocks, backs, strict=True):
             eta[:, block.where] -= back[..., -1] + (back[..., :-1] @ (there - p)[:, None, :, None])[..., 0]
@@ -91,6 +94,7 @@ class Normal:
         """Decrease of each objective by the step without damping, were it quadratic, shape (problems,)."""
         H, g = self.reduced(np.zeros(len(p)))
         step = steps(H, g, low - p, high - p, moving, _NUDGE)
+        # H and g are halves of the derivatives, so that the quadratic falls by 2 g.s + s.H s
         return np.asarray(-((2.0 * g + (H @ step[:, :, None])[:, :, 0]) * step).sum(axis=1))
 
     def alone(self) -> Array:
@@ -230,6 +234,7 @@ def descend(
         at = np.flatnonzero(now.done == "")
         if not at.size:
             return now
+        # A step that was refused is tried again shorter from the same place: its derivatives are known, and cost most.
         if (new := at[tries[at] == 0]).size:
             fresh = objective.normals(now.p[new], now.eta[new], new)
             normals |= {int(k): fresh.of(i) for i, k in enumerate(new)}
@@ -237,12 +242,14 @@ def descend(
         normal = Normal.stacked([normals[int(k)] for k in at])
         p, eta = normal.step(now.p[at], now.eta[at], now.damping[at], low, high, moving[at])
         cost = objective.costs(p, eta, at)
+        # inf where the model blows up on the way: worse than any place, so that the damping grows and the step shrinks
         better = cost <= now.cost[at]
         little = better & (now.cost[at] - cost <= tolerance * np.abs(cost))
         little[little] = _no_more(normal.of(little), now.p[at[little]], cost[little], low, high, moving[at[little]],
                                   tolerance)  # fmt: skip
         now.small[at] = np.where(better, np.where(little, now.small[at] + 1, 0), now.small[at])
         tries[at] = np.where(better, 0, tries[at] + 1)
+        # Marquardt's rule: down fast where the quadratic is right, up faster where it is not
         now.damping[at] = np.where(better, np.maximum(now.damping[at] * _DOWN, _LEAST), now.damping[at] * _UP)
         now.evaluations[at] += 1
         now.p[at[better]], now.eta[at[better]], now.cost[at[better]] = p[better], eta[better], cost[better]
@@ -274,20 +281,23 @@ def steps(H: Array, g: Array, low: Array, high: Array, moving: Mask, nudge: floa
         nudge: added to the diagonal, relative.
     """
     n = g.shape[1]
+    # Scaled by its diagonal, H is a matrix of correlations: units and sizes of the parameters (1e-6 to 1e9) are out of
+    # its condition, and one nudge keeps every flat direction from dividing by zero.
     d = np.sqrt(np.maximum(np.diagonal(H, axis1=1, axis2=2), 0.0))
     d = np.where(d > 0, d, 1.0)
     A = H / (d[:, :, None] * d[:, None, :]) + nudge * np.eye(n)
     b, low, high = g / d, low * d, high * d
-    at, z = np.zeros(g.shape), np.zeros(g.shape)
+    at, z = np.zeros(g.shape), np.zeros(g.shape)  # -1, 0, 1: at the lower bound, free, at the upper one
     for turn in range(6 * n):
         z = _solved(A, b, np.where(moving, np.where(at < 0, low, high), 0.0), moving & (at == 0))
         slope = b + (A @ z[:, :, None])[:, :, 0]
+        # what is free goes to the bound that it crosses; what is at a bound comes free where the slope leads inside
         wanted = np.where(at == 0, np.where(z < low, -1.0, np.where(z > high, 1.0, 0.0)),
                           np.where(at * slope > 0, 0.0, at))  # fmt: skip
         wrong = moving & (wanted != at)
         if not wrong.any():
             break
-        if turn >= n:
+        if turn >= n:  # exchanging all at once may go round in circles; one by one, the first of them, it ends
             wrong &= np.cumsum(wrong, axis=1) == 1
         at = np.where(wrong, wanted, at)
     return np.clip(z, low, high) / d
