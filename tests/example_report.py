@@ -7,7 +7,7 @@ import numpy as np
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Fit, Verdict
-from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
+from seatrial.identify.filters import CONSTANT_VELOCITY
 from seatrial.report.report import Report
 from seatrial.validate.comparison import compare, constant_velocity
 from seatrial.validate.metrics import spread

@@ -11,7 +11,7 @@ from seatrial.core.parameters import Free
 from seatrial.data import Trial
 from seatrial.identify import Fit, Verdict
 from seatrial.identify.diagnosis.findings import Channel, Diagnosis
-from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
+from seatrial.identify.filters import CONSTANT_VELOCITY
 from seatrial.identify.posterior.verdicts import within
 from seatrial.report.answer import Answer, _farther, answer, answered
 from seatrial.report.blocks import plain_text

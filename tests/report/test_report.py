@@ -4,7 +4,7 @@ import re
 import pytest
 
 from example_report import report
-from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
+from seatrial.identify.filters import CONSTANT_VELOCITY
 from seatrial.report.report import Report, ReportError
 
 

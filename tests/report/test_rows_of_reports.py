@@ -14,7 +14,7 @@ from example_report import fit, report
 from seatrial.belief.foresight import Foresight
 from seatrial.data import Trial
 from seatrial.identify import Verdict
-from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
+from seatrial.identify.filters import CONSTANT_VELOCITY
 from seatrial.report import report as pages
 from seatrial.report.evidence import Assumption, caveats
 from seatrial.report.printed import Row, fields, side_by_side

@@ -8,7 +8,7 @@ import pytest
 
 from example_report import report
 from seatrial.belief.foresight import Foresight
-from seatrial.identify.filters.ahead import CONSTANT_VELOCITY
+from seatrial.identify.filters import CONSTANT_VELOCITY
 from seatrial.report.evidence import assumptions
 from seatrial.report.report import Report, against, sentence, worse, worse_than_start, worse_words
 from seatrial.ships import Entry

@@ -16,7 +16,7 @@ from ..data import DataError, Trial
 from ..data.check.track import own_samples
 from ..engine import SimulationError
 from ..identify import StudyError
-from ..identify.filters.ahead import CONSTANT_VELOCITY
+from ..identify.filters import CONSTANT_VELOCITY
 from ..identify.filters.forecast import forecasts
 from ..models.nomoto import Nomoto
 from ..ships import Ship

@@ -16,7 +16,7 @@ import numpy as np
 from ..core.once import by_identity
 from ..data import Array
 from ..identify import Fit
-from ..identify.filters.ahead import CONSTANT_VELOCITY
+from ..identify.filters import CONSTANT_VELOCITY
 from ..identify.posterior.verdicts import within
 from ..validate import Comparison
 from ..validate.fitness import FIT, NOT_FIT

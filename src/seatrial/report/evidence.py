@@ -11,7 +11,7 @@ import numpy as np
 
 from ..data import Trial
 from ..identify import Fit
-from ..identify.filters.ahead import CONSTANT_VELOCITY
+from ..identify.filters import CONSTANT_VELOCITY
 from ..ships import Ship
 from ..validate import Comparison
 from ..validate.comparison import pooled

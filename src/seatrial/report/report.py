@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..identify import Fit
-from ..identify.filters.ahead import CONSTANT_VELOCITY
+from ..identify.filters import CONSTANT_VELOCITY
 from ..models import STATES
 from ..validate import Comparison
 from ..validate.metrics import scale_words

@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -27,12 +27,13 @@ from ..data.formats import logs, reader, recordings
 from ..data.prepare import drop_trailing_gaps, froude_scaled
 from ..data.trialfile import SUFFIXES, read_trial
 from ..identify import StudyError
-from ..identify.filters.filtering import Kalman
-from ..identify.filters.measurement import Antenna, Heading
 from ..models import STATES
 from ..ships import Ship, ShipError
 from .assumed import with_assumed
 from .schema import DataSetTable
+
+if TYPE_CHECKING:
+    from ..identify.filters.filtering import Kalman
 
 DATA = "SEATRIAL_DATA"
 """Variable that names the folder of the public data sets; unset, it is ../shared/data beside the
@@ -320,6 +321,9 @@ def kalman(said: Any, ship: Ship) -> Kalman:
     Raises:
         StudyError, ParameterError: a noise of zero, or a path that the ship does not have.
     """
+    from ..identify.filters.filtering import Kalman
+    from ..identify.filters.measurement import Antenna, Heading
+
     known, free = specs(ship.model), []
     for path, sd in said.parameters.items():
         if path not in known:

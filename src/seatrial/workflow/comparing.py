@@ -71,7 +71,7 @@ def compared(
     Returns:
         The comparisons, and a line for each prediction that blew up, which is left out.
     """
-    from ..identify.filters.ahead import CONSTANT_VELOCITY
+    from ..identify.filters import CONSTANT_VELOCITY
     from ..simulate.replay import replay
     from ..validate.comparison import compare, constant_velocity
 

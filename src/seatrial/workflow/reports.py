@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, runtime_checkable
 
 from ..belief.corrected import as_true, of_trial, shared_by_all, words
-from ..belief.foresight import foreseen
 from ..core.executors import Pool
 from ..core.files import plain
 from ..core.version import __version__
@@ -235,6 +234,7 @@ class _Table:
 
 def _compared(study: Study, fit: Fit, fitted: Ship, provenance: Mapping[str, str], made: Made) -> Report:
     """The ship as it was saved beside its baselines, on the trials that a study is judged on, and what the fit says."""
+    from ..belief.foresight import foreseen
     from ..belief.sampling.sampled import Sampled
 
     problem, trials = study.problem, study.judged_on

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from ...data import Array, DataError, Trial, unwrapped
 from ...ships import Ship
+from . import CONSTANT_VELOCITY, MODEL, STAYING
 from .filtered import Filtered
 from .filtering import Kalman
 
-MODEL, STAYING, CONSTANT_VELOCITY = "model", "staying put", "constant velocity"
 RIVALS = (STAYING, CONSTANT_VELOCITY)
 # Readings of the last second give the constant velocity.
 _LAST = 1.0

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...data import Array
-from .ahead import CONSTANT_VELOCITY, MODEL, STAYING, Ahead, joined
+from . import CONSTANT_VELOCITY, MODEL, STAYING
+from .ahead import Ahead, joined
 
 # Position (north and east together) and heading have shares of their own.
 TARGETS = (slice(0, 2), slice(2, 3))

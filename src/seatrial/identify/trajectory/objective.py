@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from ...data import Array, Trial
 from ...engine.rollout import default_threads
@@ -169,13 +168,18 @@ class TrajectoryObjective:
         """Matrix of the information of priors and intervals on `p`, and how far each may be off without data."""
         vector, free, others = self.problem.vector, p[: self.count], np.abs(p[self.count :])
         wide = np.where(np.isfinite(self.deviation), self.deviation, np.maximum(1e3 * others, 1.0))
-        held_by = block_diag(vector.held(free), np.diag(self.deviation**-2.0))
-        return np.asarray(held_by, dtype=np.float64), np.append(vector.reach(free), wide)
+        return self._with_errors(vector.held(free)), np.append(vector.reach(free), wide)
 
     @property
     def information(self) -> Array:
         """Matrix of the information of the priors on `p`; zero where there is none."""
-        return np.asarray(block_diag(self.problem.vector.precision, np.diag(self.deviation**-2.0)), dtype=np.float64)
+        return self._with_errors(self.problem.vector.precision)
+
+    def _with_errors(self, held: Array) -> Array:
+        """A matrix of information on the parameters, with that of the priors of the errors of instruments below it."""
+        out = np.diag(np.append(np.zeros(len(held)), self.deviation**-2.0))
+        out[: len(held), : len(held)] = held
+        return out
 
     def extended(self, p: Array, begun: bool = False) -> Array:
         """Parameters, then errors of instruments: zero, or where their search begins; of one problem or of many."""
