@@ -27,10 +27,9 @@ from ..record import Settings, Windows, cut_as, windows
 from .gauss_newton import STILL, Block, Mask, Normal, State, descend
 from .suspects import Suspect, named, recorded
 
-# Steps to the best nuisances for given parameters: the readings are near, so a few suffice.
-_TOWARDS = 8
-# Parts of a step that are tried one after the other: a current of its own bends a whole track.
-_SHARES = (1.0, 0.3, 0.1)
+# Steps to the best nuisances for given parameters: the readings are near, so a few suffice.  Parts of a step that are
+# tried one after the other: a current of its own bends a whole track.
+_TOWARDS, _SHARES = 8, (1.0, 0.3, 0.1)
 # Which of the problems, where there is one.
 _FIRST = np.zeros(1, dtype=np.intp)
 
@@ -177,9 +176,7 @@ class TrajectoryObjective:
 
     def _with_errors(self, held: Array) -> Array:
         """A matrix of information on the parameters, with that of the priors of the errors of instruments below it."""
-        out = np.diag(np.append(np.zeros(len(held)), self.deviation**-2.0))
-        out[: len(held), : len(held)] = held
-        return out
+        return np.pad(held, (0, len(self.common))) + np.diag(np.append(np.zeros(len(held)), self.deviation**-2.0))
 
     def extended(self, p: Array, begun: bool = False) -> Array:
         """Parameters, then errors of instruments: zero, or where their search begins; of one problem or of many."""
@@ -403,9 +400,8 @@ class TrajectoryObjective:
 
     def settled(self, p: Array, eta: Array | None = None) -> tuple[Normal, Array]:
         """Normal equations at the best nuisances for each `p`, not eliminated, and these, sought from `eta` or zero."""
-        every = np.arange(len(p))
         eta = np.zeros((len(p), self.nuisances)) if eta is None else eta.copy()
-        now = self.normals(p, eta, every)
+        now = self.normals(p, eta, np.arange(len(p)))
         going = np.isfinite(now.cost) & bool(self.nuisances)
         for _ in range(_TOWARDS):
             # each problem ends by itself: its digits do not depend on its neighbours
