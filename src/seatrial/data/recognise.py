@@ -78,6 +78,8 @@ _MAGIC: tuple[tuple[int, bytes, Known], ...] = (
 _RECORDER = Known("a log of a voyage recorder of Yacht Devices (.DAT)", "n2k")
 _LOGGED = re.compile(r"\d{13};(A;|I;\{)")
 """A line of a server of Signal K that is a frame or a delta, and no sentence."""
+_JSON = Known("JSON", way="make a table of it: python -c \"import polars; polars.read_ndjson('FILE')"
+                          ".write_csv('FILE.csv')\" (read_json where one list is all of it)")  # fmt: skip
 _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
     (re.compile(r"%%%%|%% LOG|[\d.]+\s+[A-Z][A-Z0-9_]+\s+[A-Za-z]\w+\s"), Known("a log of MOOS", "moos")),
     (re.compile(r'\{.*"updates"'), Known("a log of Signal K", "signalk")),
@@ -96,8 +98,7 @@ _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
                                               "seatrial import csv with skip in the mapping")),
     (re.compile(r"[A-Z]{2}(GGA|RMC|GLL|VTG|ZDA|GNS|HDT|HDG|ROT|RSA|VHW|MWV),.*\*[0-9A-F]{2}\s*$"),
      Known("a log of NMEA 0183 without the $ of its sentences", way="put it back: sed 's/^/$/' FILE > FILE.nmea")),
-    (re.compile(r'\s*[\[{].*"\w+"\s*:'), Known("JSON", way="make a table of it: python -c \"import polars; "
-                                             "polars.read_ndjson('FILE').write_csv('FILE.csv')\"")),
+    (re.compile(r'\s*[\[{].*"\w+"\s*:'), _JSON),
     (re.compile(r"\s*<(\?xml|gpx|trk|trkpt|trkseg|ele|time)\b.*"), Known("a GPX track", "gpx")),
 )  # fmt: skip
 
@@ -153,6 +154,8 @@ def _by_lines(text: str) -> Known | None:
         return None
     if "<gpx" in text[:2000]:
         return _FORMS[-1][1]
+    if text.lstrip()[:1] == "[" and re.match(r"\[\s*\{\s*\"", text.lstrip()):
+        return _JSON
     if marked := next((known for mark, known in _MARKED if mark in text[:2000].lower()), None):
         return marked
     if sum(_LOGGED.match(line) is not None for line in spoken) > _MOST * len(spoken):

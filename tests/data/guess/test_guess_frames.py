@@ -252,3 +252,44 @@ def test_a_log_of_expedition_in_a_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("!Boat,Utc,BSP,HDG\n!boat,0,1,13\n!v11.10.3\n" + rows)
     with pytest.raises(DataError, match="is a log of Expedition, which is not read"):
         guess(tmp_path)
+
+
+def test_places_of_no_known_name_are_a_doubt_by_their_digits(tmp_path: Path) -> None:
+    s = weaving()
+    place = {"szer": 57.0 + s["x"] / 1.11e5, "dl": 11.0 + s["y"] / 6.1e4}
+    _, _, doubts = trial(tmp_path / "a.csv", t=s["t"], hdg=s["hdg"], **place)
+    assert any("no position is read, and 'szer', 'dl' look like one" in one for one in doubts)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_rudder_of_no_known_name_is_what_the_bow_follows(sign: float, tmp_path: Path) -> None:
+    """Beside what swings as well: a heel that follows the rate of turn, the rate itself, and a voltage."""
+    s = rolling()
+    columns = {"t": s["t"], "x": s["x"], "y": s["y"], "hdg": s["hdg"]}
+    others = {"spannung": 24.0 + np.sin(s["t"] / 7.0), "kraengwinkelchen": -30.0 * s["r"], "q17": 57.3 * s["r"]}
+    made, text, doubts = trial(tmp_path / "a.csv", **columns, **others, blatt=sign * s["rud"])
+    np.testing.assert_allclose(made["delta"], np.radians(s["rud"]), atol=1e-6)
+    assert any("the bow follows it; its name is none that is known" in one for one in doubts)
+    made, text, doubts = trial(tmp_path / "b.csv", **columns, **others)
+    assert "delta" not in made.channels
+    made, text, doubts = trial(tmp_path / "c.csv", **columns, rudder=s["rud"], blatt=0.9 * s["rud"])
+    assert 'column = "rudder"' in text
+    assert not any("none that is known" in one for one in doubts)
+
+
+def rolling() -> dict[str, np.ndarray]:
+    """A zigzag of Nomoto's first order, 10 s and 0.06 1/s, at 6 m/s; rows of half a second."""
+    dt, psi, r, d, side, rows = 0.1, 0.5, 0.0, 0.0, 1.0, list[tuple[float, ...]]()
+    x = y = 0.0
+    for k in range(4000):
+        side = -side if (psi - 0.5) * side > 0.35 else side
+        d += float(np.clip(0.3 * side - d, -0.05 * dt, 0.05 * dt))
+        r += dt * (0.06 * d - r) / 10.0
+        psi += dt * r
+        x, y = x + dt * 6.0 * np.cos(psi + 0.0), y + dt * 6.0 * np.sin(psi)
+        if k % 5 == 0:
+            rows.append((k * dt, x, y, np.degrees(psi) % 360.0, r, np.degrees(d)))
+    table = dict(zip(("t", "x", "y", "hdg", "r", "rud"), np.array(rows).T, strict=True))
+    noise = np.random.default_rng(5).normal(0.0, 1.0, (3, len(rows)))
+    return {**table, "hdg": table["hdg"] + 0.02 * noise[0], "x": table["x"] + 0.03 * noise[1],
+            "y": table["y"] + 0.03 * noise[2]}  # fmt: skip

@@ -17,7 +17,7 @@ from seatrial.data.guess.answers import Answer, Entry, listed, quoted, text_of
 from seatrial.data.guess.cells import _read, spoken
 from seatrial.data.guess.clock import Clock, _of_clock, _pattern, _seconds, clocks
 from seatrial.data.guess.entries import in_degrees
-from seatrial.data.guess.guessing import _once, _reaching, _repeats, _wind_pairs
+from seatrial.data.guess.guessing import _once, _reaching, _repeats
 from seatrial.data.guess.layout import Layout, Table, decoded, is_value, number, read_text, split_line
 from seatrial.data.guess.logs import (
     Log,
@@ -42,6 +42,7 @@ from seatrial.data.guess.wind import (
     differences,
     read_two_winds,
     read_wind,
+    wind_pairs,
 )
 
 KNOT, DEGREE = 1852.0 / 3600.0, math.pi / 180.0
@@ -132,13 +133,13 @@ def test_a_reading_is_near_the_best_within_a_fifth_and_three_hundredths() -> Non
 
 def test_a_wind_has_the_speed_that_its_direction_names() -> None:
     def pairs(*names: str) -> list[tuple[str, str]]:
-        return _wind_pairs({name: signal(name, [1.0, 2.0]) for name in names})
+        return wind_pairs({name: signal(name, [1.0, 2.0]) for name in names})
 
     assert pairs("gamma_A", "U_A", "wind_speed") == [("U_A", "gamma_A")]
     assert pairs("gamma_A", "gamma_T", "wind_speed") == [("wind_speed", "gamma_A")]
     assert pairs("wind_direction", "U_T") == [("U_T", "wind_direction")]
     still = {"gamma_T": signal("gamma_T", [1.0, 1.0]), "U_T": signal("U_T", [2.0, 2.0])}
-    assert _wind_pairs(still) == []
+    assert wind_pairs(still) == []
 
 
 # -- clocks

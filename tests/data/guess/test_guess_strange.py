@@ -12,9 +12,10 @@ from turning_log import fixes, table, trials, truth
 
 from seatrial.data import Array, Trial
 from seatrial.data.guess import guess
-from seatrial.data.guess.entries import Known, held_over
+from seatrial.data.guess.entries import Known
 from seatrial.data.guess.helm import neutral_of
 from seatrial.data.guess.naming import magnetic, meanings
+from seatrial.data.guess.roles import held_over
 from seatrial.data.guess.thrust import _scaled, thrust_entries
 
 SCHEMA = 'schema = "seatrial-mapping/1"\n'

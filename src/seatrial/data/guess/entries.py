@@ -17,7 +17,7 @@ from .helm import from_neutral, neutral_of, read_revolutions, read_rudder
 from .layout import Table
 from .motion import MIRRORED, SPEEDS, Motion, Option, Verdict, speed_unit_said, speeds_of
 from .naming import magnetic, tokens
-from .roles import Signal
+from .roles import Signal, held_over
 
 _SPEED = "unit of speed"
 _ANTENNA = "the antenna is taken to be midship: antenna = [forward, starboard] in m says where it is"
@@ -244,21 +244,6 @@ def zone_said(column: Column) -> str:
     return said.pop() if len(said) == 1 else ""
 
 
-_HELD = 0.8
-"""Part of the changes of a position that come after the usual number of rows where it is held, not at rest."""
-
-
-def held_over(latitude: Array, longitude: Array) -> int:
-    """Rows over which a logger repeats each position of a slower receiver; 1 where it does not."""
-    good = np.isfinite(latitude + longitude)
-    changed = np.flatnonzero((np.diff(latitude[good]) != 0.0) | (np.diff(longitude[good]) != 0.0))
-    if changed.size < 10:
-        return 1
-    apart = np.diff(changed)
-    usual = int(np.median(apart))
-    return usual if usual > 1 and float((np.abs(apart - usual) <= 1).mean()) > _HELD else 1
-
-
 def angle_form(signal: Signal) -> str:
     """How latitudes or longitudes are written, for the mapping."""
     if signal.column.kind in ("minutes", "dms"):
@@ -428,10 +413,12 @@ def control_entries(found: Mapping[str, Signal], known: Known, angles: set[str],
             keys, answer = read_rudder(signal, known.t, known.r, angles)
             if neutral:
                 keys, answer = from_neutral(signal, neutral, keys, answer)
+            strange = () if signal.column.score("delta") or measured else (
+                "taken for the rudder as the bow follows it; its name is none that is known",)  # fmt: skip
             doubts = ("turn its sign too if that of psi and r is turned",) if turned and known.r is not None else ()
             if known.u is not None and np.isfinite(known.u).any() and np.nanmedian(known.u) < 0.0:
                 doubts += ("the ship goes astern most of the time, where a rudder turns it to the other side",)
-            answer = Answer(answer.evidence, (*answer.doubts, *doubts))
+            answer = Answer(answer.evidence, (*answer.doubts, *doubts, *strange))
         elif role.startswith("n_P"):
             keys, answer = read_revolutions(signal, known.speed, known.r, known.turned)
             if _ENGINE & {word.rstrip("0123456789") for word in tokens(signal.column.name)}:

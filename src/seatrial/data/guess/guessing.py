@@ -27,11 +27,12 @@ from .entries import (
     once_named,
     other_entries,
 )
+from .helm import with_rudder
 from .logs import Log, Topic, bridged, find_log, leap
 from .motion import TIMES, Motion, Verdict, speeds_of, with_units
-from .roles import Signal, pointed, sided, signals, trial_column
+from .roles import Signal, pointed, sided, signals, strangers, trial_column
 from .thrust import halves_of_rudder, neglected, thrust_entries, unplaced
-from .wind import read_two_winds, read_wind, wind_entries
+from .wind import read_two_winds, read_wind, wind_entries, wind_pairs
 
 _OTHERS = 8
 _SHOWN = 12
@@ -158,9 +159,7 @@ def _place(entry: Entry) -> str:
 
 def _entries(log: Log) -> Iterator[Entry]:
     yield from _table_entries(log)
-    every = pointed(log.t, in_degrees(_with_letters(log)), log.main.columns)
-    t, found = _once(log.t[log.piece], every, log.piece)
-    found = with_units(t, bridged(t, found))
+    t, found = _quantities(log)
     times = log.main.clock.units if log.main.clock else ()
     found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
@@ -176,6 +175,7 @@ def _entries(log: Log) -> Iterator[Entry]:
         yield entry
     yield from _second_opinion(log, verdict, exchanged)
     known = known_motion(verdict, _scaled(t, verdict), found)
+    found = with_rudder(found, known.t, known.r)
     if known.u is not None and (np.abs(known.u) > _MOVING * np.nanmax(np.abs(known.u), initial=0.0)).any():
         going = known.u[np.abs(known.u) > _MOVING * np.nanmax(np.abs(known.u))]
         if (going < 0.0).mean() > _MOSTLY:
@@ -196,6 +196,13 @@ def _entries(log: Log) -> Iterator[Entry]:
         doubts = tuple(changes) if entry.answer.evidence else ()
         yield replace(entry, answer=replace(entry.answer, doubts=(*entry.answer.doubts, *doubts)))
     yield from other_entries(found, known, angles)
+
+
+def _quantities(log: Log) -> tuple[Array, Mapping[str, Signal]]:
+    """Time of the rows and the quantities on them; those of no known name among them where the motion tells them."""
+    every = pointed(log.t, in_degrees(_with_letters(log)), log.main.columns)
+    t, found = _once(log.t[log.piece], {**every, **strangers(every, log.main.columns)}, log.piece)
+    return t, with_units(t, bridged(t, found))
 
 
 def _with_letters(log: Log) -> dict[str, Signal]:
@@ -405,7 +412,7 @@ def _others(topic: Topic) -> list[Column]:
 
 def _wind_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
     """Entries of the wind: where two instruments tell it, both are read as one wind."""
-    pairs = _wind_pairs(found)
+    pairs = wind_pairs(found)
     motion = None if known.psi is None or known.u is None or known.v is None else (known.psi, known.u, known.v)
     apparent = next((two for two in pairs if two[1] == "gamma_A"), None)
     true = next((two for two in pairs if two != apparent), None)
@@ -419,23 +426,6 @@ def _wind_entries(found: Mapping[str, Signal], known: Known) -> Iterator[Entry]:
         if verdict.best.relative not in taken:
             taken.add(verdict.best.relative)
             yield from wind_entries(found, pair, verdict)
-
-
-def _wind_pairs(found: Mapping[str, Signal]) -> list[tuple[str, str]]:
-    """Speeds and directions of one wind each, of those that vary."""
-    out: list[tuple[str, str]] = []
-    for direction, speeds in _WINDS.items():
-        speed = next((one for one in speeds if one in found and all(one != two[0] for two in out)), None)
-        if speed and direction in found and (found[speed].column.varies or found[direction].column.varies):
-            out.append((speed, direction))
-    return out
-
-
-_WINDS = {
-    "gamma_A": ("U_A", "wind_speed"),
-    "gamma_T": ("U_T", "wind_speed"),
-    "wind_direction": ("wind_speed", "U_A", "U_T"),
-}
 
 
 def _left_out(log: Log, text: str) -> list[str]:

@@ -8,6 +8,8 @@ Revolutions are per second or per minute by the advance of the propeller in one,
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +17,7 @@ from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, quoted
 from .cells import MIDSHIPS
-from .roles import Signal
+from .roles import STRANGE, Signal
 
 _SURE = 6.0
 _ROWS = 4000
@@ -260,3 +262,29 @@ def read_revolutions(
     return {"unit": f'"{unit}"'}, Answer(
         evidence, (f"{unit} fits a little better than {other}; write {other} if it is that",)
     )
+
+
+def with_rudder(found: Mapping[str, Signal], t: Array, r: Array | None) -> dict[str, Signal]:
+    """The quantities of a log, with the column of no known name that the bow follows most surely as its rudder.
+
+    The rate of turn follows its own change too: a column that is a rate or a heading by its size turns nothing.
+    """
+    strange = {role: one for role, one in found.items() if role.startswith(STRANGE)}
+    rest = {role: one for role, one in found.items() if role not in strange}
+    if r is None or not strange:
+        return rest
+    sure = {role: rudder_sense(t, r, one.values)[1] for role, one in strange.items()
+            if float(np.ptp(one.values)) > _STEERS and not _rate_like(r, one.values)}  # fmt: skip
+    best = max(sure, key=lambda role: sure[role], default="")
+    if not best or sure[best] <= _STRANGELY:
+        return rest
+    return {**rest, "delta": replace(strange[best], role="delta")}
+
+
+_STEERS, _STRANGELY, _LIKE = 4.0, 8.0, 0.98
+"""Range of a rudder [deg], standard errors by which a column of no name is one, and correlation of a rate."""
+
+
+def _rate_like(r: Array, values: Array) -> bool:
+    good = np.isfinite(r)
+    return bool(abs(np.corrcoef(r[good], values[good])[0, 1]) > _LIKE)

@@ -148,7 +148,7 @@ def magnetic(name: str) -> bool:
 
 def _plain(text: str) -> str:
     for accented, letters in (("ø", "o"), ("Ø", "O"), ("æ", "ae"), ("Æ", "Ae"), ("ß", "ss"), ("œ", "oe"), ("å", "a"),
-                              ("Å", "A")):  # fmt: skip
+                              ("Å", "A"), ("ł", "l"), ("Ł", "L")):  # fmt: skip
         text = text.replace(accented, letters)
     bare = unicodedata.normalize("NFKD", text)
     return "".join(one for one in bare if not unicodedata.combining(one))

@@ -133,7 +133,7 @@ def placed(found: Mapping[str, Signal]) -> dict[str, Signal]:
     pair = next((two for two in _PAIRS[:2] if set(two) <= set(found)), None)
     if pair is None or {"latitude", "longitude"} & set(found) or any(found[one].unit for one in pair):
         return dict(found)
-    if not all(_degrees(found[one]) for one in pair):
+    if not all(like_degrees(found[one]) for one in pair):
         return dict(found)
     out = {role: one for role, one in found.items() if role not in pair}
     # a map has its x to the east, a frame of a ship its x to the north: what cannot be a latitude is none
@@ -142,7 +142,7 @@ def placed(found: Mapping[str, Signal]) -> dict[str, Signal]:
     return out | {name: replace(found[one], role=name) for name, one in zip(names, pair, strict=True)}
 
 
-def _degrees(signal: Signal) -> bool:
+def like_degrees(signal: Signal) -> bool:
     """Whether values are a track in degrees: within the globe, far from 0 against their range, with many digits."""
     good = signal.values[np.isfinite(signal.values)]
     if good.size < 2 or np.max(np.abs(good)) > 180.0 or not 0.0 < np.ptp(good) < 2.0:
@@ -161,6 +161,21 @@ def sided(found: Mapping[str, Signal]) -> dict[str, Signal]:
             if len(numbered) == 1 and f"{stem}{tail}" not in found:
                 out[f"{stem}{tail}"] = replace(out.pop(numbered[0]), role=f"{stem}{tail}")
     return out
+
+
+_HELD = 0.8
+"""Part of the changes of a position that come after the usual number of rows where it is held, not at rest."""
+
+
+def held_over(latitude: Array, longitude: Array) -> int:
+    """Rows over which a logger repeats each position of a slower receiver; 1 where it does not."""
+    good = np.isfinite(latitude + longitude)
+    changed = np.flatnonzero((np.diff(latitude[good]) != 0.0) | (np.diff(longitude[good]) != 0.0))
+    if changed.size < 10:
+        return 1
+    apart = np.diff(changed)
+    usual = int(np.median(apart))
+    return usual if usual > 1 and float((np.abs(apart - usual) <= 1).mean()) > _HELD else 1
 
 
 _NEAR, _SAME = 0.35, 0.01
@@ -198,6 +213,20 @@ def pointed(t: Array, found: Mapping[str, Signal], columns: Sequence[Column]) ->
         return dict(found)
     best = min(near, key=lambda one: one[0])[1]
     return {**found, "heading": Signal("heading", best, best.values)}
+
+
+STRANGE, _STRANGERS, _OVER = "strange_", 12, 90.0
+
+
+def strangers(found: Mapping[str, Signal], columns: Sequence[Column]) -> dict[str, Signal]:
+    """Columns of no known name whose whole numbers may be a rudder's angles, by a role that no quantity has."""
+    if any(one.startswith(("delta", "alpha", "throttle", "force")) for one in found):
+        return {}
+    used = {one.column.head for one in found.values()}
+    some = [one for one in columns if one.head not in used and one.kind == "number" and one.varies
+            and np.isfinite(one.values).all() and np.abs(one.values).max() <= _OVER
+            and not (one.means and one.means[0].score >= _LEAST)]  # fmt: skip
+    return {f"{STRANGE}{k}": Signal(f"{STRANGE}{k}", one, one.values) for k, one in enumerate(some[:_STRANGERS])}
 
 
 def trial_column(columns: Sequence[Column], t: Array) -> Column | None:

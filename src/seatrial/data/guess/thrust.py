@@ -19,7 +19,7 @@ from .cells import Column
 from .entries import Known, entry_of
 from .helm import rudder_sense
 from .naming import tokens
-from .roles import Signal
+from .roles import Signal, like_degrees
 
 _SURE, _APART = 6.0, 0.98
 _PULSES = (800.0, 2200.0)
@@ -131,7 +131,8 @@ def halves_of_rudder(found: Mapping[str, Signal]) -> Iterator[Entry]:
 def unplaced(columns: Sequence[Column], text: str) -> Iterator[Entry]:
     """A doubt where a log has columns that look like a position and the mapping reads none."""
     left = [one for one in columns if one.kind in ("number", "letters") and one.varies and quoted(one.head) not in text
-            and (_PLACES & set(tokens(one.name)) or {"x", "y"} & {meant.role for meant in one.means})]  # fmt: skip
+            and (_PLACES & set(tokens(one.name)) or {"x", "y"} & {meant.role for meant in one.means}
+                 or like_degrees(Signal("", one, one.values)))]  # fmt: skip
     if len(left) < 2:
         return
     sizes = [one.values for one in left[:3]]

@@ -212,3 +212,20 @@ def wind_entries(found: Mapping[str, Signal], pair: tuple[str, str], verdict: Wi
     more = {"offset": "180.0" if best.angle == "deg" else f"{np.pi:.12g}"} if best.towards else {}
     keys = {"column": quoted(direction.column.head), "unit": quoted(best.angle), **more, **file}
     yield Entry("channels.gamma_T", keys)
+
+
+def wind_pairs(found: Mapping[str, Signal]) -> list[tuple[str, str]]:
+    """Speeds and directions of one wind each, of those that vary."""
+    out: list[tuple[str, str]] = []
+    for direction, speeds in _WINDS.items():
+        speed = next((one for one in speeds if one in found and all(one != two[0] for two in out)), None)
+        if speed and direction in found and (found[speed].column.varies or found[direction].column.varies):
+            out.append((speed, direction))
+    return out
+
+
+_WINDS = {
+    "gamma_A": ("U_A", "wind_speed"),
+    "gamma_T": ("U_T", "wind_speed"),
+    "wind_direction": ("wind_speed", "U_A", "U_T"),
+}
