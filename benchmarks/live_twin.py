@@ -25,6 +25,7 @@ from seatrial.data.formats import frt_esso  # noqa: E402
 from seatrial.identify.networks.pushed import undisturbed  # noqa: E402
 from seatrial.identify.nuisance import CURRENT  # noqa: E402
 from seatrial.models import STATES  # noqa: E402
+from seatrial.realtime.twin.ahead import Score, lasting, simpler  # noqa: E402
 from seatrial.realtime.twin.follow import Follower, Machine, begun, made  # noqa: E402
 from seatrial.realtime.twin.likely import likeliest  # noqa: E402
 from seatrial.realtime.twin.live import Live  # noqa: E402
@@ -139,6 +140,9 @@ _PUSHED = 3.0
 def esso() -> dict[str, Any]:
     """Forecasts on the random trials of the Esso Osaka, one trial after the other, beside the plain model.
 
+    What has been learnt is carried on by the shares, and with the width, that forecasts which have turned out by then
+    show (`ahead.lasting`), those of earlier trials among them.
+
     The plain model starts from the readings of the last five seconds (`replay.smoothed_starts`); both know controls.
     Settings are those that `seatrial twin` finds on the first trial.  Forecasts are judged with and without those that
     run through seconds in which the model was caught or towed (`undisturbed`), which no model foresees.
@@ -152,11 +156,12 @@ def esso() -> dict[str, Any]:
     machine = made(ship, settings)
     free = undisturbed(ship, trials, _PUSHED)
     carried: Follower | None = None
+    scores = {horizon: Score() for horizon in _HORIZONS}
     each: dict[str, Any] = {}
     whole = list[_Error]()
     for trial in trials:
         parts = [part for part in free if part.name == trial.name or part.name.startswith(f"{trial.name}_")]
-        carried, found = _forecasts(machine, trial, carried, [(part.t[0], part.t[-1]) for part in parts])
+        carried, found = _forecasts(machine, trial, carried, [(part.t[0], part.t[-1]) for part in parts], scores)
         whole += found
         each[trial.name] = _rms_of([one for one in found if one.horizon == _HORIZONS[0]])
         print(trial.name, each[trial.name], flush=True)
@@ -184,7 +189,7 @@ def _rms_of(errors: list[_Error]) -> dict[str, Any]:
 
 
 def _forecasts(
-    machine: Machine, trial: Any, carried: Follower | None, free: list[tuple[float, float]]
+    machine: Machine, trial: Any, carried: Follower | None, free: list[tuple[float, float]], scores: dict[float, Score]
 ) -> tuple[Follower, list[_Error]]:
     """The twin at the end of a trial, and errors of each forecast."""
     ship, own = machine.ship, machine.traced.own
@@ -200,6 +205,7 @@ def _forecasts(
     found, last = list[_Error](), first
     known = values(ship.model)
     plain = np.array([known.get(name, 0.0) for name in machine.names])
+    waiting: list[_Turned] = []
     for k in range(first + 1, len(trial)):
         if (k - first) % 2 and k not in smooth:
             continue
@@ -208,19 +214,38 @@ def _forecasts(
         if k in smooth:
             plain[: len(STATES)] = smooth[k]
             longest = len(_HORIZONS) if starts.index(k) % 2 == 0 else 1
-            found += _judged(follower, plain, (trial.t, series, measured[:, :2]), k, free, _HORIZONS[:longest])
+            for one in [one for one in waiting if one.end <= trial.t[k]]:
+                scores[one.horizon].note(*one.ways, one.missed, one.held)
+                waiting.remove(one)
+            some, turned = _judged(follower, plain, (trial.t, series, measured[:, :2]), k, free,
+                                   {horizon: scores[horizon] for horizon in _HORIZONS}, longest)  # fmt: skip
+            found += some
+            waiting += turned
+    for one in waiting:
+        scores[one.horizon].note(*one.ways, one.missed, one.held)
     return follower, found
+
+
+class _Turned(NamedTuple):
+    """How a forecast turns out at its end [s]: what `Score.note` takes."""
+
+    end: float
+    horizon: float
+    ways: Any
+    missed: Any
+    held: float
 
 
 def _judged(
     start: Follower, plain: Any, log: tuple[Any, Any, Any], k: int, free: list[tuple[float, float]],
-    horizons: tuple[float, ...],
-) -> list[_Error]:  # fmt: skip
-    """Forecasts from row `k` of a log (times, what acts, places) over each horizon that it has."""
+    scores: dict[float, Score], longest: int,
+) -> tuple[list[_Error], list[_Turned]]:  # fmt: skip
+    """Forecasts from row `k` of a log (times, what acts, places), over the first `longest` horizons."""
     t, series, places = log
     machine, twin, model, now, found = start.machine, start, plain, k, list[_Error]()
-    step = _LONGER * machine.settings.step
-    for horizon in horizons:
+    step, simple, turned = _LONGER * machine.settings.step, simpler(start), list[_Turned]()
+    shares = lasting(scores, machine)
+    for horizon in list(scores)[:longest]:
         end = int(np.searchsorted(t, t[k] + horizon))
         if end >= len(t):
             break
@@ -228,14 +253,18 @@ def _judged(
             after = max(min(int(np.searchsorted(t, t[now] + step)), end), now + 1)
             acting, span = series[now:after].mean(axis=0), float(t[after] - t[now])
             twin, _ = twin.ahead(float(t[after]), acting, step)
-            (model,) = machine.traced.onward(model, acting, span)
+            model, *simple = (machine.traced.onward(one, acting, span)[0] for one in (model, *simple))
             now = after
-        errors = [float(np.hypot(*(one[:2] - places[end]))) for one in (twin.mean, model)]
+        bare, learnt = (one[:2] for one in simple)
+        ways, missed = (learnt - bare, twin.mean[:2] - learnt), places[end] - bare
+        away = missed - shares[horizon][0] * ways[0] - shares[horizon][1] * ways[1]
+        errors = [float(np.hypot(*one)) for one in (away, model[:2] - places[end])]
         if all(math.isfinite(one) for one in errors):
             spread = np.sqrt(np.diagonal(twin.cov)[:2] + machine.traced.model.noise[:2] ** 2)
-            held = int((np.abs(places[end] - twin.mean[:2]) <= _QUANTILE * spread).sum())
+            held = int((np.abs(away) <= _QUANTILE * scores[horizon].width * spread).sum())
+            turned.append(_Turned(float(t[end]), horizon, ways, missed, 0.5 * held))
             found.append(_Error(horizon, *errors, held, any(a <= t[k] and t[end] <= b for a, b in free)))
-    return found
+    return found, turned
 
 
 def adversaries() -> dict[str, Any]:

@@ -266,7 +266,7 @@ def _kinds() -> tuple[Kind, ...]:
         Kind("revolutions scaled", _times(lambda name: name.startswith("n_P"), -0.12), ("{shaft} sensor",)),
         Kind("lost thrust", _thrust(0.6), ("{shaft} without its thrust",)),
         Kind("fouling", _ship(_grown(R_0=1.5, X_0F=1.5)), ("resistance or wind changed",), 600.0),
-        Kind("loading", _ship(_heavier), (*model, "resistance or wind changed"), 600.0),
+        Kind("loading", _ship(_heavier), (*model, "resistance or wind changed", "a ship deeper"), 600.0),
         Kind("current turning", _stream, ("current changed",), 600.0),
         Kind("unlogged wind", _blown, ("wind or another force changed", "resistance or wind changed"), 600.0),
         Kind("shallow water", _ship(_grown(R_0=1.3, X_0F=1.3, Y_v=1.8, Y_r=1.3, Y_vvv=1.9, N_v=1.6, N_r=1.4,

@@ -96,7 +96,7 @@ def test_a_picture_is_made_four_times_a_second_while_somebody_looks(monkeypatch:
 def test_a_forecast_is_made_anew_after_two_seconds_of_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures in between show the last one; one that is forced has its own."""
     made: list[int] = []
-    monkeypatch.setattr(screen, "forecast", lambda follower, acting: made.append(len(made)))
+    monkeypatch.setattr(screen, "forecast", lambda follower, acting, scores: made.append(len(made)))
     monkeypatch.setattr(screen, "_points", lambda ahead: [[float(len(made))]])
     monkeypatch.setattr(screen, "unseen", lambda live: [])
     monkeypatch.setattr(screen, "parameters", lambda live: [])

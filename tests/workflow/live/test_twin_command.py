@@ -90,6 +90,14 @@ def test_a_wire_that_tells_no_revolutions_gets_those_of_its_first_speed() -> Non
     assert len(said) == 1
     told = [(t, {**values, "n_P": 9.0}) for t, values in rows]
     assert list(module._powered(iter(told), SHIP, said.append)) == told
+    twins = load("twin_virtual")  # a shaft of two, or one reading for both
+    for name in ("n_P", "n_P_1"):
+        some = [(t, {**values, name: 9.0}) for t, values in rows[:40]]
+        found = list(module._powered(iter(some), twins, said.append))
+        assert [name in values and values[name] == 9.0 for _, values in found] == [True] * 40
+        assert ("n_P_2" in found[-1][1]) == (name == "n_P_1")
+        assert "n_P_1" not in found[-1][1] or name == "n_P_1"
+    del said[1:]
     still = [(t, {"psi": 0.0, "u_w": 0.0}) for t, _ in rows]
     assert list(module._powered(iter(still), SHIP, said.append)) == still
     assert len(said) == 1

@@ -4,19 +4,30 @@ A forecast carries mean and covariance on without readings, to first order; the 
 held against what was read later with the controls that were logged in between, so that the twin is judged and not the
 helm: what the log says of the controls is known, all else is forecast.  Beside it stands the same course and speed.
 The first fix at or after its horizon judges a forecast, as fixes may come more seldom than rows.
+
+Parameters that drift, current and slow forces were learnt from what has been sailed.  How long they last no model says,
+but forecasts that have turned out do: of what parameters, and current and forces, add to the way of the plain model, a
+forecast takes the shares by which the earlier ones over its horizon would have been best.  Its bands widen where
+earlier ones held less than they state.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...core.parameters import values
 from ...data import Array
+from ...identify.filters.augmented import SLOW
+from ...identify.filters.kalman import substeps
+from ...identify.nuisance import CURRENT
 from ...models import STATES
-from .follow import Follower
+from .follow import Follower, Machine
+from .settings import SPEED
 
 HORIZONS = (30.0, 120.0, 600.0)
 """How far ahead forecasts are judged [s]."""
@@ -28,6 +39,10 @@ _LATE = 0.5
 # Share that the bands state, and its quantile.
 LEVEL, _QUANTILE = 0.9, 1.6449
 _POINTS = 40
+# Forecasts that turned out count beside so many that had the share of the next shorter horizon.
+_DOUBT = 4.0
+# By how much a band that did not hold widens, in its logarithm (Gibbs and Candes 2021, NeurIPS).
+_WIDEN = 0.2
 
 
 @dataclass(frozen=True)
@@ -50,16 +65,51 @@ class Forecast:
         return _QUANTILE * np.sqrt(np.diagonal(self.cov, axis1=1, axis2=2))
 
 
-def forecast(follower: Follower, acting: Array, span: float = HORIZONS[-1]) -> Forecast:
-    """From now on, with these controls and this environment."""
+def forecast(
+    follower: Follower, acting: Array, span: float = HORIZONS[-1], scores: Mapping[float, Score] | None = None
+) -> Forecast:  # fmt: skip
+    """From now on, with these controls and this environment.
+
+    Args:
+        scores: how earlier forecasts turned out, by horizon [s]; None carries all on, with the bands of the filter.
+    """
     t = follower.t + span * (np.arange(_POINTS + 1) / _POINTS) ** 1.5
-    step = _LONGER * follower.machine.settings.step
-    mean, cov = np.empty((t.size, len(STATES))), np.empty((t.size, 3, 3))
+    known, machine = scores or {0.0: Score()}, follower.machine
+    step, apart, past = _LONGER * machine.settings.step, t - follower.t, list(known)
+    shares = np.array([np.interp(apart, past, one) for one in zip(*lasting(known, machine).values(), strict=True)])
+    width = np.interp(apart, past, [one.width for one in known.values()])
+    mean, cov, simple = np.empty((t.size, len(STATES))), np.empty((t.size, 3, 3)), simpler(follower)
     for k, at in enumerate(t.tolist()):
         if k:
+            simple = tuple(onward(machine, one, acting, at - follower.t, step) for one in simple)
             follower, _ = follower.ahead(at, acting, step)
-        mean[k], cov[k] = follower.mean[: len(STATES)], follower.cov[:3, :3]
-    return Forecast(t, mean, cov)
+        plain, learnt = simple
+        stacked = plain + shares[0, k] * (learnt - plain) + shares[1, k] * (follower.mean - learnt)
+        mean[k], cov[k] = stacked[: len(STATES)], follower.cov[:3, :3]
+    return Forecast(t, mean, cov * width[:, None, None] ** 2)
+
+
+def simpler(follower: Follower) -> tuple[Array, Array]:
+    """The estimate of the motion with the plain model, and with what it has learnt of parameters; shape (n,) each.
+
+    Neither has current and slow forces.
+    """
+    machine = follower.machine
+    learnt = np.where(np.isin(machine.names, (*CURRENT, *SLOW)), 0.0, follower.mean)
+    if not machine.settings.free:
+        return learnt, learnt
+    known = values(machine.ship.model)
+    plain = [float(known[name]) if name in machine.settings.free else one
+             for name, one in zip(machine.names, learnt.tolist(), strict=True)]  # fmt: skip
+    return np.array(plain), learnt
+
+
+def onward(machine: Machine, state: Array, acting: Array, span: float, step: float) -> Array:
+    """A state so much later [s], by steps of no more than `step`."""
+    count = substeps(span, step)
+    for _ in range(count):
+        (state,) = machine.traced.onward(state, acting, span / count)
+    return state
 
 
 @dataclass
@@ -70,11 +120,34 @@ class Score:
         count: how many were judged.
         square: sum of squared distances between forecast and reading [m^2], and the same for constant velocity.
         inside: readings of x and y within their bands.
+        ways: sums of products [m^2] of what parameters, and current and slow forces, add: with themselves, with each
+            other, and with the error of the plain model: pp, pf, ff, pe, fe.
+        wider: logarithm of the width of bands over that of the filter, no less than 0.
     """
 
     count: int = 0
     square: list[float] = field(default_factory=lambda: [0.0, 0.0])
     inside: int = 0
+    ways: list[float] = field(default_factory=lambda: [0.0] * 5)
+    wider: float = 0.0
+
+    def note(self, learnt: Array, carried: Array, missed: Array, held: float) -> None:
+        """Learn from a forecast that has turned out.
+
+        Args:
+            learnt, carried: what parameters add, and current and slow forces, north and east [m], shape (2,).
+            missed: reading less the forecast of the plain model [m], same shape.
+            held: share of x and y that was in its band.
+        """
+        self.count += 1
+        pairs = ((learnt, learnt), (learnt, carried), (carried, carried), (learnt, missed), (carried, missed))
+        self.ways = [one + float(a @ b) for one, (a, b) in zip(self.ways, pairs, strict=True)]
+        self.wider = max(self.wider + _WIDEN * (LEVEL - held), 0.0)
+
+    @property
+    def width(self) -> float:
+        """Of bands, over that of the filter."""
+        return math.exp(self.wider)
 
     @property
     def rms(self) -> float:
@@ -92,13 +165,34 @@ class Score:
         return self.inside / (2.0 * self.count) if self.count else math.nan
 
 
+def lasting(scores: Mapping[float, Score], machine: Machine) -> dict[float, tuple[float, float]]:
+    """Shares to take over each horizon, 0 to 1: of the way by parameters, and of that by current and slow forces.
+
+    Least squares over forecasts that turned out, beside `_DOUBT` of them with the shares of the next shorter horizon.
+    Where no log tells speed through the water, what is called current holds forces, too, and is taken to fade as they.
+    """
+    share, before, found = np.ones(2), 0.0, dict[float, tuple[float, float]]()
+    fades = math.inf if SPEED in machine.settings.sensors else min(machine.settings.memory.get(one, math.inf)
+                                                                   for one in SLOW)  # fmt: skip
+    for horizon, score in scores.items():
+        share = share * [1.0, math.exp(-(horizon - before) / fades) if before else 1.0]
+        pp, pf, ff, pe, fe = score.ways
+        if pp + ff > 0.0:
+            doubt = np.diag([max(one, 1e-12 * (pp + ff)) for one in (pp, ff)]) * _DOUBT / score.count
+            share = np.linalg.solve(np.array([[pp, pf], [pf, ff]]) + doubt, [pe, fe] + doubt @ share).clip(0.0, 1.0)
+        found[horizon] = float(share[0]), float(share[1])
+        before = horizon
+    return found
+
+
 @dataclass
 class _Waiting:
-    """A forecast on its way."""
+    """A forecast on its way: all carried on, and by the simpler models; horizons left with their shares and widths."""
 
     start: Follower
     now: Follower
-    left: list[float]
+    simple: tuple[Array, ...]
+    left: list[tuple[float, tuple[float, float], float]]
 
 
 @dataclass
@@ -132,7 +226,7 @@ class Trust:
         t, step, fixed = follower.t, _LONGER * follower.machine.settings.step, _fixed(follower, readings)
         if self._waiting:
             self._chunk.append((t, acting))
-            due = fixed and any(one.start.t + one.left[0] <= t for one in self._waiting)
+            due = fixed and any(one.start.t + one.left[0][0] <= t for one in self._waiting)
             if due or t - self._waiting[0].now.t > 0.75 * step:
                 self._move(t, step)
             if due:
@@ -143,7 +237,9 @@ class Trust:
             self._last = t
             if self._chunk:
                 self._move(t, step)
-            self._waiting.append(_Waiting(follower, follower, list(HORIZONS)))
+            shares = lasting(self.scores, follower.machine)
+            left = [(horizon, shares[horizon], score.width) for horizon, score in self.scores.items()]
+            self._waiting.append(_Waiting(follower, follower, simpler(follower), left))
 
     def _in_step(self, t: float) -> bool:
         """Whether a forecast that begins now has a fix near its first horizon, where fixes are rare."""
@@ -155,14 +251,15 @@ class Trust:
         times, acting = zip(*self._chunk, strict=True)
         acting = np.average(acting, axis=0, weights=np.diff(times, prepend=self._waiting[0].now.t))
         for one in self._waiting:
+            one.simple = tuple(onward(one.now.machine, each, acting, t - one.now.t, step) for each in one.simple)
             one.now, _ = one.now.ahead(t, acting, step)
         self._chunk.clear()
 
     def _judge(self, follower: Follower, acting: Array, readings: Array) -> None:
         rows, model = _places(follower), follower.machine.traced.model
         for one in list(self._waiting):
-            while one.left and one.start.t + one.left[0] <= follower.t:
-                horizon, span = one.left.pop(0), follower.t - one.start.t
+            while one.left and one.start.t + one.left[0][0] <= follower.t:
+                (horizon, shares, width), span = one.left.pop(0), follower.t - one.start.t
                 if span > (1.0 + _LATE) * horizon:
                     continue
                 c, s = math.cos(one.start.mean[2]), math.sin(one.start.mean[2])
@@ -171,11 +268,14 @@ class Trust:
                 mean, transposed = model.read(one.now.mean, acting)
                 slope = transposed.T[rows]
                 sd = np.sqrt(np.einsum("ij,jk,ik->i", slope, one.now.cov, slope) + model.noise[rows] ** 2)
-                away, score = readings[rows] - mean[rows], self.scores[horizon]
-                score.count += 1
+                plain, learnt = (model.read(each, acting)[0][rows] for each in one.simple)
+                ways, missed = (learnt - plain, mean[rows] - learnt), readings[rows] - plain
+                away, score = missed - shares[0] * ways[0] - shares[1] * ways[1], self.scores[horizon]
+                held = np.abs(away) <= _QUANTILE * width * sd
                 score.square[0] += float(away @ away)
                 score.square[1] += float(np.sum((readings[rows] - steady) ** 2))
-                score.inside += int((np.abs(away) <= _QUANTILE * sd).sum())
+                score.inside += int(held.sum())
+                score.note(*ways, missed, float(held.mean()))
             if not one.left:
                 self._waiting.remove(one)
 

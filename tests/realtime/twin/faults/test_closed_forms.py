@@ -11,7 +11,8 @@ import pytest
 from scipy.linalg import expm
 
 from linear_ship import CHANNELS, DENSITY, NAMES, NOISE, A, H, Sailed, blur, followed, machine, sailed, step_of
-from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Trust, forecast
+from seatrial.realtime.twin import ahead as ahead_module
+from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Score, Trust, forecast
 from seatrial.realtime.twin.faults.alarms import Judge
 from seatrial.realtime.twin.faults.suspects import (
     CARRIED,
@@ -165,6 +166,50 @@ def test_a_forecast_carries_mean_and_covariance_on() -> None:
         cov = onward @ follower.cov @ onward.T + blur(span)
         np.testing.assert_allclose(ahead.cov[k], cov[:3, :3], rtol=1e-4)
     np.testing.assert_allclose(ahead.half[40] / np.sqrt(np.diagonal(ahead.cov[40])), 1.6449, rtol=1e-9)
+
+
+def test_a_forecast_takes_of_what_was_carried_the_share_that_earlier_ones_show() -> None:
+    """Half of what current and slow forces add at 30 s, none at 600 s, between on a line; bands twice as wide there."""
+    follower, acting = followed(start(), sailed(20))[-1][0], np.zeros(10)
+    acting[:2] = 1.0, 0.05
+    scores = {30.0: Score(), 600.0: Score()}
+    for h, share in ((30.0, 0.5), (600.0, 0.0)):
+        for _ in range(4000):
+            scores[h].note(np.zeros(2), np.array([2.0, 1.0]), share * np.array([2.0, 1.0]), 1.0)
+    scores[600.0].wider = math.log(2.0)
+    ahead, whole = (forecast(follower, acting, 600.0, one) for one in (scores, None))
+    bare = follower.mean * np.repeat([1.0, 0.0], [6, 5])
+    for k in (1, 12, 40):
+        span = ahead.t[k] - follower.t
+        onward, pushed = step_of(span)
+        along = min(max((span - 30.0) / 570.0, 0.0), 1.0)
+        share = 0.5 * (1.0 - along)
+        wanted = onward @ (bare + share * (follower.mean - bare)) + pushed @ acting[:2]
+        np.testing.assert_allclose(ahead.mean[k], wanted[:6], rtol=2e-3, atol=1e-3)
+        np.testing.assert_allclose(ahead.cov[k], (1.0 + along) ** 2 * whole.cov[k], rtol=1e-9)
+
+
+def test_a_forecast_takes_of_learnt_parameters_a_share_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A quarter of what the parameter adds, which a state stands for here, and half of what the current does."""
+    monkeypatch.setattr(ahead_module, "values", lambda model: {"slow.r": 2e-5})
+    here = start(free=("slow.r",))
+    here = replace(here, mean=np.array([0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.4, -0.3, 0.0, 0.0, 0.0]))
+    score = Score(10**9, ways=[1e9, 0.0, 4e9, 0.25e9, 2e9])
+    found = forecast(here, np.zeros(10), 600.0, {600.0: score})
+    plain, carried = here.mean * np.repeat([1.0, 0.0], [6, 5]), here.mean * np.repeat([0.0, 1.0], [6, 5])
+    wanted = step_of(600.0)[0] @ (plain + 0.75 * 2e-5 * np.eye(11)[10] + 0.5 * carried)
+    np.testing.assert_allclose(found.mean[40], wanted[:6], rtol=2e-3, atol=1e-3)
+
+
+def test_simpler_models_have_no_current_and_the_plain_one_its_own_parameters(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = start(free=("slow.r",))  # a state that stands for a parameter here
+    here = replace(here, mean=np.arange(11.0) + 1.0)
+    monkeypatch.setattr(ahead_module, "values", lambda model: {"slow.r": 9.0})
+    plain, learnt = ahead_module.simpler(here)
+    assert learnt.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    assert plain.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.0, 0.0, 0.0, 0.0, 9.0]
+    without = ahead_module.simpler(start())
+    assert without[0] is without[1]
 
 
 def trusted(run: Sailed, follower: Follower) -> Trust:

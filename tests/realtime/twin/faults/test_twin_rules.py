@@ -17,13 +17,17 @@ from seatrial.data import Trial
 from seatrial.data.formats.nmea import Aboard, Place
 from seatrial.environment import CHANNELS as AROUND
 from seatrial.identify import StudyError
+from seatrial.identify.filters.augmented import SLOW as FORCES
+from seatrial.identify.nuisance import CURRENT
+from seatrial.models import STATES
 from seatrial.realtime.twin import live as live_module
 from seatrial.realtime.twin import sources
-from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Score, Trust
+from seatrial.realtime.twin.ahead import HORIZONS, LEVEL, Score, Trust, lasting
 from seatrial.realtime.twin.card import alarm, page, parameters, unseen
 from seatrial.realtime.twin.faults.acting import Acting, Override
 from seatrial.realtime.twin.faults.alarms import (
     CLOCK,
+    DEEPER,
     FROZEN,
     STEERING,
     UNEXPLAINED,
@@ -58,7 +62,7 @@ from seatrial.realtime.twin.follow import Step, _midship, begun, inverse_of, sur
 from seatrial.realtime.twin.likely import FACTORS, NOISIER
 from seatrial.realtime.twin.live import Live
 from seatrial.realtime.twin.saved import learnt, load_state, save_state
-from seatrial.realtime.twin.settings import MHE, NOISE, Seaway, noisier, scaled, usual
+from seatrial.realtime.twin.settings import MHE, NOISE, SPEED, Seaway, noisier, scaled, usual
 from seatrial.realtime.twin.sources import Ear, channels_of, noise_of
 from seatrial.realtime.twin.tally import Hour, Tally
 from seatrial.realtime.twin.waves import Swell
@@ -119,30 +123,38 @@ def test_a_thruster_turns_the_shorter_way_between_rows() -> None:
 
 @dataclass(frozen=True)
 class Mark:
-    """A ship that goes straight at (u, v) on psi, as `Trust` sees a follower; its forecasts are off by `off` north."""
+    """A ship that goes straight at (u, v) on psi, as `Trust` sees a follower; its forecasts are off by `off` north.
+
+    Its states end with a current north, which carries forecasts on with it.
+    """
 
     t: float
     mean: np.ndarray
     machine: Any
     cov: np.ndarray
-    off: float = 0.0
 
     def ahead(self, t: float, acting: Any, step: float) -> tuple[Mark, None]:
-        mean = self.mean.copy()
-        c, s = math.cos(mean[2]), math.sin(mean[2])
-        mean[0] += (t - self.t) * (mean[3] * c - mean[4] * s) + self.off * (t - self.t)
-        mean[1] += (t - self.t) * (mean[3] * s + mean[4] * c)
-        return replace(self, t=t, mean=mean), None
+        return replace(self, t=t, mean=self.machine.traced.onward(self.mean, acting, t - self.t)[0]), None
 
 
-def mark(t: float, psi: float = 0.4, u: float = 5.0, v: float = -0.5, off: float = 0.0, sd: float = 0.0) -> Mark:
-    H = np.eye(2, 6)
+def mark(
+    t: float, psi: float = 0.4, u: float = 5.0, v: float = -0.5, off: float = 0.0, sd: float = 0.0,
+    carried: float = 0.0, log: bool = True, true: float = 0.0,
+) -> Mark:  # fmt: skip
+    H = np.eye(2, 7)
     model = SimpleNamespace(channels=("x", "y"), noise=np.array([0.3, 0.3]), read=lambda z, a: (H @ z, H.T))
-    here = SimpleNamespace(settings=SimpleNamespace(step=1.0), traced=SimpleNamespace(model=model),
-                           channels=("x", "y"))  # fmt: skip
     c, s = math.cos(psi), math.sin(psi)
-    mean = np.array([t * (u * c - v * s), t * (u * s + v * c), psi, u, v, 0.0])
-    return Mark(t, mean, here, np.eye(6) * sd**2, off)
+
+    def onward(state: np.ndarray, acting: Any, span: float) -> tuple[np.ndarray]:
+        way = np.array([state[3] * c - state[4] * s + off + state[6], state[3] * s + state[4] * c])
+        return (np.array([*(state[:2] + span * way), *state[2:]]),)
+
+    settings = SimpleNamespace(step=1.0, sensors={SPEED: None} if log else {}, memory=dict.fromkeys(FORCES, 100.0),
+                               free=())  # fmt: skip
+    here = SimpleNamespace(settings=settings, traced=SimpleNamespace(model=model, onward=onward), channels=("x", "y"),
+                           names=(*STATES, CURRENT[0]))  # fmt: skip
+    mean = np.array([t * (u * c - v * s + true), t * (u * s + v * c), psi, u, v, 0.0, carried])
+    return Mark(t, mean, here, np.eye(7) * sd**2)
 
 
 def told(last: int, every: int = 1, gap: tuple[int, int] = (0, 0), **how: float) -> Trust:
@@ -192,6 +204,77 @@ def test_bands_are_of_the_noise_of_the_fix_and_the_spread_together(drift: float,
 def test_a_spread_widens_the_bands() -> None:
     wide = 1.6449 * math.hypot(0.3, 0.4)
     assert [told(31, off=f * wide / 30.0, sd=0.4).scores[30.0].held for f in (0.99, 1.01)] == [1.0, 0.5]
+
+
+# --- how much of what was learnt lasts ---
+
+
+def test_what_has_gone_is_carried_on_no_more_and_what_lasts_is() -> None:
+    """A current of .2 m/s that the twin still believes in: 6 m after 30 s; forecasts of the truth need none of it."""
+    gone, there = told(1300, carried=0.2), told(1300, carried=0.2, true=0.2)
+    for h in HORIZONS:
+        whole = gone.scores[h].count * (0.2 * h) ** 2
+        assert gone.scores[h].ways == pytest.approx([0.0, 0.0, whole, 0.0, 0.0], abs=1e-6)
+        assert there.scores[h].ways == pytest.approx([0.0, 0.0, whole, 0.0, whole], abs=1e-6)
+        # beside four that had the share of the next shorter horizon
+        left = np.prod([4.0 / (4.0 + gone.scores[k].count) for k in HORIZONS if k <= h])
+        assert lasting(gone.scores, mark(0.0).machine)[h] == pytest.approx((1.0, left))
+        assert lasting(there.scores, mark(0.0).machine)[h] == pytest.approx((1.0, 1.0))
+    # forecasts of 30 s begin each minute, and know those that have ended
+    assert gone.scores[30.0].rms == pytest.approx(6.0 * np.sqrt(np.mean([(4.0 / (4.0 + k)) ** 2 for k in range(22)])))
+    assert there.scores[600.0].rms == pytest.approx(0.0, abs=1e-6)
+
+
+def test_shares_are_those_of_least_squares_and_within_bounds() -> None:
+    """Without a log what was carried fades over the memory of forces from one horizon to the next, until shown."""
+    here, without_log = mark(0.0).machine, mark(0.0, log=False).machine
+    fresh = {h: Score() for h in HORIZONS}
+    assert list(lasting(fresh, here).values()) == [(1.0, 1.0)] * 3
+    faded = np.array(list(lasting(fresh, without_log).values()))
+    assert faded == pytest.approx(np.array([[1.0, 1.0], [1.0, math.exp(-0.9)], [1.0, math.exp(-5.7)]]))
+    rng, some = np.random.default_rng(4), {h: Score() for h in HORIZONS}
+    ways = rng.standard_normal((200, 2, 2)) @ [[1.0, 0.4], [0.0, 3.0]]
+    for first, second in ways:
+        some[120.0].note(first, second, 0.7 * first + 0.2 * second, 1.0)
+    found = lasting(some, here)
+    assert found[30.0] == (1.0, 1.0)
+    assert found[120.0] == pytest.approx((0.7, 0.2), abs=0.02)  # but for the four of before
+    assert found[600.0] == found[120.0]
+    table = ways.transpose(1, 0, 2).reshape(2, -1).T
+    doubt = np.diag(4.0 / 200.0 * np.sum(table**2, axis=0))
+    wanted = np.linalg.solve(table.T @ table + doubt, table.T @ table @ [0.7, 0.2] + np.diagonal(doubt))
+    assert found[120.0] == pytest.approx(tuple(wanted))
+    for off, share in ((1e3, 1.0), (-1e3, 0.0)):
+        one = {30.0: Score()}
+        one[30.0].note(np.array([0.0, 1.0]), np.array([1.0, 0.0]), np.array([off, -off]), 1.0)
+        assert lasting(one, here) == {30.0: (1.0 - share, share)}
+
+
+def test_bands_widen_by_what_they_missed_until_they_hold_what_they_state() -> None:
+    """Adaptive conformal: nine in ten hold in the long run, and never narrower than the filter's."""
+    score = Score()
+    for _ in range(20):
+        score.note(*np.zeros((3, 2)), 1.0)
+    assert score.width == 1.0
+    score.note(*np.zeros((3, 2)), 0.5)
+    assert score.width == pytest.approx(math.exp(0.2 * 0.4))
+    score.note(*np.zeros((3, 2)), 1.0)
+    assert score.width == pytest.approx(math.exp(0.2 * 0.3))
+    rng, held = np.random.default_rng(1), list[float]()
+    for _ in range(2000):
+        off = 3.0 * rng.standard_normal(2)  # bands state a third of it
+        held.append(float(np.mean(np.abs(off) <= 1.6449 * score.width)))
+        score.note(*np.zeros((3, 2)), held[-1])
+    assert np.mean(held[100:]) == pytest.approx(LEVEL, abs=0.01)
+
+
+def test_bands_that_were_widened_judge_the_next_forecasts() -> None:
+    trust = told(31, off=0.0167)
+    assert trust.scores[30.0].held == 0.5  # just beyond, as above
+    for t in range(32, 95):
+        at = mark(float(t), off=0.0167)
+        trust.note(at, np.zeros(10), at.mean[:2])  # type: ignore[arg-type]
+    assert trust.scores[30.0].held == 0.75
 
 
 def test_a_score_is_a_root_mean_square_and_a_share_of_both_coordinates() -> None:
@@ -296,6 +379,20 @@ def test_an_alarm_in_words_and_numbers() -> None:
     written = alarm(replace(both, over=80.0))
     assert (written["over"], written["size"], written["rivals"]) == (80.0, [12.3456, -4.0], ["a", "b"])
     assert alarm(both)["over"] is None
+
+
+@pytest.mark.parametrize(("cause", "how", "what", "size", "deeper"), [
+    ("n_P without its thrust", LOST, "n_P", 0.2, True), ("n_P sensor jumped", SCALED, "n_P", 0.1, True),
+    ("n_P sensor jumped", SCALED, "n_P", -0.1, False),  # a shaft that turns faster than shown
+    ("delta sensor scaled", SCALED, "delta", 0.1, False), ("delta sensor jumped", MISREAD, "delta", 0.1, False),
+])  # fmt: skip
+def test_a_propeller_that_gives_less_cannot_be_told_from_a_deeper_ship(
+    cause: str, how: str, what: str, size: float, deeper: bool,
+) -> None:  # fmt: skip
+    found = alarm_of(replace(evidence(cause, 60.0, how, (size,)), suspect=Suspect(cause, how, (what,), (1.0,), "1")),
+                     9.0, ("b",), False)  # fmt: skip
+    assert found.rivals == (("b", DEEPER) if deeper else ("b",))
+    assert ("deeper than its file" in found.text) == deeper
 
 
 @pytest.mark.parametrize(("cause", "how", "what", "said"), [

@@ -9,6 +9,7 @@ from typing import Annotated
 
 from ....core.records import Limits
 from ....identify.filters.augmented import ANTENNA
+from ....models import unit
 from ..follow import Follower
 from .suspects import (
     CARRIED,
@@ -53,6 +54,8 @@ _FAR = 2.5
 UNEXPLAINED = "the model does not explain the readings"
 WRONG = "the model is not that of the ship, or the log is wrong"
 CLOCK = "the clock was set back"
+DEEPER = "a ship deeper than its file"
+"""Its propeller moves more than that of the file has to, as one that turns slower or gives less thrust."""
 FROZEN, STEERING = "frozen", "steering"
 """Beside those of `suspects`: a reading that repeats itself, and a control that does not follow its order."""
 
@@ -236,6 +239,8 @@ def alarm_of(best: Evidence, t: float, rivals: tuple[str, ...], frozen: bool, ra
     size = () if one.fixed else best.size
     held = best.held + (best.size[1] if one.how == STUCK else 0.0)
     what = tuple(dict.fromkeys(one.what))
+    if one.how == LOST or (one.how == SCALED and unit(one.what[0]) != "rad" and best.size[0] > 0.0):
+        rivals = (*rivals, DEEPER)
     return Alarm(one.cause, one.how, what, best.onset, t, size, one.unit, best.score, rivals, held=held, rate=rate)
 
 

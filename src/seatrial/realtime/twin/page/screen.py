@@ -93,7 +93,7 @@ class Screen:
         ship = live.machine.ship
         if force or now - self._made > _AGAIN:
             self._made = now
-            self._ahead = _points(forecast(follower, live.acting))
+            self._ahead = _points(forecast(follower, live.acting, scores=live.trust.scores))
         sd = np.sqrt(np.maximum(np.diagonal(follower.cov), 0.0))
         settings = live.machine.settings
         return {
