@@ -10,6 +10,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import gallery
@@ -272,10 +273,19 @@ def wrong(seed: int) -> Iterator[Entry]:
     """Sixty-four wrong ships of a seed."""
     pool = [(base, *line.split(maxsplit=2)) for bases, lines in _EACH.items()
             for base in bases for line in lines.strip().splitlines()]  # fmt: skip
-    for k in np.random.default_rng(seed).permutation(len(pool))[:64].tolist():
-        base, paths, change, words = pool[k]
-        told = tuple(words.replace("~", " ").split("|"))
-        yield Entry(f"{base}: {paths} {change}", _slip(base, paths, change.replace("~", " ")), base, told)
+    drawn = (pool[k] for k in np.random.default_rng(seed).permutation(len(pool)).tolist())
+    told = ((base, paths, change.replace("~", " "), words) for base, paths, change, words in drawn)
+    changed = (one for one in told if _differs(slipped(good(one[0]), one[1].split("+"), one[2]), good(one[0])))
+    for base, paths, change, words in islice(changed, 64):
+        said = tuple(words.replace("~", " ").split("|"))
+        yield Entry(f"{base}: {paths} {change}", _slip(base, paths, change), base, said)
+
+
+def _differs(ship: Ship, other: Ship) -> bool:
+    """Whether a slip changed anything: a rate without a limit has no sixtieth, a place at midship no hundredfold."""
+    one, two = ({**{path: x for path, x in values(of.model).items() if np.ndim(x) == 0}, "speed": of.speed}
+                for of in (ship, other))  # fmt: skip
+    return one != two or ship.actuators != other.actuators
 
 
 def _slip(base: str, paths: str, change: str) -> Callable[[], Ship]:

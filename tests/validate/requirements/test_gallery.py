@@ -26,6 +26,16 @@ def test_the_gallery_has_six_good_ships_and_a_hundred_and_fifty_of_either_kind()
 
 
 @pytest.mark.slow
+def test_ships_of_a_seed_are_sixty_four_of_each_kind_and_every_slip_changes_its_ship() -> None:
+    wrong = list(drawn_gallery.wrong(3))
+    assert len({entry.name for entry in wrong}) == len(wrong) == 64 == len(list(drawn_gallery.right(3)))
+    assert all(entry.words for entry in wrong)
+    idle = drawn_gallery.slipped(gallery.good("suzaku"), ["@rudder.rate"], "sixtieth")
+    assert not drawn_gallery._differs(idle, gallery.good("suzaku")), "its gear has no rate"
+    assert drawn_gallery._differs(drawn_gallery.slipped(gallery.good("kcs"), ["@speed"], "knots"), gallery.good("kcs"))
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORST)
 def test_a_ship_that_was_passed_once_is_told_with_its_culprit(name: str) -> None:
     (entry,) = (one for one in WRONG if one.name == name)

@@ -99,6 +99,9 @@ def test_hard_turns_at_half_the_revolutions_begin_at_half_the_speed_and_last_twi
     assert {(n / N_P, delta / LIMIT, lasts * U / L, u / U) for n, delta, lasts, u, _ in p.made} == {
         (share, side, 25.0 / share, share) for share in (1.0, 0.5) for side in (1.0, -1.0)
     }
+    made = len(p.made)
+    steering.turning(p)
+    assert len(p.made) == made + 6, "0.3 and 0.6 of the angle at U, 0.3 of it at half, to both sides"
 
 
 @pytest.mark.slow

@@ -249,6 +249,16 @@ def test_a_full_ship_is_doubted_at_the_speed_of_a_fast_one() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("name", "most"), [("mariner_nomoto", 60.0), ("kvlcc2", 35.0)])
+def test_overshoots_of_a_response_model_are_held_against_those_of_its_kind(name: str, most: float) -> None:
+    """A first-order Mariner overshoots by 41 deg: nothing slows it in a turn."""
+    usual = next(one for one in typical.zigzag(Probe.of(load(name))) if one.what.endswith("usually"))
+    assert usual.bound is not None
+    assert usual.bound.high == most
+    assert usual.holds
+
+
+@pytest.mark.slow
 def test_the_item_on_turning_tells_a_gain_in_degrees() -> None:
     """K times 57.3: Norrbin's term keeps the circle a ship's, and the first answer is not."""
     ship = load("frigate_100m")

@@ -29,6 +29,23 @@ def test_forces_split_by_symmetry_are_the_terms_of_a_polynomial() -> None:
     assert even == pytest.approx([-0.2 * 0.09, 0.0, 0.0])
 
 
+@pytest.mark.parametrize(("long", "holds", "doubt"), [(399.0, True, True), (430.0, False, True),
+                                                      (1000.0, False, False)])  # fmt: skip
+def test_no_ship_is_longer_than_the_longest(long: float, holds: bool, doubt: bool) -> None:
+    """The tanker of 304.8 m in feet has 1000."""
+    ship = load("esso_190k_tanker")
+    longer = replace(ship, L_pp=long, model=update(ship.model, {"body.L_pp": long}))
+    found = next(one for one in whole.findings(Probe.of(longer)) if one.what.startswith("length between"))
+    assert (found.value, found.holds, found.doubt) == (long, holds, doubt)
+
+
+def test_surge_by_drift_and_by_turning_are_over_their_squares() -> None:
+    p = plain(lambda m: (m.n - m.u - 0.4 * m.v**2 + 0.3 * m.r**2, -m.v, -m.r), masses=MASSES)
+    found = {one.what: one.value for one in whole.findings(p)}
+    assert found["surge by drift"] == pytest.approx(-0.4)
+    assert found["surge by turning"] == pytest.approx(0.3)
+
+
 def test_slopes_are_those_of_the_written_rates_times_the_masses() -> None:
     p = plain(lambda m: (m.n - m.u, -1.2 * m.v - 0.4 * m.r - 0.3 * m.d, -0.6 * m.v - 3.0 * m.r + 2.0 * m.d),
               masses=MASSES)  # fmt: skip

@@ -85,7 +85,8 @@ def zigzag(p: Probe) -> Iterator[Finding]:
         most = max(beyond[:2])
         wrong = f"overshoots of {most:.0f} deg in a 20/20 zigzag: too little yaw damping or rudder for its drift moment"
         yield Finding(what, most, "deg", limit.OVERSHOOT, wrong)
-        yield Finding(f"{what}, usually", most, "deg", limit.USUAL_OVERSHOOT, f"unusual: {wrong}", doubt=True)
+        usual = limit.USUAL_OVERSHOOT if p.sways else limit.USUAL_OVERSHOOT_OF_RESPONSE
+        yield Finding(f"{what}, usually", most, "deg", usual, f"unusual: {wrong}", doubt=True)
 
 
 def waiting(p: Probe) -> Iterator[Finding]:

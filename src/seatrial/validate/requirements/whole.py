@@ -108,6 +108,7 @@ def _masses(ship: Whole) -> Iterator[Named]:
     surge = float(M[0, 0]) if M[0, 0] != 1.0 else math.nan  # over itself, where the displaced mass is unknown
     gyration = math.sqrt(max(float(M[2, 2] / M[0, 0]), 0.0)) / math.hypot(1.0, float(p.ship.model.breadth) / L)
     than = "large" if gyration > known[2].usual.low else "small"
+    yield "length between perpendiculars", L, "m", limit.LONGEST, "length L_pp is no ship's: feet, or another unit"
     yield "mass in surge over displaced", surge, "-", known[0], "added mass in surge (m_x) is that of no ship"
     yield ("mass in sway over surge", float(M[1, 1] / M[0, 0]), "-", known[1],
            "added mass in sway (m_y) is that of no ship")  # fmt: skip
