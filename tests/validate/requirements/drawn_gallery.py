@@ -247,7 +247,7 @@ damping.Y_v* sign sway
 """,
     ("mariner_nomoto2", "zeefakkel", "tanker_nomoto2", "frigate_100m", "mariner_nomoto", "container_175m_nomoto2"): """
 K sign turn|side
-K degrees turn|circle|runs|spin
+K degrees turn|circle|runs|spin|answer
 K radians turn|circle|steer|answer
 U minute speed|turn|circle|stop
 @rudder.rate sixtieth rate|slow|answer|time
