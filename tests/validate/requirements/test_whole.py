@@ -182,6 +182,9 @@ def test_inertia_in_yaw_is_held_against_the_plan_of_the_craft(factor: float, wor
     assert found.value == pytest.approx(math.sqrt(M[2, 2] / M[0, 0] / (1.0 + slender**2)))
     assert found.holds == (not words)
     assert not words or words in found.wrong
+    unknown = replace(p, ship=replace(p.ship, model=update(moved, {"body.B": 0.0})))
+    found = next(one for one in whole.findings(unknown) if one.what.startswith("radius of gyration in yaw, of"))
+    assert found.value == pytest.approx(math.sqrt(M[2, 2] / M[0, 0] / 1.25)), "half as broad as long"
 
 
 def test_surge_by_drift_and_yaw_is_told_as_the_share_of_the_added_mass_that_is_left() -> None:

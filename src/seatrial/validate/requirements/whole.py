@@ -27,6 +27,8 @@ _SLENDER, _DRAUGHT, _BREADTH = 0.52, 0.05, 2.6
 """d^2 L over the volume, d/L and B/d of a usual ship, for files that do not have them."""
 _LITTLE, _DRIFT, _TURN, _HELM = 0.02, 0.3, 0.5, 0.1
 """v_m/U and r L/U of slopes; of a hard turn; rudder of slopes [rad]."""
+_BROAD = 0.5
+"""Breadth over the length of a craft without rudders whose breadth is unknown."""
 _ADDED = 0.2
 """Least added mass in sway over the displaced one that a figure is divided by."""
 _GYRATION = 0.4
@@ -106,7 +108,8 @@ def _masses(ship: Whole) -> Iterator[Named]:
     M, p, L = ship.mass, ship.p, ship.p.ship.L_pp
     known = limit.MASSES if p.conventional else limit.MASSES_OF_CRAFT
     surge = float(M[0, 0]) if M[0, 0] != 1.0 else math.nan  # over itself, where the displaced mass is unknown
-    gyration = math.sqrt(max(float(M[2, 2] / M[0, 0]), 0.0)) / math.hypot(1.0, float(p.ship.model.breadth) / L)
+    broad = float(p.ship.model.breadth) / L or (0.0 if p.conventional else _BROAD)
+    gyration = math.sqrt(max(float(M[2, 2] / M[0, 0]), 0.0)) / math.hypot(1.0, broad)
     than = "large" if gyration > known[2].usual.low else "small"
     yield "length between perpendiculars", L, "m", limit.LONGEST, "length L_pp is no ship's: feet, or another unit"
     yield "mass in surge over displaced", surge, "-", known[0], "added mass in surge (m_x) is that of no ship"
