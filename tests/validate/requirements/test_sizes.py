@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from seatrial.core.parameters import update
+from seatrial.core.parameters import update, values
 from seatrial.forces.wind import Fujiwara, fujiwara1998
 from seatrial.ships.files import load
 from seatrial.validate.requirements import Finding, control, propulsion, typical, weather
@@ -72,6 +72,18 @@ def test_the_propeller_is_loaded_by_its_open_water_curve() -> None:
     assert [one.what for one in propulsion._loaded(weak) if not one.holds]
 
 
+def test_a_propeller_in_an_abkowitz_table_is_held_against_its_speed_too() -> None:
+    """The diameter stands with the race: ten times the thrust of n^2 turns a propeller too slowly for its ship."""
+    name = "modified_abkowitz_kvlcc2_l7"
+    p = known(name)
+    strong = known(name, derivatives__eta_3=10.0 * float(values(p.ship.model)["derivatives.eta_3"]))
+    about = "speed over revolutions and diameter"
+    found, other = (by_name(propulsion._loaded(one))[about] for one in (p, strong))
+    assert found.value == pytest.approx(p.U / (p.n_P * 0.216))
+    assert found.holds
+    assert not other.holds
+
+
 @pytest.mark.slow
 def test_thrusters_stand_where_they_are_called() -> None:
     p = known("esso_osaka_3m_harbour")
@@ -90,4 +102,6 @@ def test_rudder_and_propeller_are_held_against_the_draught() -> None:
     found = by_name(typical.stern(known()))
     assert found["rudder area over L d"].value == pytest.approx(112.5 / (320.0 * 20.8))
     assert found["propeller diameter over draught"].value == pytest.approx(9.86 / 20.8)
-    assert len([one for one in typical.stern(known(rudder__A_R=1211.0, propeller__D_P=32.3)) if not one.holds]) == 2
+    wrong = [one.what for one in typical.stern(known(rudder__A_R=1211.0, propeller__D_P=32.3)) if not one.holds]
+    assert wrong == ["propeller diameter over draught", "rudder area over L d",
+                     "height of the rudder, D_P/eta, over draught"]  # fmt: skip

@@ -13,7 +13,7 @@ from ...data import Array, unwrapped
 from ...environment import CALM
 from ...models import unit
 from ...models.common import Composed, Surroundings
-from . import Finding, Judgement, Plot, judged, ranged, worst
+from . import Finding, Judgement, Plot, judged, ranged, typical, worst
 from . import thresholds as limit
 from .body import shares
 from .probe import Probe
@@ -90,8 +90,7 @@ def _thrust(p: Probe) -> Iterator[Finding]:
 
 def _loaded(p: Probe) -> Iterator[Finding]:
     """How the propeller is loaded: its advance, its pull at rest over its thrust under way, and by its diameter."""
-    part: Any = p.ship.model.part("propeller") or p.ship.model.part("screw")
-    D_P = float(getattr(part, "D_P", 0.0))
+    D_P = float(getattr(typical.screw(p.ship.model), "D_P", 0.0))
     if not (p.conventional and p.n_P):
         return
     standing, under_way = (float(np.subtract(*_surge(p, f * p.U, [p.n_P, 0.0]))) for f in (0.0, 1.0))

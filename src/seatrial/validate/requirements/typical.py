@@ -120,10 +120,15 @@ def areas(p: Probe) -> Iterator[Finding]:
         yield from ranged("centre of the lateral area ahead of midship", centre / L, "L", limit.OUTLINE, wrong)
 
 
+def screw(model: Any) -> Any:
+    """The part of a model that has its propeller, whatever the family calls it; None without one."""
+    return model.part("propeller") or model.part("screw") or model.part("race")
+
+
 def stern(p: Probe) -> Iterator[Finding]:
     """Area of the rudder over length and draught, diameter of the propeller and height of the rudder over draught."""
     model: Any = p.ship.model
-    D_P = float(getattr(model.part("propeller") or model.part("screw"), "D_P", 0.0))
+    D_P = float(getattr(screw(model), "D_P", 0.0))
     A_R, d = float(getattr(model.part("rudder"), "A_R", 0.0)), float(model.draught)
     if D_P and d:
         wrong = "the diameter of the propeller (D_P) is that of no ship of this draught"
@@ -142,14 +147,13 @@ def stern(p: Probe) -> Iterator[Finding]:
 def _behind(p: Probe) -> Iterator[Finding]:
     """Wake fraction and thrust deduction of the propeller behind its hull."""
     model: Any = p.ship.model
-    screw = model.part("propeller") or model.part("screw") or model.part("race")
     known = limit.WAKE if p.ship.L_pp > _AT_SEA else limit.WAKE_OF_MODEL
     for names, what, usual in (
         (("w_P0", "w"), "wake fraction", known), (("t_P", "t"), "thrust deduction", limit.DEDUCTION),
     ):  # fmt: skip
-        for name in (one for one in names if hasattr(screw, one)):
+        for name in (one for one in names if hasattr(screw(model), one)):
             wrong = f"the {what} of the propeller ({name}) is that of no ship of this size"
-            yield from ranged(what, float(getattr(screw, name)), "-", usual, wrong)
+            yield from ranged(what, float(getattr(screw(model), name)), "-", usual, wrong)
 
 
 @dataclass(frozen=True)
