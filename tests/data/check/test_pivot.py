@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -60,6 +61,22 @@ def test_an_antenna_is_told_with_the_place_that_it_may_have() -> None:
     assert "-40 to -13 m ahead" in str(fault.remedy)
     [fault] = pivot_faults([swinging(0.4)])
     assert "some 24 m ahead of midship" in fault.what
+
+
+@pytest.mark.parametrize("late", [4.0, -4.0])
+def test_a_heading_that_lags_looks_like_an_antenna_and_is_named_beside_it(late: float) -> None:
+    """It turns a velocity of 5 m/s by r times the lag: 20 m, a third of the length."""
+    trial = swinging(0.0)
+    psi = np.interp(trial.t - late, trial.t, trial["psi"])
+    c, s = np.cos(trial["psi"] - psi), np.sin(trial["psi"] - psi)
+    u, v = trial["u"], trial["v_m"]
+    [fault] = pivot_faults([trial.having(psi=psi, u=u * c - v * s, v_m=u * s + v * c)])
+    assert f"antenna some {'2' if late > 0 else '1'}" in fault.what
+    assert f"{'ahead' if late > 0 else 'abaft'} of midship" in fault.what
+    found = re.search(r"a heading that is (late|early) by ([\d.]+) s", fault.evidence)
+    assert found is not None
+    assert found[1] == ("late" if late > 0 else "early")
+    assert float(found[2]) == pytest.approx(4.0, abs=0.6)
 
 
 @pytest.mark.parametrize("at", [-0.15, 0.0, 0.15])

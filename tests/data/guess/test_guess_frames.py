@@ -6,10 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from columns import signal
 
 from seatrial.data import DataError, Trial
 from seatrial.data.formats import csv
 from seatrial.data.guess import guess
+from seatrial.data.guess.helm import with_rudder
+from seatrial.data.guess.motion import with_units
+from seatrial.data.guess.roles import STRANGE, pointed, strangers
 
 pytestmark = pytest.mark.slow
 KNOT, MILE = 1852.0 / 3600.0, 1852.0
@@ -252,6 +256,28 @@ def test_a_log_of_expedition_in_a_folder_is_named(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("!Boat,Utc,BSP,HDG\n!boat,0,1,13\n!v11.10.3\n" + rows)
     with pytest.raises(DataError, match="is a log of Expedition, which is not read"):
         guess(tmp_path)
+
+
+def test_what_is_known_is_not_looked_for_again() -> None:
+    s = rolling()
+    place = {role: signal(role, s[role]) for role in ("x", "y")}
+    strange = [signal("", s["rud"], "blatt").column, signal("", s["hdg"], "zeiger").column]
+    assert strangers({**place, "delta": signal("delta", s["rud"])}, strange) == {}
+    assert [one.column.head for one in strangers(place, strange).values()] == ["blatt"]  # the other goes beyond 90
+    assert [*strangers(place, [signal("", 1e3 * s["rud"], "blatt").column])] == []
+    assert pointed(s["t"], {**place, "yaw": signal("yaw", s["hdg"])}, strange).keys() == {"x", "y", "yaw"}
+    assert pointed(s["t"], {}, strange) == {}
+    drifts = weaving()
+    place = {role: signal(role, drifts[role]) for role in ("x", "y")}
+    strange = [signal("", drifts[name], name).column for name in ("rud", "hdg")]
+    assert pointed(drifts["t"], place, strange)["heading"].column.head == "hdg"
+    found = {f"{STRANGE}0": signal(f"{STRANGE}0", s["rud"])}
+    assert with_rudder(found, s["t"], s["r"]).keys() == {"delta"}
+    assert with_rudder(found, s["t"], None) == {}
+    place = {role: signal(role, s[role]) for role in ("x", "y")}
+    sped = {**place, "sog": signal("sog", np.full(s["t"].size, 6.0))}
+    assert with_units(s["t"], {**sped, "x": signal("x", s["x"] / 1852.0), "y": signal("y", s["y"] / 1852.0)})["x"].unit
+    assert with_units(s["t"], sped) is sped
 
 
 def test_places_of_no_known_name_are_a_doubt_by_their_digits(tmp_path: Path) -> None:

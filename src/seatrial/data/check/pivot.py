@@ -37,10 +37,16 @@ _STRETCH, _FEWEST = 5.0, 6
 
 @dataclass(frozen=True)
 class Pivot:
-    """The point of a turning ship that has no sway, ahead of the one that was tracked [m], and its standard error."""
+    """The point of a turning ship that has no sway, ahead of the one that was tracked [m], and its standard error.
+
+    Attributes:
+        ahead, error: of that point [m].
+        speed: of the ship meanwhile [m/s].
+    """
 
     ahead: float
     error: float
+    speed: float = 1.0
 
     def antenna(self, length: float) -> tuple[float, float] | None:
         """Least and most that the tracked point lies ahead of midship [m]; None where it may lie there.
@@ -92,7 +98,7 @@ def pivot(trials: Sequence[Trial], length: float) -> Pivot | None:
     if found.apart(1) < _APART:
         return None
     x, covariance = found.first(1)
-    return Pivot(float(x[0]), math.sqrt(float(covariance[0, 0])))
+    return Pivot(float(x[0]), math.sqrt(float(covariance[0, 0])), -float(np.mean(columns[:, 1])))
 
 
 def _steered(trial: Trial) -> bool:
@@ -119,7 +125,8 @@ def told(found: Pivot, length: float, place: tuple[float, float]) -> tuple[str, 
     return (
         f"positions and speeds seem to be those of an antenna some {abs(ahead):.2g} m {where} of midship",
         f"in turns the point without sway lies {found.ahead / length:.2f} +- {found.error / length:.1g} lengths ahead "
-        f"of the tracked one; of ships with a rudder it lies {PIVOTS[0]:g} to {PIVOTS[1]:g} ahead of midship",
+        f"of the tracked one; of ships with a rudder it lies {PIVOTS[0]:g} to {PIVOTS[1]:g} ahead of midship; a heading"
+        f" that is {'late' if ahead > 0.0 else 'early'} by {abs(ahead) / found.speed:.2g} s would look alike",
         Remedy("import again with its place in the mapping, of tables antenna = [ahead, to starboard], of other logs "
                f"antenna = {{ forward = ... }}: {place[0]:.2g} to {place[1]:.2g} m ahead by this log"),
     )  # fmt: skip

@@ -207,8 +207,9 @@ def pointed(t: Array, found: Mapping[str, Signal], columns: Sequence[Column]) ->
             continue
         psi = one.values * (1.0 if one.unit == "rad" else np.pi / 180.0)
         off = np.abs(np.angle(went * np.exp(-1j * psi[far:-far])))[moving]
-        if _SAME < np.nanmedian(off) < _NEAR:
-            near.append((float(np.nanquantile(off, 0.9)), one))
+        most = float(np.nanquantile(off, 0.9))
+        if most > _SAME and np.nanmedian(off) < _NEAR:
+            near.append((most, one))
     if not near or min(near, key=lambda one: one[0])[0] > 2.0 * _NEAR:
         return dict(found)
     best = min(near, key=lambda one: one[0])[1]
