@@ -5,3 +5,6 @@ Contract: `study.read_study` returns a frozen `Study` (a `Problem`, an `Estimato
 one: a fit in a folder of its own, which says whether it is done.  `store` saves a fit and reads what it saved; nothing
 here fits.
 """
+
+MODEL, SUMMARY = "model.toml", "fit.json"
+"""Files of a fit: the ship, and what is told of it; named here, as who only asks for them needs no more."""

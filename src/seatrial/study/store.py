@@ -30,9 +30,10 @@ from ..identify.nuisance import EVERY
 from ..models import STATES
 from ..ships import Entry, Ship
 from ..ships.writing import save
+from . import MODEL, SUMMARY
 from .grounds import Grounds, grounds, of_trials
 
-MODEL, SUMMARY, ARRAYS, HISTORY, RUN = "model.toml", "fit.json", "fit.npz", "history.csv", "run.json"
+ARRAYS, HISTORY, RUN = "fit.npz", "history.csv", "run.json"
 SCHEMA, ARRAYS_SCHEMA, SEAL = "seatrial-fit/1", "seatrial-arrays/1", "seal"
 COLUMNS = ["iteration", "objective", "validation", "seconds"]
 """Of history.csv."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.constants import GRAVITY
+from ..core.errors import StudyError
 from ..core.files import REACH, in_reach
 from ..core.parameters import values
 from ..data import DataError, Trial
@@ -20,6 +21,7 @@ from ..forces.shallow import SHALLOWEST
 from ..models import STATES
 from ..ships import Ship, ShipError
 from ..ships.felt import feels
+from ..study import SUMMARY
 from . import RequestError
 from .asked import Around, Draws
 
@@ -69,12 +71,13 @@ def grounds_of(ship: str | Path | Ship, note: Note) -> Grounds | None:
         ship: by its file, or as it was read from there; one that was changed since has none.
         note: told where the fit beside it is of other numbers.
     """
-    from ..identify import StudyError
+    path = ship.file if isinstance(ship, Ship) else ship
+    if path is None or not Path(path).with_name(SUMMARY).is_file():
+        return None  # and no fit is imported
     from ..study.store import summary_beside
 
-    path = ship.file if isinstance(ship, Ship) else ship
     try:
-        said = None if path is None else summary_beside(path)
+        said = summary_beside(path)
     except StudyError as error:
         note(f"warning: what its trials tested is not known: {error}")
         return None
