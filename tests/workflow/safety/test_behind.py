@@ -66,7 +66,10 @@ def test_the_band_is_of_pairs_of_runs() -> None:
 
 
 def test_the_page_tells_bands_validity_and_card(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    uses = SimpleNamespace(uses=(SimpleNamespace(title="Berthing", verdict="not fit"),), unjudged={"IMO": "no turn"},
+    limits = [SimpleNamespace(verdict=verdict, reason=f"{k} of 9", limit=SimpleNamespace(about=f"error {k}"))
+              for k, verdict in enumerate(("fit", "not fit", "not fit"))]  # fmt: skip
+    berthing = SimpleNamespace(title="Berthing", verdict="not fit", found=tuple(limits))
+    uses = SimpleNamespace(uses=(berthing,), unjudged={"IMO": "no turn"},
                            missing=())  # fmt: skip
     monkeypatch.setattr(carded, "card", lambda model: SimpleNamespace(result=uses))
     monkeypatch.setattr(behind, "grounds_of", lambda path: GROUNDS)
@@ -76,7 +79,11 @@ def test_the_page_tells_bands_validity_and_card(monkeypatch: pytest.MonkeyPatch,
     assert "2 of 30 runs leave what the trials of its fit tested, in r, u" in said
     assert "Berthing" in said
     assert "not fit" in said
-    assert "not judged: no turn" in said
+    assert "'not judged', 'no turn'" in said
+    assert "'Berthing', 'not fit', 'error 1: 1 of 9'" in said  # the first that decides
+    assert "draws are of the fit alone" in said
+    (tmp_path / "model.bands.json").write_text("{}", encoding="utf-8")
+    assert "as wide as trials that were left out" in str(behind.told(case, tmp_path / "model.toml"))
     monkeypatch.setattr(behind, "grounds_of", lambda path: None)
     assert "was not kept" in str(behind.told(case, tmp_path / "model.toml"))
 

@@ -322,3 +322,19 @@ def test_a_case_meets_the_ships_of_its_table_and_is_another_case_when_they_chang
                         (Encountered(set="ais", file="none.csv"), "none.csv: not a table")):  # fmt: skip
         with pytest.raises(RequestError, match=said):
             module.Setup.of(CaseFile(claim="c", ship="kvlcc2", encounters=wrong), tmp_path)
+
+
+def test_what_widens_draws_is_of_the_inputs_that_are_signed(tmp_path: Path) -> None:
+    """A calibration or samples that come later make another case; for a ship that is not drawn they are nothing."""
+    file = CaseFile(claim="c", ship="model.toml")
+    plain = module._beside(file, tmp_path, drawn=True)
+    assert plain == []
+    marks = []
+    for name in ("model.bands.json", "posterior.npz"):
+        (tmp_path / name).write_bytes(name.encode())
+        marks.append(module._beside(file, tmp_path, drawn=True))
+    assert [len(one) for one in marks] == [1, 2]
+    assert marks[1][0] == marks[0][0]
+    (tmp_path / "model.bands.json").write_bytes(b"wider")
+    assert module._beside(file, tmp_path, drawn=True)[0] != marks[0][0]
+    assert module._beside(file, tmp_path, drawn=False) == []

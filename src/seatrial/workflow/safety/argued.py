@@ -172,7 +172,7 @@ def _ship(ship: Ship, found: Case, table_: Table | None, path: Path) -> Body:
         return bullets(said) + more + soft("Not judged by the requirements of collision avoidance.")
     rows = [(item.number, item.text, one.verdict) for item, one in table_.rows]
     judged = table(("item", "what Sawada et al. 2024, section 6.2, ask of a model for collision avoidance", ""), rows,
-                   words=(1, 2))  # fmt: skip
+                   words=(1, 2), wide=True)  # fmt: skip
     # without the evidence, among which is how fast this machine is: a case is the same bytes wherever it is run
     kept = {"verdict": verdict(table_), "items": {item: judged_ for item, _, judged_ in rows}}
     return bullets(said) + more + fields({"requirements": kept}, lead(verdict(table_)) + judged)
@@ -237,8 +237,8 @@ def _says() -> Body:
             for one in dataclasses.fields(limits)]  # fmt: skip
     return (soft("COLREG 1972 has one figure, the 22.5 degrees of Rule 13(b); all others are of those named here, for "
                  "a ship of 300 m, in SI units and radians.")
-            + table(("threshold", "value", "who says so"), rows, words=(0, 2))
-            + table(("asked for by", "what", "where it is here"), _TRACED, words=(0, 1, 2)))  # fmt: skip
+            + table(("threshold", "value", "who says so"), rows, words=(0, 2), wide=True)
+            + table(("asked for by", "what", "where it is here"), _TRACED, words=(0, 1, 2), wide=True))  # fmt: skip
 
 
 _TRACED = (

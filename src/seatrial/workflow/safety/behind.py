@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...belief.bands.calibration import beside
 from ...core.errors import SeatrialError
 from ...data import Array
 from ...encounters import Tracks
@@ -19,6 +20,7 @@ from ...environment import through_water
 from ...report.blocks import Body, bullets, number, table
 from ...study.grounds import DRIFT, Grounds
 from ...study.store import read_summary
+from ...validate.fitness import Fitness
 from .claimed import Case
 
 _LEVEL = 0.95
@@ -77,7 +79,7 @@ def told(found: Case, path: Path) -> Body:
     """
     if not found.posterior:
         return ()
-    said: list[str] = []
+    said = [_widened(path)]
     if (edges := band(found)) is not None:
         said.append(f"band of the model here: ships that are drawn pass {number(edges[0])} to {number(edges[1])} m "
                     f"farther off (nearer below zero) than the ship as fitted, in {100.0 * _LEVEL:g} % of the runs")
@@ -92,6 +94,20 @@ def told(found: Case, path: Path) -> Body:
     return bullets(said) + _card(path)
 
 
+def _widened(path: Path) -> str:
+    """Whether draws have what trials left out of the fit say of its form."""
+    if beside(path).is_file():
+        return "draws are as wide as trials that were left out of the fit need them (seatrial calibrate)"
+    return ("draws are of the fit alone: how wrong the form of its model is they do not have (seatrial calibrate "
+            f"{path} widens them by trials left out)")  # fmt: skip
+
+
+def _because(one: Fitness) -> str:
+    """The limit that decides, and why."""
+    found = next((each for each in one.found if each.verdict == one.verdict), None)
+    return "" if found is None else f"{found.limit.about}: {found.reason}"
+
+
 def _card(path: Path) -> Body:
     """Verdicts of its card, and where the whole is."""
     from ..evidence.card import card
@@ -100,7 +116,8 @@ def _card(path: Path) -> Body:
         found = card(str(path)).result
     except SeatrialError as error:
         return bullets((f"its card cannot be made: {error}",))
-    rows = [(one.title, one.verdict) for one in found.uses]
-    rows += [(title, f"not judged: {why}") for title, why in found.unjudged.items()]
+    rows = [(one.title, one.verdict, _because(one)) for one in found.uses]
+    rows += [(title, "not judged", why) for title, why in found.unjudged.items()]
     where = bullets((f"its card, whole: seatrial card {path}", *found.missing[:2]))
-    return where + (table(("fitness of the model by unseen trials", ""), rows, words=(0, 1)) if rows else ())
+    head = ("fitness of the model by unseen trials", "", "by the first limit that decides")
+    return where + (table(head, rows, words=(1, 2), wide=True) if rows else ())

@@ -19,6 +19,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ...belief.bands import calibration
+from ...belief.drawn import DRAWS
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
 from ...campaign.running import Shard
@@ -242,7 +244,8 @@ class Setup:
             raise RequestError("encounters.kinds: a program is not told kinds of ships; a stack that is called is")
         if file.sensors is not None and isinstance(file.stack, Stack) and file.stack.speaks == "signalk":
             raise RequestError("sensors: Signal K tells ships as they are; let the program steer by nmea")
-        mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name, *_beside(file, folder)])
+        mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name,
+                       *_beside(file, folder, drawn=known is not None)])  # fmt: skip
         grounds = grounds_of(folder / file.ship) if file.ship.endswith(".toml") else None
         return Setup(file, ship, known, met, stack, Rules(), mark, waters_of(file, ship, folder), grounds)
 
@@ -347,10 +350,11 @@ class Setup:
         return around(np.column_stack([wind, a, current, b]))
 
 
-def _beside(file: CaseFile, folder: Path) -> list[str]:
-    """What is in the files of a stack, as far as its file or its command names them, and in the table of AIS."""
+def _beside(file: CaseFile, folder: Path, drawn: bool) -> list[str]:
+    """What is in the files that a stack names, in the table of AIS, and in those beside a fit that widen draws."""
     named = (*beside(file.stack), *(one for one in (file.encounters.file, file.waters.chart) if one))
-    paths = [folder / one for one in named]
+    paths, model = [folder / one for one in named], folder / file.ship
+    paths += [calibration.beside(model), model.with_name(DRAWS)] if drawn else []
     return [digest(path.read_bytes().decode(errors="replace")) for path in paths if path.is_file()]
 
 
