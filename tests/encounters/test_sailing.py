@@ -357,3 +357,15 @@ def test_others_look_as_often_in_the_time_of_a_model_as_in_that_of_a_ship(monkey
     assert set(np.diff(looks[1:])) == {1.5}
     assert (paced(300.0), paced(1200.0), stepped(paced(3.0)), stepped(paced(0.1))) == (10.0, 10.0, 1.0, 0.5)
     assert paced(75.0, 600.0) == 300.0
+
+
+@pytest.mark.parametrize(("share", "counts"), [(1.4, True), (1.6, False)])
+def test_a_manoeuvre_keeps_clear_of_whom_it_meets_within_half_again_the_horizon(share: float, counts: bool) -> None:
+    """Head-on on the old course, after so many horizons; later than that nobody has to be kept clear of yet."""
+    L = np.array([300.0, 300.0])
+    T, U = share * float(Limits().horizon.of(L[0])), 8.0
+    x, zero = np.array([[0.0, 2.0 * U * T]]), np.zeros((1, 2))
+    scene = Scene(0.0, x, zero, np.array([[0.0, math.pi]]), np.array([[U, -U]]), zero, L)
+    watch = Watch((CONDUCTS["rules"],), np.zeros(1, dtype=int), 0, scene, np.array([U]), Limits())
+    room = watch._room(scene, np.zeros(1), np.ones(1), np.zeros(1, dtype=int))[0]
+    assert room == (pytest.approx(-1.3 * float(Limits().passing.of(L[0]))) if counts else math.inf)

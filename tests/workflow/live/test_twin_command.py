@@ -97,6 +97,9 @@ def test_a_wire_that_tells_no_revolutions_gets_those_of_its_first_speed() -> Non
         assert [name in values and values[name] == 9.0 for _, values in found] == [True] * 40
         assert ("n_P_2" in found[-1][1]) == (name == "n_P_1")
         assert "n_P_1" not in found[-1][1] or name == "n_P_1"
+    by_turns = [(t, {**values, "n_P_1": 9.0} if t % 2 else values) for t, values in rows[:40]]
+    found = list(module._powered(iter(by_turns), twins, said.append))
+    assert ["n_P_1" in values for _, values in found] == [False, True] * 20  # told is told
     del said[1:]
     still = [(t, {"psi": 0.0, "u_w": 0.0}) for t, _ in rows]
     assert list(module._powered(iter(still), SHIP, said.append)) == still

@@ -170,11 +170,10 @@ def _ship(ship: Ship, found: Case, table_: Table | None, path: Path) -> Body:
             "runs whose model leaves what is watched are no evidence and counted apart"]  # fmt: skip
     if table_ is None:
         return bullets(said) + more + soft("Not judged by the requirements of collision avoidance.")
-    rows = [(item.number, item.text, one.verdict) for item, one in table_.rows]
-    judged = table(("item", "what Sawada et al. 2024, section 6.2, ask of a model for collision avoidance", ""), rows,
-                   words=(1, 2), wide=True)  # fmt: skip
+    rows = [(item.number, one.verdict, item.text) for item, one in table_.rows]
+    judged = table(("item", "", "what Sawada et al. 2024, 6.2, ask of a model"), rows, words=(1, 2), wide=True)
     # without the evidence, among which is how fast this machine is: a case is the same bytes wherever it is run
-    kept = {"verdict": verdict(table_), "items": {item: judged_ for item, _, judged_ in rows}}
+    kept = {"verdict": verdict(table_), "items": {item: judged_ for item, judged_, _ in rows}}
     return bullets(said) + more + fields({"requirements": kept}, lead(verdict(table_)) + judged)
 
 

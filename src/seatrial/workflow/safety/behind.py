@@ -119,5 +119,5 @@ def _card(path: Path) -> Body:
     rows = [(one.title, one.verdict, _because(one)) for one in found.uses]
     rows += [(title, "not judged", why) for title, why in found.unjudged.items()]
     where = bullets((f"its card, whole: seatrial card {path}", *found.missing[:2]))
-    head = ("fitness of the model by unseen trials", "", "by the first limit that decides")
-    return where + (table(head, rows, words=(1, 2), wide=True) if rows else ())
+    head = ("fitness by unseen trials", "", "because")
+    return where + (table(head, rows, words=(0, 1, 2), wide=True) if rows else ())
