@@ -303,6 +303,14 @@ def test_a_side_whose_angles_are_larger_by_a_part_is_off() -> None:
     assert not balanced([10.5, 21.0], [10.0, 20.0], 0.26)
 
 
+def test_other_round_angles_to_either_side_were_ordered_so() -> None:
+    """A circle of 20 deg to starboard, one of 25 deg to port; an indicator that is off shows no two round ones."""
+    assert balanced([20.0], [25.0]) == []
+    assert balanced([35.0, 20.0], [30.0]) == []
+    assert [one.key for one in balanced([20.0], [25.4])] == ["rudder_sides"]
+    assert [one.key for one in balanced([20.4], [25.0])] == ["rudder_sides"]
+
+
 def test_a_rudder_that_is_aside_on_every_straight_course_has_an_offset() -> None:
     assert not balanced([12.0, 21.0, 33.0], [], 1.1, straight=2)
     (fault,) = balanced([12.0, 21.0, 33.0], [], -1.1, straight=3)

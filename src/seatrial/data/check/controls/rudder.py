@@ -429,7 +429,8 @@ def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
     parts = pairs[:, 0] / pairs[:, 1] - 1.0 if len(pairs) else np.zeros(0)
     if offset is not None:
         yield _offset(offset, f"{words}; straight ahead at {ahead / _DEG:+.2f} deg")
-    elif parts.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN:
+    elif (parts.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN
+          and max(_roundness(starboard), _roundness(port)) > _ORDERED):
         yield _sided(float(np.median(parts)), words, _roundness(starboard) <= _roundness(port))
     elif len(straight) >= 3 and abs(ahead) > _NEUTRAL and float(np.ptp(straight)) < _NEUTRAL:
         yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or a neutral angle")
@@ -446,6 +447,10 @@ def _offset(offset: float, evidence: str) -> Fault:
         "warning", "delta", f"rudder offset of {offset / _DEG:+.2f} deg", evidence,
         step("add", "delta", amount=(-offset / _DEG,), unit="deg"), "quality", "rudder_offset",
     )  # fmt: skip
+
+
+_ORDERED = 0.1 * _DEG
+"""How near to multiples of five degrees the angles of both sides are where other ones were ordered, and none is off."""
 
 
 def _roundness(levels: Sequence[float]) -> float:
