@@ -271,7 +271,8 @@ def test_what_is_known_is_not_looked_for_again() -> None:
     place = {role: signal(role, drifts[role]) for role in ("x", "y")}
     strange = [signal("", drifts[name], name).column for name in ("rud", "hdg")]
     assert pointed(drifts["t"], place, strange)["heading"].column.head == "hdg"
-    north = {"latitude": 70.0 + drifts["x"] / 1.11e5, "longitude": 11.0 + drifts["y"] / 1.11e5 / np.cos(np.radians(70.0))}
+    east = drifts["y"] / 1.11e5 / np.cos(np.radians(70.0))
+    north = {"latitude": 70.0 + drifts["x"] / 1.11e5, "longitude": 11.0 + east}
     place = {role: signal(role, values) for role, values in north.items()}
     assert pointed(drifts["t"], place, strange)["heading"].column.head == "hdg"
     found = {f"{STRANGE}0": signal(f"{STRANGE}0", s["rud"])}
