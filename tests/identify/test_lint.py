@@ -337,3 +337,13 @@ def test_many_warnings_take_a_line_a_kind_on_the_first_screen(faint: int, other:
     assert ("hull.N_0" in text) == (faint > 0)
     assert (f"and {faint - 3} more" in text) == (faint > 3)
     assert told[-1].endswith("--details and the page tell each with its remedy")
+
+
+def test_other_test_trials_and_other_estimators_are_other_questions(problem: Problem) -> None:
+    posed = replace(problem)
+    (own,) = posed.trials
+    assert not [issue for issue in lint(posed) if "is in training and in test" in issue.text]
+    assert [issue.where for issue in lint(posed, (own,)) if "is in training and in test" in issue.text] == [own.name]
+    assert lint(posed, felt=False) == lint(posed, felt=False)
+    assert [issue for issue in lint(posed) if issue.where == "validation"]
+    assert not [issue for issue in lint(posed, (replace(own, name="b"),)) if issue.where == "validation"]

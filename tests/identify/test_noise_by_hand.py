@@ -14,6 +14,7 @@ from seatrial.environment import CHANNELS
 from seatrial.identify.noise import (
     _at_its_rate,
     _clipped,
+    _cubic,
     _jumps,
     _open,
     between_rows,
@@ -253,3 +254,21 @@ def test_where_a_control_is_read_seldom_its_moves_are_those_between_its_readings
     found = between_rows(means_of(values), np.array([0.01]), read)[0, :, 0]
     assert np.flatnonzero(found > 1e-9).tolist() == [18, 19, 20]
     assert found[18] == pytest.approx(3.0 / math.sqrt(12.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("length", [1, 2, 3])
+def test_weights_of_the_neighbours_give_any_cubic_between_them(length: int) -> None:
+    def cubic(t: float) -> float:
+        return 2.0 - t + 0.5 * t**2 - 0.3 * t**3
+
+    beside = [cubic(t) for t in (-2.0, -1.0, length, length + 1.0)]
+    found = [float(weights @ beside) for weights in _cubic(length)]
+    assert found == pytest.approx([cubic(k) for k in range(length)])
+
+
+def test_what_is_clipped_is_clipped_until_no_more_lies_beyond() -> None:
+    """Of 100 ones with one value of 50 and one of 6 the first bound holds the 6 in, the second leaves it out."""
+    values = np.append(np.where(np.arange(100) % 2, 1.0, -1.0), [50.0, 6.0])
+    assert _clipped(values) == pytest.approx(1.0)
+    assert _clipped(np.ones(10)) == 1.0
+    assert _clipped(np.zeros(4)) == 0.0

@@ -225,3 +225,20 @@ def test_the_least_error_of_few_trials_is_that_of_chi_squared() -> None:
     assert fitness._least([(3.0, 3.0)]) == pytest.approx(SIZE * 3.0 / 2.2414, rel=1e-4)
     assert fitness._least([(1.0,), (2.0, 2.0)]) == pytest.approx(SIZE * math.sqrt(5.0 / 7.3778), rel=1e-4)
     assert FEWEST == 5
+
+
+def test_predictions_are_shared_by_limits_of_one_horizon_and_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[float | None, float | None]] = []
+
+    def guess(_: Any, trial: Trial, *, restart: float | None, smooth_start: float | None) -> Trial:
+        asked.append((restart, smooth_start))
+        return replace(trial)
+
+    monkeypatch.setattr(fitness, "replay", guess)
+    trial = log(u=np.full(121, 0.4))
+    long = SHIP.L_pp / SHIP.speed
+    first = fitness._guess(SHIP, trial, 3.0 * long, None)
+    assert fitness._guess(SHIP, trial, 3.0 * long, None) is first
+    fitness._guess(SHIP, trial, 5.0 * long, None)
+    fitness._guess(SHIP, trial, 5.0 * long, 2.0)
+    assert asked == [(3.0 * long, None), (5.0 * long, None), (5.0 * long, 2.0)]

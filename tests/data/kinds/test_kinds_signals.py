@@ -304,3 +304,11 @@ def test_what_moved_is_said_of_what_was_measured() -> None:
     held = seen(delta=np.where(T[-1] / 2 > T, 0.0, np.deg2rad(10.0)))
     assert any(one.startswith("rudder 0 to 10 deg, ") for one in held.activity)
     assert not any("rudder" in one for one in seen().activity)
+
+
+def test_a_spike_ends_no_stretch_and_two_rows_do() -> None:
+    level = np.zeros(30)
+    level[10], level[20:22] = 5.0, 5.0
+    assert _breaks(level, 1.0) == [0, 20, 22, 30]
+    level[10:12] = -5.0
+    assert _breaks(level, 1.0) == [0, 10, 12, 20, 22, 30]

@@ -219,3 +219,13 @@ def test_rows_around_are_those_of_a_loop(reach: int) -> None:
         np.testing.assert_allclose(around.moved(name, around.around(name), 1), moved, rtol=1e-12, atol=1e-15)
     np.testing.assert_array_equal(around.inner("u")[:, 0], log["u"][reach:-reach])
     assert not [*unsaid(log.rows(slice(0, 2 * reach)))]
+
+
+def test_the_heading_of_a_trial_is_continuous_shared_and_read_only() -> None:
+    log = Trial("a", np.arange(3.0), {"psi": np.array([3.1, -3.1, -3.0])})
+    np.testing.assert_allclose(log.heading, [3.1, 2.0 * np.pi - 3.1, 2.0 * np.pi - 3.0])
+    assert log.having(u=np.ones(3)).heading is log.heading
+    assert log.having(psi=log["psi"] + 1.0).heading is not log.heading
+    with pytest.raises(ValueError, match="read-only"):
+        log.heading[0] = 0.0
+    assert log["psi"][1] == -3.1
