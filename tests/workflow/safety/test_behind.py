@@ -79,8 +79,8 @@ def test_the_page_tells_bands_validity_and_card(monkeypatch: pytest.MonkeyPatch,
     assert "2 of 30 runs leave what the trials of its fit tested, in r, u" in said
     assert "Berthing" in said
     assert "not fit" in said
-    assert "'not judged', 'no turn'" in said
-    assert "'Berthing', 'not fit', 'error 1: 1 of 9'" in said  # the first that decides
+    assert "not judged: no turn" in said
+    assert "'Berthing', 'not fit: error 1, 1 of 9'" in said  # the first that decides
     assert "draws are of the fit alone" in said
     (tmp_path / "model.bands.json").write_text("{}", encoding="utf-8")
     assert "as wide as trials that were left out" in str(behind.told(case, tmp_path / "model.toml"))

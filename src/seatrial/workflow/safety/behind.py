@@ -105,7 +105,7 @@ def _widened(path: Path) -> str:
 def _because(one: Fitness) -> str:
     """The limit that decides, and why."""
     found = next((each for each in one.found if each.verdict == one.verdict), None)
-    return "" if found is None else f"{found.limit.about}: {found.reason}"
+    return "" if found is None else f": {found.limit.about}, {found.reason}"
 
 
 def _card(path: Path) -> Body:
@@ -116,8 +116,7 @@ def _card(path: Path) -> Body:
         found = card(str(path)).result
     except SeatrialError as error:
         return bullets((f"its card cannot be made: {error}",))
-    rows = [(one.title, one.verdict, _because(one)) for one in found.uses]
-    rows += [(title, "not judged", why) for title, why in found.unjudged.items()]
+    rows = [(one.title, f"{one.verdict}{_because(one)}") for one in found.uses]
+    rows += [(title, f"not judged: {why}") for title, why in found.unjudged.items()]
     where = bullets((f"its card, whole: seatrial card {path}", *found.missing[:2]))
-    head = ("fitness by unseen trials", "", "because")
-    return where + (table(head, rows, words=(0, 1, 2), wide=True) if rows else ())
+    return where + (table(("fitness by unseen trials", ""), rows, words=(0, 1), wide=True) if rows else ())
