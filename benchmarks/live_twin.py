@@ -244,7 +244,7 @@ def _judged(
     t, series, places = log
     machine, twin, model, now, found = start.machine, start, plain, k, list[_Error]()
     step, simple, turned = _LONGER * machine.settings.step, simpler(start), list[_Turned]()
-    shares = lasting(scores, machine)
+    taken = lasting(scores, machine)
     for horizon in list(scores)[:longest]:
         end = int(np.searchsorted(t, t[k] + horizon))
         if end >= len(t):
@@ -257,11 +257,12 @@ def _judged(
             now = after
         bare, learnt = (one[:2] for one in simple)
         ways, missed = (learnt - bare, twin.mean[:2] - learnt), places[end] - bare
-        away = missed - shares[horizon][0] * ways[0] - shares[horizon][1] * ways[1]
+        first, second, width = taken[horizon]
+        away = missed - first * ways[0] - second * ways[1]
         errors = [float(np.hypot(*one)) for one in (away, model[:2] - places[end])]
         if all(math.isfinite(one) for one in errors):
             spread = np.sqrt(np.diagonal(twin.cov)[:2] + machine.traced.model.noise[:2] ** 2)
-            held = int((np.abs(away) <= _QUANTILE * scores[horizon].width * spread).sum())
+            held = int((np.abs(away) <= _QUANTILE * width * spread).sum())
             turned.append(_Turned(float(t[end]), horizon, ways, missed, 0.5 * held))
             found.append(_Error(horizon, *errors, held, any(a <= t[k] and t[end] <= b for a, b in free)))
     return found, turned

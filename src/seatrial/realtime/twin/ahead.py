@@ -76,15 +76,14 @@ def forecast(
     t = follower.t + span * (np.arange(_POINTS + 1) / _POINTS) ** 1.5
     known, machine = scores or {0.0: Score()}, follower.machine
     step, apart, past = _LONGER * machine.settings.step, t - follower.t, list(known)
-    shares = np.array([np.interp(apart, past, one) for one in zip(*lasting(known, machine).values(), strict=True)])
-    width = np.interp(apart, past, [one.width for one in known.values()])
+    *shares, width = (np.interp(apart, past, one) for one in zip(*lasting(known, machine).values(), strict=True))
     mean, cov, simple = np.empty((t.size, len(STATES))), np.empty((t.size, 3, 3)), simpler(follower)
     for k, at in enumerate(t.tolist()):
         if k:
             simple = tuple(onward(machine, one, acting, at - follower.t, step) for one in simple)
             follower, _ = follower.ahead(at, acting, step)
         plain, learnt = simple
-        stacked = plain + shares[0, k] * (learnt - plain) + shares[1, k] * (follower.mean - learnt)
+        stacked = plain + shares[0][k] * (learnt - plain) + shares[1][k] * (follower.mean - learnt)
         mean[k], cov[k] = stacked[: len(STATES)], follower.cov[:3, :3]
     return Forecast(t, mean, cov * width[:, None, None] ** 2)
 
@@ -145,11 +144,6 @@ class Score:
         self.wider = max(self.wider + _WIDEN * (LEVEL - held), 0.0)
 
     @property
-    def width(self) -> float:
-        """Of bands, over that of the filter."""
-        return math.exp(self.wider)
-
-    @property
     def rms(self) -> float:
         """Root mean square distance [m]."""
         return math.sqrt(self.square[0] / self.count) if self.count else math.nan
@@ -165,13 +159,14 @@ class Score:
         return self.inside / (2.0 * self.count) if self.count else math.nan
 
 
-def lasting(scores: Mapping[float, Score], machine: Machine) -> dict[float, tuple[float, float]]:
-    """Shares to take over each horizon, 0 to 1: of the way by parameters, and of that by current and slow forces.
+def lasting(scores: Mapping[float, Score], machine: Machine) -> dict[float, tuple[float, float, float]]:
+    """By horizon: the share to take of the way by parameters, that of current and slow forces, and how wide bands are.
 
+    Shares are 0 to 1, and the width of bands is over that of the filter, no less than over a shorter horizon.
     Least squares over forecasts that turned out, beside `_DOUBT` of them with the shares of the next shorter horizon.
     Where no log tells speed through the water, what is called current holds forces, too, and is taken to fade as they.
     """
-    share, before, found = np.ones(2), 0.0, dict[float, tuple[float, float]]()
+    share, before, wider, found = np.ones(2), 0.0, 0.0, dict[float, tuple[float, float, float]]()
     fades = math.inf if SPEED in machine.settings.sensors else min(machine.settings.memory.get(one, math.inf)
                                                                    for one in SLOW)  # fmt: skip
     for horizon, score in scores.items():
@@ -180,19 +175,19 @@ def lasting(scores: Mapping[float, Score], machine: Machine) -> dict[float, tupl
         if pp + ff > 0.0:
             doubt = np.diag([max(one, 1e-12 * (pp + ff)) for one in (pp, ff)]) * _DOUBT / score.count
             share = np.linalg.solve(np.array([[pp, pf], [pf, ff]]) + doubt, [pe, fe] + doubt @ share).clip(0.0, 1.0)
-        found[horizon] = float(share[0]), float(share[1])
-        before = horizon
+        before, wider = horizon, max(wider, score.wider)
+        found[horizon] = float(share[0]), float(share[1]), math.exp(wider)
     return found
 
 
 @dataclass
 class _Waiting:
-    """A forecast on its way: all carried on, and by the simpler models; horizons left with their shares and widths."""
+    """A forecast on its way: all carried on, and by the simpler models; horizons left with what `lasting` said."""
 
     start: Follower
     now: Follower
     simple: tuple[Array, ...]
-    left: list[tuple[float, tuple[float, float], float]]
+    left: list[tuple[float, tuple[float, float, float]]]
 
 
 @dataclass
@@ -237,8 +232,7 @@ class Trust:
             self._last = t
             if self._chunk:
                 self._move(t, step)
-            shares = lasting(self.scores, follower.machine)
-            left = [(horizon, shares[horizon], score.width) for horizon, score in self.scores.items()]
+            left = list(lasting(self.scores, follower.machine).items())
             self._waiting.append(_Waiting(follower, follower, simpler(follower), left))
 
     def _in_step(self, t: float) -> bool:
@@ -259,7 +253,7 @@ class Trust:
         rows, model = _places(follower), follower.machine.traced.model
         for one in list(self._waiting):
             while one.left and one.start.t + one.left[0][0] <= follower.t:
-                (horizon, shares, width), span = one.left.pop(0), follower.t - one.start.t
+                (horizon, (first, second, width)), span = one.left.pop(0), follower.t - one.start.t
                 if span > (1.0 + _LATE) * horizon:
                     continue
                 c, s = math.cos(one.start.mean[2]), math.sin(one.start.mean[2])
@@ -270,7 +264,7 @@ class Trust:
                 sd = np.sqrt(np.einsum("ij,jk,ik->i", slope, one.now.cov, slope) + model.noise[rows] ** 2)
                 plain, learnt = (model.read(each, acting)[0][rows] for each in one.simple)
                 ways, missed = (learnt - plain, mean[rows] - learnt), readings[rows] - plain
-                away, score = missed - shares[0] * ways[0] - shares[1] * ways[1], self.scores[horizon]
+                away, score = missed - first * ways[0] - second * ways[1], self.scores[horizon]
                 held = np.abs(away) <= _QUANTILE * width * sd
                 score.square[0] += float(away @ away)
                 score.square[1] += float(np.sum((readings[rows] - steady) ** 2))

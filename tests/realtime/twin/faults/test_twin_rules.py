@@ -218,8 +218,8 @@ def test_what_has_gone_is_carried_on_no_more_and_what_lasts_is() -> None:
         assert there.scores[h].ways == pytest.approx([0.0, 0.0, whole, 0.0, whole], abs=1e-6)
         # beside four that had the share of the next shorter horizon
         left = np.prod([4.0 / (4.0 + gone.scores[k].count) for k in HORIZONS if k <= h])
-        assert lasting(gone.scores, mark(0.0).machine)[h] == pytest.approx((1.0, left))
-        assert lasting(there.scores, mark(0.0).machine)[h] == pytest.approx((1.0, 1.0))
+        assert lasting(gone.scores, mark(0.0).machine)[h][:2] == pytest.approx((1.0, left))
+        assert lasting(there.scores, mark(0.0).machine)[h] == pytest.approx((1.0, 1.0, 1.0))
     # forecasts of 30 s begin each minute, and know those that have ended
     assert gone.scores[30.0].rms == pytest.approx(6.0 * np.sqrt(np.mean([(4.0 / (4.0 + k)) ** 2 for k in range(22)])))
     assert there.scores[600.0].rms == pytest.approx(0.0, abs=1e-6)
@@ -229,43 +229,53 @@ def test_shares_are_those_of_least_squares_and_within_bounds() -> None:
     """Without a log what was carried fades over the memory of forces from one horizon to the next, until shown."""
     here, without_log = mark(0.0).machine, mark(0.0, log=False).machine
     fresh = {h: Score() for h in HORIZONS}
-    assert list(lasting(fresh, here).values()) == [(1.0, 1.0)] * 3
+    assert list(lasting(fresh, here).values()) == [(1.0, 1.0, 1.0)] * 3
     faded = np.array(list(lasting(fresh, without_log).values()))
-    assert faded == pytest.approx(np.array([[1.0, 1.0], [1.0, math.exp(-0.9)], [1.0, math.exp(-5.7)]]))
+    assert faded == pytest.approx(np.array([[1.0, 1.0, 1.0], [1.0, math.exp(-0.9), 1.0], [1.0, math.exp(-5.7), 1.0]]))
     rng, some = np.random.default_rng(4), {h: Score() for h in HORIZONS}
     ways = rng.standard_normal((200, 2, 2)) @ [[1.0, 0.4], [0.0, 3.0]]
     for first, second in ways:
         some[120.0].note(first, second, 0.7 * first + 0.2 * second, 1.0)
     found = lasting(some, here)
-    assert found[30.0] == (1.0, 1.0)
-    assert found[120.0] == pytest.approx((0.7, 0.2), abs=0.02)  # but for the four of before
+    assert found[30.0] == (1.0, 1.0, 1.0)
+    assert found[120.0] == pytest.approx((0.7, 0.2, 1.0), abs=0.02)  # but for the four of before
     assert found[600.0] == found[120.0]
     table = ways.transpose(1, 0, 2).reshape(2, -1).T
     doubt = np.diag(4.0 / 200.0 * np.sum(table**2, axis=0))
     wanted = np.linalg.solve(table.T @ table + doubt, table.T @ table @ [0.7, 0.2] + np.diagonal(doubt))
-    assert found[120.0] == pytest.approx(tuple(wanted))
+    assert found[120.0][:2] == pytest.approx(tuple(wanted))
     for off, share in ((1e3, 1.0), (-1e3, 0.0)):
         one = {30.0: Score()}
         one[30.0].note(np.array([0.0, 1.0]), np.array([1.0, 0.0]), np.array([off, -off]), 1.0)
-        assert lasting(one, here) == {30.0: (1.0 - share, share)}
+        assert lasting(one, here)[30.0][:2] == (1.0 - share, share)
 
 
 def test_bands_widen_by_what_they_missed_until_they_hold_what_they_state() -> None:
     """Adaptive conformal: nine in ten hold in the long run, and never narrower than the filter's."""
+    def width() -> float:
+        return lasting({30.0: score}, mark(0.0).machine)[30.0][2]
+
     score = Score()
     for _ in range(20):
         score.note(*np.zeros((3, 2)), 1.0)
-    assert score.width == 1.0
+    assert width() == 1.0
     score.note(*np.zeros((3, 2)), 0.5)
-    assert score.width == pytest.approx(math.exp(0.2 * 0.4))
+    assert width() == pytest.approx(math.exp(0.2 * 0.4))
     score.note(*np.zeros((3, 2)), 1.0)
-    assert score.width == pytest.approx(math.exp(0.2 * 0.3))
+    assert width() == pytest.approx(math.exp(0.2 * 0.3))
     rng, held = np.random.default_rng(1), list[float]()
     for _ in range(2000):
         off = 3.0 * rng.standard_normal(2)  # bands state a third of it
-        held.append(float(np.mean(np.abs(off) <= 1.6449 * score.width)))
+        held.append(float(np.mean(np.abs(off) <= 1.6449 * width())))
         score.note(*np.zeros((3, 2)), held[-1])
     assert np.mean(held[100:]) == pytest.approx(LEVEL, abs=0.01)
+
+
+def test_bands_are_no_narrower_than_over_a_shorter_horizon() -> None:
+    """What goes wrong is seen first over the shorter one."""
+    scores = {h: Score(wider=wider) for h, wider in zip(HORIZONS, (0.1, 0.5, 0.3), strict=True)}
+    found = lasting(scores, mark(0.0).machine)
+    assert [found[h][2] for h in HORIZONS] == pytest.approx([math.exp(one) for one in (0.1, 0.5, 0.5)])
 
 
 def test_bands_that_were_widened_judge_the_next_forecasts() -> None:
