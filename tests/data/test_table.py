@@ -49,8 +49,9 @@ def test_all_digits_of_a_number_are_read_whatever_its_notation() -> None:
 
 @pytest.mark.parametrize("cell", ["2#", "#", "'2'", "2 3", "1d5", "True"])
 def test_what_a_reader_of_tables_may_take_for_a_number_or_a_remark_is_none(cell: str) -> None:
-    with pytest.raises(DataError, match="line 3"):
-        read(["1,2,3", f"1,{cell},3", "1,2,3"])
+    for row in (f"1,{cell},3", f"1,2,{cell}"):
+        with pytest.raises(DataError, match="line 3"):
+            read(["1,2,3", row, "1,2,3"])
 
 
 def test_what_is_infinite_is_told_by_column_and_line() -> None:

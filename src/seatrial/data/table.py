@@ -154,9 +154,7 @@ def _plain(rows: Sequence[str], count: int, delimiter: str | None) -> Array | No
     """Table of rows that hold numbers alone, read at once; None where one holds more, or lacks a cell."""
     if delimiter is None or {*map(str.count, rows, repeat(delimiter))} != {count - 1}:
         return None
-    if any("_" in row or not row.isascii() for row in rows):
-        return None
-    try:
+    try:  # which knows no digits but those of ASCII, and none apart by underscores
         return np.loadtxt(rows, delimiter=delimiter, comments=None, ndmin=2)
     except ValueError:
         return None
