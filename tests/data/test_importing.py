@@ -10,7 +10,7 @@ from seatrial.data import DataError
 from seatrial.data.formats import csv as mapping
 from seatrial.data.formats import formats, frt_esso, reader, simman
 from seatrial.data.found import told
-from seatrial.data.importing import import_log, read_log
+from seatrial.data.importing import import_log
 from seatrial.data.trialfile import read_trial
 from seatrial.ships.files import load
 
@@ -158,7 +158,7 @@ def test_a_header_of_two_columns_of_one_name_is_refused(tmp_path):
 @pytest.mark.slow
 def test_esso(data_file, tmp_path):
     folder = data_file("esso_osaka_frt", "data")
-    trial = read_log(folder / "zigzag" / "zigzag_31-Jul-2020_13_50_28.csv")
+    trial = frt_esso.read(folder / "zigzag" / "zigzag_31-Jul-2020_13_50_28.csv")
     assert np.isnan(trial["x"][-327:]).all()
     assert np.isfinite(trial["x"][:-327]).all()
     assert trial.t[-1] == pytest.approx(0.1 * (len(trial) - 1))

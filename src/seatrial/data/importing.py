@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from . import DataError, Trial
-from .formats import logs, reader
+from .formats import logs
 from .found import told
 from .prepare import marked, unsaid
 from .sidecar import plain_meta, said_by, sidecar_path
-from .table import existing, lines_of
-from .trialfile import FOREIGN, read_alone, read_trial, write_trials
+from .table import lines_of
+from .trialfile import FOREIGN, read_alone, write_trials
 
 _OF_THE_IMPORT = frozenset({"processing", "lines", "sources", "missing", "ignored", "epoch_utc"})
 _OF_THE_LOG = frozenset({"start", "datum", "frames"})
@@ -123,9 +123,3 @@ def recognised(path: str | Path) -> str | None:
     if here.suffix.lower() == ".dat":
         return "simman" if first.strip().startswith(("HSVA", "MARIN")) else None
     return next((name for head, name in FOREIGN.items() if head in first), None)
-
-
-def read_log(path: str | Path) -> Trial:
-    """Read a trial file, or a foreign log that is recognised by its first line."""
-    format = recognised(existing(path))
-    return reader(format, None)(Path(path)) if format else read_trial(path)

@@ -164,29 +164,6 @@ FORMS: Mapping[str, Form] = MappingProxyType({
 """Formulae by name."""
 
 
-def return_flow(V: float, h: float, hull: Hull, channel: Channel) -> float:
-    """Sinkage of the water around a ship in a canal with walls, by mass and Bernoulli (Schijf) [m].
-
-    Infinite beyond the limit speed, where there is no such flow.
-    """
-    W, A = channel.W, channel.W * h - 0.998 * hull.B * hull.d
-
-    def lack(z: float) -> float:
-        return V * V / (2.0 * GRAVITY) * ((W * h / (A - W * z)) ** 2 - 1.0) - z
-
-    # the first root: the lack falls from above zero through it, and rises again towards the end of the water
-    z, step = 0.0, 1e-3 * A / W
-    while z < 0.999 * A / W:
-        if lack(z + step) <= 0.0:
-            low, high = z, z + step
-            for _ in range(60):
-                middle = 0.5 * (low + high)
-                low, high = (middle, high) if lack(middle) > 0.0 else (low, middle)
-            return high
-        z += step
-    return float("inf")
-
-
 def ends(S: Scalar, C_b: Scalar) -> tuple[Scalar, Scalar]:
     """Sinkage of bow and stern [m], from the larger one (from a public code); even keel at rest."""
     other = share(C_b) * S

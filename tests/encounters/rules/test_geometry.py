@@ -17,7 +17,6 @@ from seatrial.encounters.rules.geometry import (
     closest,
     ellipse,
     touch,
-    until_violation,
     wrapped,
 )  # fmt: skip
 from seatrial.encounters.rules.verdict import motion
@@ -80,22 +79,6 @@ def test_the_domain_of_fujii_at_its_axes(bearing: float, axis: float) -> None:
     c, s = math.cos(math.radians(bearing + 20.0)), math.sin(math.radians(bearing + 20.0))
     seen = Pair(np.array([0.0, 1.0]), at_rest(0, 0, math.radians(20.0)), at_rest(far * c, far * s, 0.0))
     assert ellipse(seen, 4.0, 1.6) == pytest.approx(0.5)
-
-
-def test_time_to_the_domain_is_where_the_factor_is_one() -> None:
-    c, s = math.cos(math.radians(40.0)), math.sin(math.radians(40.0))
-    made = tracks([Sailed(0, 0, 40.0, 8.0), Sailed(5000 * c - 200 * s, 5000 * s + 200 * c, -140.0, 6.0)], T=600.0)
-    seen = pair(made)
-    t = until_violation(seen, 4.0, 1.6)
-    entered = np.flatnonzero(ellipse(seen, 4.0, 1.6) <= 1.0)
-    assert len(entered) > 10
-    assert t[0] == pytest.approx(made.t[entered[0]], abs=5.0)
-    assert (t[entered] == 0.0).all()
-
-
-def test_time_to_a_domain_that_is_missed_is_none() -> None:
-    seen = pair(tracks([Sailed(0, 0, 0, 8.0), Sailed(6000.0, 3000.0, 180.0, 6.0)], T=600.0))
-    assert np.isnan(until_violation(seen, 4.0, 1.6)).all()
 
 
 def brute(one: tuple[float, ...], other: tuple[float, ...]) -> bool:

@@ -15,12 +15,9 @@ from seatrial.data import DataError, Trial
 from seatrial.identify import Problem, StudyError
 from seatrial.identify.regression.arx_fit import (
     ArxRegression,
-    ar,
-    ar_order,
     fit_arx,
     free_coefficients,
     predict,
-    yule_walker,
 )
 from seatrial.identify.regression.regression import Regression, least_squares
 from seatrial.manoeuvres import Policy
@@ -95,33 +92,6 @@ def test_what_regression_cannot_do_is_said(trials: tuple[Trial, ...]) -> None:
         Regression().fit(Problem(SHIP, (gone,), (Free("hull.Y_v", -0.3),)))
     with pytest.raises(DataError, match="separate the 2 unknowns"):
         least_squares(np.ones((10, 2)), np.arange(10.0))
-
-
-def oscillation(samples: int, seed: int = 3) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    x, e = np.zeros(samples + 200), rng.standard_normal(samples + 200)
-    for t in range(3, x.size):
-        x[t] = 1.5 * x[t - 1] - 0.9 * x[t - 2] + 0.2 * x[t - 3] + e[t]
-    return x[200:]
-
-
-def test_ar_by_both_ways_and_its_order() -> None:
-    x, true = oscillation(6000), np.array([1.5, -0.9, 0.2])
-    for found in (ar(x, 3), yule_walker(x, 3)):
-        np.testing.assert_allclose(found.a, true, atol=0.04)
-        assert found.variance == pytest.approx(1.0, abs=0.06)
-        assert found.stable
-    assert len(ar_order(x, 8, "bic").a) == 3
-    assert len(ar_order(x, 8, "aic").a) >= 3
-    growing = 1.1 ** np.arange(40.0) + 1e-3 * np.random.default_rng(0).standard_normal(40)
-    assert yule_walker(growing, 2).stable
-    assert not ar(np.diff(growing, prepend=0.0), 1).stable
-    with pytest.raises(DataError, match="constant"):
-        ar(np.ones(50), 2)
-    with pytest.raises(DataError, match="gap"):
-        ar(np.array([1.0, math.nan] * 20), 2)
-    with pytest.raises(StudyError, match="no criterion"):
-        ar_order(x, 3, "hqc")
 
 
 @dataclass(frozen=True)

@@ -176,25 +176,6 @@ def ellipse(pair: Pair, ahead: float, aside: float) -> Array:
     return np.hypot(r * np.cos(pair.beta) / ahead, r * np.sin(pair.beta) / aside)
 
 
-def until_violation(pair: Pair, ahead: float, aside: float) -> Array:
-    """Time until the other ship enters that ellipse [s] on the velocities of each row; NaN where it does not.
-
-    The first root of a quadratic along the relative motion, the own heading held; 0 within.
-    """
-    (north, east), ((a, b), (c, d)) = pair.place, (pair.own.velocity, pair.other.velocity)
-    cos, sin = np.cos(pair.own.psi), np.sin(pair.own.psi)
-
-    def scaled(x: Array, y: Array) -> tuple[Array, Array]:
-        return (x * cos + y * sin) / (ahead * pair.own.L), (y * cos - x * sin) / (aside * pair.own.L)
-
-    (p, q), (v, w) = scaled(north, east), scaled(c - a, d - b)
-    square, half, rest = v * v + w * w, p * v + q * w, p * p + q * q - 1.0
-    inner = half * half - square * rest
-    met = (inner >= 0.0) & (half < 0.0) & (square > 0.0)
-    t = (-half - np.sqrt(np.where(met, inner, 0.0))) / np.where(square > 0.0, square, 1.0)
-    return np.where(rest <= 0.0, 0.0, np.where(met, t, np.nan))
-
-
 def clearance(pair: Pair) -> Array:
     """Gap between the bounding rectangles of the hulls along the axis that separates them best [m], shape (..., rows).
 

@@ -1,4 +1,4 @@
-"""Fitting auto-regressive models: AR by least squares or Yule-Walker, ARX, and how many lags (Sawada 2024 4.1.2)."""
+"""Fitting auto-regressive models with inputs (ARX) by least squares, and how many lags (Sawada 2024 4.1.2)."""
 
 from __future__ import annotations
 
@@ -20,76 +20,10 @@ from ..record import even
 from .regression import Solution, criteria, least_squares, weighted_fit
 
 
-class Ar(NamedTuple):
-    """x(t) = sum a_i x(t - i) + white noise (Sawada 2024 Eq. 9).
-
-    Attributes:
-        a: coefficients, the most recent sample's first, shape (m,).
-        variance: of the noise.
-        rows: samples that the fit rests on.
-    """
-
-    a: Array
-    variance: float
-    rows: int
-
-    @property
-    def stable(self) -> bool:
-        """Whether all roots of z^m - a_1 z^(m-1) - ... lie within the unit circle."""
-        return bool(np.all(np.abs(np.roots([1.0, *(-self.a)])) < 1.0))
-
-    @property
-    def criteria(self) -> tuple[float, float]:
-        """AIC and BIC."""
-        return criteria(self.variance, self.rows, len(self.a))
-
-
-def ar(x: Array, m: int, first: int | None = None) -> Ar:
-    """Least-squares fit of an AR model of order `m` to a series, shape (samples,); its mean is taken off.
-
-    Args:
-        x: the series, without gaps.
-        m: the order.
-        first: first row that is predicted; None takes the earliest, `m`.  Orders compare on the same rows.
-
-    Raises:
-        DataError: a gap, or too few samples.
-    """
-    z, start = _centred(x, m), m if first is None else max(first, m)
-    matrix = np.column_stack([z[start - i : z.size - i] for i in range(1, m + 1)])
-    found = least_squares(matrix, z[start:])  # (9)
-    return Ar(found.values, found.variance * (found.rows - m) / found.rows, found.rows)
-
-
-def yule_walker(x: Array, m: int) -> Ar:
-    """The same from the autocorrelation of the series: always stable, biased for short ones."""
-    from scipy.linalg import solve_toeplitz
-
-    z = _centred(x, m)
-    lagged = np.array([z[: z.size - k] @ z[k:] for k in range(m + 1)]) / z.size
-    a = np.asarray(solve_toeplitz(lagged[:-1], lagged[1:]), dtype=np.float64)
-    return Ar(a, float(lagged[0] - a @ lagged[1:]), z.size)
-
-
-def ar_order(x: Array, most: int, criterion: str = "aic") -> Ar:
-    """The AR model of the order up to `most` that AIC or BIC prefers, all judged on the same rows."""
-    at = _criterion(criterion)
-    return min((ar(x, m, most) for m in range(1, most + 1)), key=lambda found: found.criteria[at])
-
-
 def _criterion(name: str) -> int:
     if name not in ("aic", "bic"):
         raise StudyError(unknown(name, ("aic", "bic"), "criterion"))
     return ("aic", "bic").index(name)
-
-
-def _centred(x: Array, m: int) -> Array:
-    if m < 1 or x.size < 3 * m + 2 or not np.isfinite(x).all():
-        raise DataError(f"AR of order {m}: needs an order from 1 and {3 * max(m, 1) + 2} samples without a gap")
-    z = x - np.mean(x)
-    if not np.any(z):
-        raise DataError("AR: the series is constant; there is nothing to fit")
-    return z
 
 
 class Candidate(NamedTuple):
