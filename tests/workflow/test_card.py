@@ -181,7 +181,7 @@ def test_bands_are_written_beside_the_run(run: Path, tmp_path: Path, capsys: pyt
     advance = found["indices"]["advance"]
     assert advance["low"] < advance["value"] < advance["high"]
     assert "what the fit leaves open about its parameters" in found["caveats"][0]
-    assert "only what the fit leaves open about its parameters" in said.err
+    assert "what the fit leaves open about its parameters" in said.err
     with np.load(out.with_suffix(".bands.npz")) as arrays:
         assert arrays["tracks"].shape == (300, arrays["t"].size, 6)
         assert arrays["draws"].shape == (300, 3)
