@@ -11,6 +11,7 @@ import pytest
 
 from seatrial.data import Trial
 from seatrial.environment import CHANNELS
+from seatrial.identify.diagnosis.linear import _draws
 from seatrial.identify.noise import (
     _at_its_rate,
     _clipped,
@@ -272,3 +273,29 @@ def test_what_is_clipped_is_clipped_until_no_more_lies_beyond() -> None:
     assert _clipped(values) == pytest.approx(1.0)
     assert _clipped(np.ones(10)) == 1.0
     assert _clipped(np.zeros(4)) == 0.0
+
+
+@pytest.mark.parametrize("substeps", [1, 2])
+@pytest.mark.parametrize("apart", [1, 4])
+def test_draws_of_the_inputs_have_their_noise_and_controls_act_as_means_of_two_rows(substeps: int, apart: int) -> None:
+    """A control of noise s that acts as the mean of two readings has s^2 / 2 and half of that from row to row."""
+    rows, lanes = 400, 3
+    log = trial(n_P=10.0 + white(rows, 0.02, 1), delta=white(rows, 0.01, 2), U_T=5.0 + 0 * np.arange(rows),
+                gamma_T=white(rows, 0.01, 4))  # fmt: skip
+    series = np.zeros((lanes, rows * substeps, 2 + len(CHANNELS)))
+    read = np.zeros((lanes, rows, 2), dtype=np.bool_)
+    read[:, ::apart] = True
+    cut = SimpleNamespace(series=series, read=read, dt=1.0 / substeps)
+    posed: Any = SimpleNamespace(trials=[log], ship=SimpleNamespace(model=MODEL))
+    draws = np.array(_draws(SimpleNamespace(windows=cut), posed))[:, :, ::substeps]  # type: ignore[arg-type]
+    assert draws.shape == (16, lanes, rows, 2 + len(CHANNELS))
+    for k, level in enumerate((0.02, 0.01)):
+        one = draws[..., k]
+        if apart == 1:
+            assert one.std() == pytest.approx(level / math.sqrt(2.0), rel=0.15)
+            assert np.mean(one[..., 1:] * one[..., :-1]) / np.mean(one**2) == pytest.approx(0.5, abs=0.05)
+        else:  # straight lines between readings
+            assert np.mean(one[..., 1:] * one[..., :-1]) / np.mean(one**2) > 0.8
+    wind = draws[..., 2 + CHANNELS.index("wind_y")]
+    assert wind.std() == pytest.approx(0.05, rel=0.15)
+    assert abs(np.mean(wind[..., 1:] * wind[..., :-1])) < 0.02 * np.mean(wind**2)

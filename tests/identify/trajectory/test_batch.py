@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -227,3 +229,12 @@ def test_a_channel_the_loss_does_not_name_is_not_compared(turns):
                     for t in told.trials)  # fmt: skip
     moved = TrajectoryObjective.plain(replace(told, trials=shifted), ESTIMATOR)
     assert many.best(values).cost[0] == pytest.approx(moved.best(values).cost[0], rel=1e-12)
+
+
+def test_priors_of_errors_of_instruments_stand_below_those_of_the_parameters() -> None:
+    here: Any = SimpleNamespace(common=("bias.r", "delay.psi"), deviation=np.array([0.5, np.inf]))
+    held = np.array([[2.0, 1.0], [1.0, 3.0]])
+    wanted = [[2.0, 1.0, 0.0, 0.0], [1.0, 3.0, 0.0, 0.0], [0.0, 0.0, 4.0, 0.0], [0.0, 0.0, 0.0, 0.0]]
+    np.testing.assert_array_equal(TrajectoryObjective._with_errors(here, held), wanted)
+    none: Any = SimpleNamespace(common=(), deviation=np.zeros(0))
+    np.testing.assert_array_equal(TrajectoryObjective._with_errors(none, held), held)

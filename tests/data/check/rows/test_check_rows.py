@@ -101,6 +101,9 @@ def test_a_block_of_one_value_leaps_in_and_out() -> None:
     assert not _blocks(log(u=spoilt(wave, slice(40, 81), 0.0)), "u").any()  # a fifth of the rows
     assert _blocks(log(u=spoilt(wave, slice(40, 79), 0.0)), "u").any()
     assert not _blocks(log(u=spoilt(wave, slice(40, 200), 0.0)), "u").any()  # it does not come back
+    slow = 3.0 + np.sin(0.005 * T)  # a twentieth of what it spans is .038: both leaps are over twice that
+    for leap, told in ((0.06, False), (0.2, True)):
+        assert _blocks(log(u=spoilt(slow, slice(40, 50), float(slow[40]) - leap)), "u").any() == told
     found, clean = outlier_faults(log(u=spoilt(wave, slice(40, 50), 0.0)))
     assert [(one.key, one.evidence) for one in found] == [("zeros", "0 in 10 of 200 rows, the first at t = 40 s")]
     assert np.flatnonzero(np.isnan(clean["u"])).tolist() == list(range(40, 50))
