@@ -188,7 +188,7 @@ def test_bands_are_written_beside_the_run(run: Path, tmp_path: Path, capsys: pyt
         assert np.all(arrays["x_low"] <= arrays["x_high"])
         low, high = np.quantile(arrays["index_advance"], (0.05, 0.95))
         assert (low, high) == pytest.approx((advance["low"], advance["high"]))
-    assert "These bands count only" in out.with_suffix(".bands.html").read_text()
+    assert "These bands count what the fit leaves open" in out.with_suffix(".bands.html").read_text()
 
 
 @pytest.mark.slow
