@@ -107,7 +107,10 @@ def test_contacts_are_drawn_first_and_one_run_of_each_combination() -> None:
     asked: list[Any] = []
     body = argued._failures(found, lambda runs: asked.append(list(runs)) or iter(()), OPEN_WATER)
     assert asked == [[0, 40, 41, 46]]  # both with contact, then the most frequent
-    assert "Of 46 runs that fail, the first of 4 combinations" in str(body)
+    assert "Of 46 runs that fail 4 are drawn" in str(body)
+    same = Case(found.file, "d", (Part("d", 0, ((), ("16",), ("16",), ("contact",), ("16",), ("16",)), ((),) * 6),), "")
+    argued._failures(same, lambda runs: asked.append(list(runs)) or iter(()), OPEN_WATER)
+    assert asked[1] == [1, 2, 3, 4]  # where there are fewer combinations, more of one
     [table] = [one for one in argued._failed(found) if hasattr(one, "rows")]
     assert [row[0] for row in table.rows][:4] == ["contact", "15, contact", "16, 8(b)", "13"]
 

@@ -267,9 +267,11 @@ def _failures(found: Case, again: Again, waters: Waters) -> Body:
     kinds = _kinds(found)
     if not kinds:
         return soft("None.")
-    some = sorted(runs[0] for _, runs in kinds[:_PICTURES])
-    body: Body = soft(f"Of {sum(len(runs) for _, runs in kinds)} runs that fail, the first of {len(some)} combinations "
-                      "is drawn, contacts before others. Runs count from 0.")  # fmt: skip
+    firsts = [runs[0] for _, runs in kinds]
+    more = [run for _, runs in kinds for run in runs[1:]]
+    some = sorted((firsts + more)[:_PICTURES])
+    body: Body = soft(f"Of {len(firsts) + len(more)} runs that fail {len(some)} are drawn, contacts before all, the "
+                      "first of each combination before others. Runs count from 0.")  # fmt: skip
     for run, tracks, judged, where in again(some):
         rules = ", ".join(found.broken[run] or ())
         body += lead(f"Run {run}: {rules}") + shown(tracks, judged, Limits(), where, waters)
