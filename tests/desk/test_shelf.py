@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from seatrial.core.errors import RequestError
+from seatrial.data.guess.guessing import Reader
 from seatrial.desk.shelf import Item, inside, place_of, shelf
 
 
@@ -50,6 +51,13 @@ def test_logs_say_the_format_that_needs_no_mapping(tmp_path: Path) -> None:
     (tmp_path / "part.tdms").write_bytes(b"TDSm" + bytes(90))
     assert {one.path: one.format for one in shelf(tmp_path)} == {
         "spoken": "nmea", "table": "", "frames.txt": "n2k", "part.tdms": ""}  # fmt: skip
+
+
+def test_tables_whose_columns_are_known_go_by_a_guess_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.csv").write_text("t,psi\n0,1\n")
+    for tabular, told in ((True, ""), (False, "moos")):
+        monkeypatch.setattr("seatrial.desk.shelf.reader_of", lambda _, tabular=tabular: Reader("moos", "", tabular))
+        assert [one.format for one in shelf(tmp_path)] == [told]
 
 
 def test_a_link_to_nowhere_and_a_binary_file_do_no_harm(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from columns import signal
 from seatrial.data import DataError, Trial
 from seatrial.data.formats import csv
 from seatrial.data.guess import guess
-from seatrial.data.guess.helm import with_rudder
+from seatrial.data.guess.helm import rudder_sense, with_rudder
 from seatrial.data.guess.motion import with_units
 from seatrial.data.guess.roles import STRANGE, pointed, strangers
 
@@ -278,6 +278,11 @@ def test_what_is_known_is_not_looked_for_again() -> None:
     found = {f"{STRANGE}0": signal(f"{STRANGE}0", s["rud"])}
     assert with_rudder(found, s["t"], s["r"]).keys() == {"delta"}
     assert with_rudder(found, s["t"], None) == {}
+    # a rate of turn in deg/min beside one of noise, which goes back to it as to a rudder
+    noisy = s["r"] + np.random.default_rng(6).normal(0.0, 0.004, s["r"].size)
+    rate = {f"{STRANGE}0": signal(f"{STRANGE}0", np.degrees(s["r"]) * 60.0)}
+    assert rudder_sense(s["t"], noisy, rate[f"{STRANGE}0"].values)[1] > 8.0
+    assert with_rudder(rate, s["t"], noisy) == {}
     place = {role: signal(role, s[role]) for role in ("x", "y")}
     sped = {**place, "sog": signal("sog", np.full(s["t"].size, 6.0))}
     assert with_units(s["t"], {**sped, "x": signal("x", s["x"] / 1852.0), "y": signal("y", s["y"] / 1852.0)})["x"].unit

@@ -281,10 +281,13 @@ def with_rudder(found: Mapping[str, Signal], t: Array, r: Array | None) -> dict[
     return {**rest, "delta": replace(strange[best], role="delta")}
 
 
-_STEERS, _STRANGELY, _LIKE = 4.0, 8.0, 0.98
+_STEERS, _STRANGELY, _LIKE = 4.0, 8.0, 0.95
 """Range of a rudder [deg], standard errors by which a column of no name is one, and correlation of a rate."""
 
 
 def _rate_like(r: Array, values: Array) -> bool:
-    good = np.isfinite(r)
-    return bool(abs(np.corrcoef(r[good], values[good])[0, 1]) > _LIKE)
+    """Whether a column is the rate itself, beside one of noise: both over a hundredth of the trial."""
+    over = max(r.size // 100, 5)
+    smooth, own = _mean(r, over), _mean(values, over)
+    good = np.isfinite(smooth) & np.isfinite(own)
+    return bool(abs(np.corrcoef(smooth[good], own[good])[0, 1]) > _LIKE)
