@@ -108,7 +108,9 @@ def test_a_model_is_met_at_the_times_of_its_ship_by_the_law_that_judges_it(tmp_p
         assert 1190.0 * scale < T.max() <= 1200.0 * scale
         assert T.min() < setup.rules.horizon.of(np.array(setup.ship.L_pp))
         assert pytest.approx((600.0 * scale, 1200.0 * scale)) == setup.space.ranges.T
-    assert (small.every, large.every) == (1.5, 10.0)  # 10 s by the root of 7/300, in steps of half a second
+    # 10 s by the root of 7/300, in steps of half a second; of a long run no more than 600 rows
+    assert [small.every(duration) for duration in (60.0, 900.0, 2640.0)] == [1.5, 1.5, 4.5]
+    assert [large.every(duration) for duration in (60.0, 2640.0, 12_000.0)] == [10.0, 10.0, 20.0]
     fixed = [module.Setup.of(replace(file, ship=ship, encounters=Encountered(set="imazu")), tmp_path).meeting
              for ship in ("kvlcc2_l7", "kvlcc2")]  # fmt: skip
     near = [float(np.max(one.approach[1][np.isfinite(one.approach[1])])) for one in fixed]

@@ -63,6 +63,8 @@ _TOGETHER = 1000
 """Runs of a part."""
 _TOGETHER_ON_WIRE = 20
 """The same of a stack in a process of its own, whose runs take seconds."""
+_ROWS = 600
+"""Rows of tracks at most, but for rounding: those of a part are in memory together."""
 _NOTHING = Alone()
 def case(
     path: Path, out: Path, *, workers: int = 1, shard: str | None = None, dask: str | None = None, sink: Sink = SILENT
@@ -199,10 +201,9 @@ class Setup:
         """Runs of a part."""
         return _TOGETHER_ON_WIRE if isinstance(self.stack, Wiring) else _TOGETHER
 
-    @property
-    def every(self) -> float:
-        """Time between rows of tracks [s]."""
-        return stepped(paced(self.ship.L_pp))
+    def every(self, duration: float) -> float:
+        """Time between rows of tracks [s]; longer where they would be more than `_ROWS`."""
+        return stepped(max(paced(self.ship.L_pp), duration / _ROWS))
 
     @property
     def runs(self) -> int:
@@ -254,16 +255,16 @@ class Setup:
         met, count = self.meeting, len(range(*rows.indices(self.runs)))
         latest = float(np.max(np.where(np.isfinite(met.approach[1]), met.approach[1], 0.0)))
         said = self.file.encounters
-        sea = Sea(said.duration or LONG * latest, self.every, said.length, self.rules, self._around(first, count),
-                  self.ranks)  # fmt: skip
+        duration = said.duration or LONG * latest
+        sea = Sea(duration, self.every(duration), said.length, self.rules, self._around(first, count), self.ranks)
         return sail(self.ship, self._some(rows), sea, self._seeing(first), self.file.traffic, self.file.seed + first,
                     self._draws(rows, plain), np.array([conducts_of(self.file)]) if said.ships else None)  # fmt: skip
 
     def at(self, space: Space, points: Array, draws: dict[str, Array] | None = None) -> Sailed:
         """Runs of points of a space, on ships that are drawn, or as fitted."""
         there = points[:, : len(PER_SHIP) * len(space.roles)].reshape(len(points), -1, len(PER_SHIP))
-        sea = Sea(LONG * space.ranges.T[1], self.every, self.file.encounters.length, self.rules, around(points),
-                  self.ranks)  # fmt: skip
+        duration, said = LONG * space.ranges.T[1], self.file.encounters
+        sea = Sea(duration, self.every(duration), said.length, self.rules, around(points), self.ranks)
         return sail(self.ship, meeting(points, space.U), sea, self.called, self.file.traffic, self.file.seed, draws,
                     np.nan_to_num(there[:, :, 3]).astype(np.intp))  # fmt: skip
 
