@@ -286,8 +286,8 @@ _STEERS, _STRANGELY, _LIKE = 4.0, 8.0, 0.95
 
 
 def _rate_like(r: Array, values: Array) -> bool:
-    """Whether a column is the rate itself, beside one of noise: both over a hundredth of the trial."""
-    over = max(r.size // 100, 5)
-    smooth, own = _mean(r, over), _mean(values, over)
+    """Whether a column changes as the rate does, over a fiftieth of the trial: it is that rate, the other one noisy."""
+    over = max(r.size // 50, 5)
+    smooth, own = ((one := _mean(each, over))[over:] - one[:-over] for each in (r, values))
     good = np.isfinite(smooth) & np.isfinite(own)
     return bool(abs(np.corrcoef(smooth[good], own[good])[0, 1]) > _LIKE)
