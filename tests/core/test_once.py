@@ -66,3 +66,14 @@ def test_what_fails_is_asked_again() -> None:
     with pytest.raises(ValueError, match="not yet"):
         fails(one)
     assert (fails(one), len(asked)) == (1.0, 2)
+
+
+def test_an_answer_goes_with_any_of_its_objects() -> None:
+    @by_identity
+    def total(a: np.ndarray, b: np.ndarray) -> float:
+        return float(a[0] + b[0])
+
+    one = np.ones(4)
+    for k in range(200):  # memory of one is that of the next
+        assert total(one, np.full(4, float(k))) == k + 1.0
+        assert total(np.full(4, float(k)), one) == k + 1.0
