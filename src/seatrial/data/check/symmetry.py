@@ -39,6 +39,8 @@ _SWUNG = 2.0 * _DEG
 _UNDER_WAY, _FASTEST = 0.4, 0.98
 # Least over greatest eigenvalue of the squares of the columns by which ten digits of the factors are right.
 _SOUND = 1e-6
+# Columns that are asked for by themselves: the drift, or both of a deviation.
+_FIRST = 2
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,7 @@ class Least:
     """Least squares over the rows of all trials.
 
     Attributes:
-        back: pseudoinverse of the columns, each of length 1, shape (columns, rows).
+        back: pseudoinverse of the columns, each of length 1, of the first `_FIRST` of them, shape (first, rows).
         length: of each column, shape (columns,).
         x: factors of the columns of length 1, shape (columns,).
         e: what they leave, shape (rows,).
@@ -160,14 +162,14 @@ class Least:
 
 
 def _solved(A: Array, y: Array) -> tuple[Array, Array]:
-    """Pseudoinverse of columns of length 1, shape (columns, rows), and the factors that leave least of y."""
+    """Pseudoinverse of columns of length 1, as of `Least.back`, and the factors that leave least of y."""
     values, vectors = np.linalg.eigh(A.T @ A)
     if values[0] > _SOUND * values[-1]:  # by the squares, as the columns of a day of trials take half a second
         inverse = (vectors / values) @ vectors.T
         x = inverse @ (A.T @ y)
-        return inverse @ A.T, x + inverse @ (A.T @ (y - A @ x))
+        return inverse[:_FIRST] @ A.T, x + inverse @ (A.T @ (y - A @ x))
     back = np.linalg.pinv(A, rcond=1e-6)
-    return back, back @ y
+    return back[:_FIRST], back @ y
 
 
 def _told(
