@@ -1,152 +1,84 @@
-"""Bands of the Esso Osaka on trials that nothing of theirs has seen: coverage and width, nested five-fold.
+"""Bands of a calibrated model on days that its fit and its factors have not seen: coverage and width.
 
-    SEATRIAL_DATA=DIR python benchmarks/coverage.py [-o benchmarks/results/coverage.json] [--keep DIR]
+    seatrial identify studies/esso_osaka_hybrid.toml -o RUN && seatrial calibrate RUN/model.toml --folds day
+    python benchmarks/coverage.py RUN/model.toml [-o benchmarks/results/coverage.json]
 
-Each outer fold holds back every fifth trial of each kind.  On the others the hybrid is fitted, its residual in full
-(`WIDTHS`); the calibration is made from inner fits that leave parts of them out; then the trials held back are
-predicted from measured states every 100 s.  Nothing is chosen on the outer folds.  `--keep` keeps fits and calibrations
-in a folder, so that a second run computes the bands only.
-
-The width is compared with the narrowest band that is constant at each horizon and covers 95 % of the errors of all
-folds together: a band that knows the answer.
+A fit to the other days predicts each day, and factors from the other days judge it (`bands.crossed`); what
+accelerations the model lacks, and the power of novelty, are learnt from all days together.  The width is compared with
+the narrowest band that is constant at each horizon and covers 95 % of all errors: a band that knows the answer.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
-import sys
-import time
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from seatrial.belief.bands.calibrating import calibrated
-from seatrial.belief.bands.calibration import Calibration, beside, load, save
-from seatrial.belief.bands.held import ALL, GROUPS, Windows, windows
-from seatrial.belief.bands.prediction import fan
-from seatrial.belief.parts import left_out
-from seatrial.belief.posterior import Posterior
-from seatrial.data import Trial
-from seatrial.data.formats.frt_esso import read
-from seatrial.data.prepare import drop_trailing_gaps
-from seatrial.identify import Fit, Problem
-from seatrial.identify.recordings import recordings
+from seatrial.belief.bands.calibration import Calibration, beside, crossed_half, read_calibration
+from seatrial.belief.bands.held import ALL, GROUPS
+from seatrial.data import Array
 from seatrial.models import STATES
-from seatrial.simulate.replay import replay
-from seatrial.study.folds import folds as parts_of
-from seatrial.study.store import save_fit
-from seatrial.study.stored import load_fit
-from seatrial.study.study import read_study
 
-ROOT = Path(os.environ.get("SEATRIAL_DATA", Path(__file__).parents[2] / "shared" / "data")) / "esso_osaka_frt" / "data"
-STUDY = Path(__file__).parents[1] / "studies" / "esso_osaka_hybrid.toml"
-KINDS = ("random", "turning", "zigzag", "berthing")
-COPY = "turn_cut_14-Sep-2020_15_58_08"  # repeats part of turn_14-Sep-2020_15_58_08
-FOLDS, PARTS, RESTART, LEVEL, DRAWS = 5, 5, 100.0, 0.95, 300
+LEVEL = 0.95
 HORIZONS = (10.0, 50.0, 100.0)
-WIDTHS = (0.3, 1.0)
 
 
-def fitted(estimator: Any, problem: Problem, folder: Path | None) -> Fit:
-    """The fit of an outer fold, from the folder where it is kept there."""
-    if folder is not None and (folder / "model.toml").is_file():
-        return load_fit(folder)
-    found = estimator.fit(problem)
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-        save_fit(found, folder, problem, study="coverage")
-    return found
+def halves(found: Calibration) -> tuple[list[float], Array, Array]:
+    """The horizons next to `HORIZONS` [s], and errors and half widths there, each shape (windows, horizons, 6)."""
+    left, unit = found.left, np.array(found.left.days)
+    half = np.full(left.error.shape, np.nan)
+    for one in dict.fromkeys(left.days):
+        half[unit == one] = crossed_half(left, found.share, LEVEL, found.novel, unit == one)
+    rows = [int(np.argmin(np.abs(left.horizons - h))) for h in HORIZONS]
+    return left.horizons[rows].tolist(), np.where(np.isfinite(half), left.error, np.nan)[:, rows], half[:, rows]
 
 
-def calibration_of(held: Posterior, who: Any, problem: Problem, fit: Fit, model: Path | None) -> Calibration:
-    """The calibration of an outer fold, from beside its model where it is kept there."""
-    if model is not None and beside(model).is_file():
-        return load(model, held)
-    found = calibrated(held, left_out(who, problem, fit, held, out=parts_of(problem.trials, "recording", PARTS)))
-    if model is not None:
-        save(found, beside(model))
-    return found
+def mean(inside: Array) -> float:
+    return round(float(np.nanmean(inside)), 4)
 
 
-def folds(keep: Path | None) -> Iterator[tuple[Calibration, Posterior, list[Trial]]]:
-    """Calibration and posterior of each outer fold, with the trials it holds back."""
-    files = {kind: [drop_trailing_gaps(read(f)) for f in sorted((ROOT / kind).glob("*.csv")) if f.stem != COPY]
-             for kind in KINDS}  # fmt: skip
-    study = read_study(STUDY)
-    who: Any = replace(study.estimator, widths=WIDTHS)
-    for fold in range(FOLDS):
-        begun = time.process_time()
-        train = tuple(t for kind in KINDS for i, t in enumerate(files[kind]) if i % FOLDS != fold)
-        problem = replace(study.problem, trials=train, validation=())
-        fit = fitted(who, problem, None if keep is None else keep / f"fold-{fold}")
-        held = Posterior(fit.ship, fit.free, fit.values, fit.covariance, fit.digest, {})
-        found = calibration_of(held, who, problem, fit, None if keep is None else keep / f"fold-{fold}" / "model.toml")
-        sys.stderr.write(f"fold {fold + 1}: {len(recordings(train))} recordings, {fit.status}; "
-                         f"{time.process_time() - begun:.0f} s of processor\n")  # fmt: skip
-        yield found, held, [t for kind in KINDS for i, t in enumerate(files[kind]) if i % FOLDS == fold]
-
-
-def judged(kinds: Sequence[str], found: Sequence[Windows], trials: Sequence[str]) -> dict[str, Any]:
-    """Coverage by group and horizon of some kinds, with the number of windows and trials."""
-    some = [k for k, one in enumerate(found) if one.kind in kinds]
-    error, half = (np.concatenate([getattr(found[k], name) for k in some]) for name in ("error", "half"))
-    inside = np.where(np.isfinite(error), np.abs(error) <= half, np.nan)
-    out: dict[str, Any] = {"trials": len({trials[k] for k in some}), "windows": int(np.isfinite(error[:, 0, 0]).sum())}
+def told(inside: Array, trials: Array, horizons: list[float]) -> dict[str, Any]:
+    """Coverage by group and horizon, with the number of windows and trials."""
+    known = np.isfinite(inside).any(axis=(1, 2))
+    out: dict[str, Any] = {"trials": len(set(trials[known])), "windows": int(known.sum())}
     for name, group in GROUPS.items():
         where = [STATES.index(one) for one in group]
-        out[name] = {f"{h:g} s": round(float(np.nanmean(inside[:, j, where])), 4) for j, h in enumerate(HORIZONS)}
-    out["together"] = round(float(np.nanmean(inside)), 4)
-    shares = [np.nanmean(np.where(np.isfinite(one.error), np.abs(one.error) <= one.half, np.nan))
-              for one in (found[k] for k in some)]  # fmt: skip
-    out["mean of the trials"] = round(float(np.mean(shares)), 4)
-    return out
-
-
-def sharpness(found: Sequence[Windows]) -> dict[str, dict[str, float]]:
-    """Mean half width over that of the narrowest constant band that covers, by state and horizon."""
-    error, half = (np.concatenate([getattr(one, name) for one in found]) for name in ("error", "half"))
-    least = np.nanquantile(np.abs(error), LEVEL, axis=0)
-    ratio = np.nanmean(half, axis=0) / least
-    return {f"{h:g} s": dict(zip(STATES, ratio[j].round(3).tolist(), strict=True)) for j, h in enumerate(HORIZONS)}
+        out[name] = {f"{h:.3g} s": mean(inside[:, j][:, where]) for j, h in enumerate(horizons)}
+    return out | {"together": mean(inside)}
 
 
 def main() -> None:
     """Measure, print and write."""
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    asked.add_argument("model", type=Path)
     asked.add_argument("-o", "--out", type=Path, default=Path(__file__).parent / "results" / "coverage.json")
-    asked.add_argument("--keep", type=Path)
     said = asked.parse_args()
-    if not ROOT.is_dir():
-        sys.exit(f"{ROOT}: no such folder; set SEATRIAL_DATA (public set NAOE-5thLab/FRT-DS-ESSO)")
-    found: list[Windows] = []
-    names: list[str] = []
-    lacks: list[Mapping[str, Any]] = []
-    for calibration, held, trials in folds(said.keep):
-        lacking = calibration.disturbance
-        lacks.append({"recordings": len(set(calibration.left.groups)), "share": calibration.share,
-                      "current": lacking.current, "accelerations": [vars(p) for p in lacking.processes if p.sigma > 0]})
-        for trial in trials:
-            made = fan(held, calibration, trial, replay(held.ship, trial, restart=RESTART), LEVEL, restart=RESTART,
-                       draws=DRAWS)  # fmt: skip
-            found.append(windows(made, trial, HORIZONS))
-            names.append(trial.name)
-    kinds = dict.fromkeys(sorted(one.kind for one in found))
-    rows = {kind: judged((kind,), found, names) for kind in kinds} | {ALL: judged(tuple(kinds), found, names)}
-    told = {"what": "coverage of 95 % bands of trials held back, nested five-fold, restart 100 s",
-            "command": "SEATRIAL_DATA=DIR python benchmarks/coverage.py", "level": LEVEL, "draws": DRAWS,
-            "coverage": rows, "width over the narrowest constant band": sharpness(found), "folds": lacks}  # fmt: skip
-    said.out.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    for kind, row in rows.items():
-        parts = "; ".join(f"{name} {' '.join(f'{100 * v:.0f}' for v in row[name].values())}" for name in GROUPS)
-        count = f"{row['trials']} trials, {row['windows']} windows"
-        print(f"{kind} ({count}): {parts}; together {100 * row['together']:.1f}")
-    for h, row in sharpness(found).items():
-        print(f"width over the narrowest constant band, {h}: {row}")
+    found = read_calibration(beside(said.model))
+    horizons, error, half = halves(found)
+    inside = np.where(np.isfinite(error), np.abs(error) <= half, np.nan)
+    trials, kinds, days = (np.array(some) for some in (found.left.trials, found.left.kinds, found.left.days))
+    rows = {kind: told(inside[kinds == kind], trials[kinds == kind], horizons) for kind in sorted(set(kinds))}
+    rows[ALL] = told(inside, trials, horizons)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # no window of a trial may reach a horizon
+        cells = np.array([np.nanmean(inside[trials == one], axis=(0, 1)) for one in dict.fromkeys(trials)])
+    few = [f"{trial} {STATES[k]} {cells[j, k]:.2f}" for j, trial in enumerate(dict.fromkeys(trials))
+           for k in np.flatnonzero(cells[j] < 0.8)]  # fmt: skip
+    least = np.nanquantile(np.abs(error), LEVEL, axis=0)
+    width = np.nanmean(np.where(np.isfinite(error), half, np.nan), axis=0) / least
+    wide = {f"{h:.3g} s": dict(zip(STATES, row.round(2).tolist(), strict=True))
+            for h, row in zip(horizons, width, strict=True)}  # fmt: skip
+    out = {"what": "coverage of 95 % bands on days that fit and factors have not seen, started as measured",
+           "command": "python benchmarks/coverage.py RUN/model.toml", "level": LEVEL, "coverage": rows,
+           "by day": {day: mean(inside[days == day]) for day in sorted(set(days))},
+           "trials and channels": {"count": int(np.isfinite(cells).sum()), "under 80 %": few},
+           "width over the narrowest constant band": wide}  # fmt: skip
+    said.out.write_text(json.dumps(out, indent=1) + "\n", encoding="utf-8")
+    print(json.dumps(out, indent=1))
 
 
 if __name__ == "__main__":

@@ -57,7 +57,9 @@ def test_coverage_is_that_of_its_run() -> None:
     kinds = result("coverage")["coverage"]
     shares = [100.0 * one["together"] for name, one in kinds.items() if name != "all kinds"]
     whole = 100.0 * kinds["all kinds"]["together"]
-    assert f"| {whole:.1f} %; {min(shares):.1f} to {max(shares):.1f} % by kind of manoeuvre |" in README
+    days = [100.0 * share for share in result("coverage")["by day"].values()]
+    assert (f"| {whole:.1f} %; {min(shares):.1f} to {max(shares):.1f} % by kind of manoeuvre, "
+            f"{min(days):.1f} to {max(days):.1f} % by day |") in README
 
 
 def test_times_of_the_right_hand_side_are_those_of_their_run() -> None:
