@@ -11,7 +11,7 @@ import pytest
 from seatrial.core.parameters import Free, near, read
 from seatrial.core.version import __version__
 from seatrial.data import Trial
-from seatrial.identify import Fit, Problem, StudyError, Verdict
+from seatrial.identify import Fit, Loss, Problem, StudyError, Verdict
 from seatrial.ships.estimate import estimate
 from seatrial.ships.files import load
 from seatrial.study.store import claim, read_summary, save_fit
@@ -36,6 +36,19 @@ def test_a_fit_comes_back(tmp_path: Path) -> None:
     assert read_summary(tmp_path).parameters["hull.Y_v"].value == value[0]
     assert read_summary(tmp_path).nuisances == {"a": {"current_x": 0.1, "bias_u": -0.02}}
     assert (tmp_path / "history.csv").read_text().splitlines()[1].startswith("0,2,,")
+
+
+def test_velocities_that_do_not_count_beside_track_and_heading_are_kept_as_made(tmp_path: Path) -> None:
+    """Where a fit says what it compares; one that compares no track tells nothing of them."""
+    ship = load("kvlcc2_l7")
+    free = near(ship.model, "hull.Y_v", ratio=0.3)
+    fit = Fit(ship, free, np.array([free[0].start]), np.array([0.01]), np.eye(1), np.ones(1), (), (),
+              np.array([[0, 2.0, np.nan, 0.1]]), 2.0, 0.1, 1, "done", "d")  # fmt: skip
+    for sigma, made in (({"x": 1.0, "y": 1.0, "psi": 0.1}, ("r", "u", "v_m")), ({"u": 1.0, "r": 1.0}, ()), (None, ()),
+                        ({"x": 1.0, "y": 1.0, "psi": 0.1, "r": 0.1}, ("u", "v_m"))):  # fmt: skip
+        problem = Problem(ship, (Trial("a", np.arange(2.0), {}),), free, Loss(sigma) if sigma else Loss())
+        save_fit(fit, tmp_path, problem, study="s")
+        assert read_summary(tmp_path).grounds.made == made
 
 
 def test_a_folder_belongs_to_one_problem(tmp_path: Path) -> None:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.belief import fit_first as first_seconds
+from seatrial.belief.bands.prediction import Fan
 from seatrial.belief.fit_first import Beginning
 from seatrial.data import DataError, Trial
 from seatrial.data.check import Finding
@@ -28,7 +30,7 @@ from seatrial.workflow import RequestError, comparing, data, demo, identify
 from seatrial.workflow.asked import Predicting
 from seatrial.workflow.comparing import STATUS, compared, judged, purpose_of, refuse, scales_asked
 from seatrial.workflow.data import _damage, _doubting, importing, mend
-from seatrial.workflow.validate import _about, _purpose, _told, check
+from seatrial.workflow.validate import _about, _predicted, _purpose, _told, check
 
 SHIP = load("kvlcc2_l7")
 UNIT = dict.fromkeys(STATES, 1.0)
@@ -225,6 +227,28 @@ def test_a_prediction_is_read_as_the_instruments_of_its_trial_log_it(beside: dic
             assert back[name] == pytest.approx(logged[name]), name
     assert of_a_wrong_compass(found.trials[0])
     assert not of_a_wrong_compass(found.trials[1])
+
+
+def test_what_is_written_of_a_prediction_and_of_its_bands_is_as_the_instruments_log(
+    monkeypatch: pytest.MonkeyPatch, beside: dict[str, Any]
+) -> None:
+    """A compass .1 rad off by the fit of all trials, and another .2 by the first seconds of this one."""
+    beside["m"] = summary("a", every={"bias.psi": 0.1})
+    begun = Beginning(straight("a"), 3.0, np.zeros(6), {"bias.psi": 0.2}, {"bias.psi": 0.01}, 1.0)
+    monkeypatch.setattr(first_seconds, "fit_first", lambda *_, **__: begun)
+    edges = Fan(straight("a"), np.zeros(11), np.full((11, 6), 0.5), 0.95, "", ())
+
+    class Bands:
+        def predicted(self, trial: Trial, *_: Any) -> tuple[Trial, Fan]:
+            return straight("a"), edges
+
+    for how, off in ((Predicting(), 0.1), (Predicting(fit_first=2.0), 0.3)):
+        asked = judged(SHIP, "m", [straight("a")], how, Heard())
+        one, made = _predicted(SHIP, asked, asked.trials[0], how, Bands(), Heard())  # type: ignore[arg-type]
+        assert one["psi"] == pytest.approx(off)
+        assert one["u"] == pytest.approx(1.0)
+        assert made is not None
+        assert made.edges["psi"][0] == pytest.approx(off - 0.5)
 
 
 def test_instruments_of_another_fit_correct_every_trial(beside: dict[str, Any]) -> None:
