@@ -27,9 +27,9 @@ from ..record import Settings, Windows, cut_as, windows
 from .gauss_newton import STILL, Block, Mask, Normal, State, descend
 from .suspects import Suspect, named, recorded
 
-# Steps to the best nuisances for given parameters: the readings are near, so a few suffice.  Parts of a step that are
-# tried one after the other: a current of its own bends a whole track.
-_TOWARDS, _SHARES = 8, (1.0, 0.3, 0.1)
+# Steps to the best nuisances for given parameters: a few mostly suffice, over a minute of an unstable ship twelve did.
+# Parts of a step that are tried one after the other: a current of its own bends a whole track.
+_TOWARDS, _SHARES = 40, (1.0, 0.3, 0.1)
 # Which of the problems, where there is one.
 _FIRST = np.zeros(1, dtype=np.intp)
 
