@@ -257,7 +257,8 @@ def _jumps(values: Array, length: int) -> Array:
 def _cubic(length: int) -> tuple[Array, ...]:
     """Weights of the two neighbours on either side in the value of their cubic at each reading of a run."""
     at, powers = np.array([-2.0, -1.0, length, length + 1.0]), np.arange(4)
-    return tuple(np.linalg.solve((at[:, None] ** powers).T, float(k) ** powers) for k in range(length))
+    given = (float(k) ** powers for k in range(length))
+    return tuple(np.linalg.solve((at[:, None] ** powers).T, one).astype(np.float64) for one in given)
 
 
 def screened(trials: Sequence[Trial], level: Mapping[str, float]) -> Screened:

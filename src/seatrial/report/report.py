@@ -405,7 +405,7 @@ class Report(Evidence):
         })  # fmt: skip
 
 
-def _of_bands(found: BandsHeld) -> dict[str, Any]:
+def _of_bands(found: BandsHeld) -> Mapping[str, Any]:
     from .judging.fans import numbers
 
     return numbers(found)

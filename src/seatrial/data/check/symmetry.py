@@ -165,10 +165,10 @@ def _solved(A: Array, y: Array) -> tuple[Array, Array]:
     """Pseudoinverse of columns of length 1, as of `Least.back`, and the factors that leave least of y."""
     values, vectors = np.linalg.eigh(A.T @ A)
     if values[0] > _SOUND * values[-1]:  # by the squares, as the columns of a day of trials take half a second
-        inverse = (vectors / values) @ vectors.T
+        inverse: Array = ((vectors / values) @ vectors.T).astype(np.float64)
         x = inverse @ (A.T @ y)
         return inverse[:_FIRST] @ A.T, x + inverse @ (A.T @ (y - A @ x))
-    back = np.linalg.pinv(A, rcond=1e-6)
+    back: Array = np.linalg.pinv(A, rcond=1e-6).astype(np.float64)
     return back[:_FIRST], back @ y
 
 
