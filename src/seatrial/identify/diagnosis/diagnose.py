@@ -89,6 +89,8 @@ def diagnosed(
     vector, count = problem.vector, len(problem.free)
     channels, size = _channels(objective, linear, noise(problem.trials, problem.ship.model.motion))
     covariance, tested, apart, own_errors = _tests(objective, linear, channels, size, known, problem)
+    if not np.isfinite(covariance).all():
+        return replace(fit, verdicts=blown_up(fit.verdicts))
     tested = _with_alternatives(objective, p, eta, covariance, channels, tested, problem) if widen else tested
     shown, beside = _shown(problem), Beside.of(objective, p, eta)
     diagnosis = Diagnosis(
@@ -417,6 +419,8 @@ def _widened(
     for group in (np.arange(len(trial)), trial):
         if (groups := len(np.unique(group))) > 1:
             scatter, times = linear.by_groups(group)
+            if not np.isfinite(scatter).all():
+                continue  # a search without bounds may end where squares of derivatives overflow
             wide = information.larger(wide, scatter)
             if group is trial:
                 data, back = linear.gram()[:, : len(linear.A)], information.inverse(linear.A)
