@@ -310,7 +310,7 @@ def drawn(found: Found) -> st.blocks.Body:
     for trial in found.study.test:
         graph, (ax,) = st.figures.canvas(1, (5.2, 3.2))
         st.figures.measured_motion(ax, trial, "psi", DEGREES)
-        ax.lines[-1].set_label("measured")
+        ax.lines[-1].look["label"] = "measured"
         for label in labels:
             run = st.replay(found.ships[label], trial)
             colour, dashes = styles[label]

@@ -247,9 +247,9 @@ def drawn(found: Sequence[Fold], i: int, name: str) -> str:
     ):
         band = 1.645 * factor * sigma[order]
         _gaps(ax, t, np.zeros_like(t), band)
-        ax.plot(t, factor * error[order], ".", ms=4, label="model")
+        ax.plot(t, factor * error[order], ".", ms=4, color=st.figures.BLUE, label="model")
         if stay is not None:
-            ax.plot(t, factor * stay[order], "_", ms=5, color="0.6", label=st.ahead.STAYING)
+            ax.plot(t, factor * stay[order], "x", ms=3, color=st.figures.GREY, label=st.ahead.STAYING)
         most = 1.5 * float(np.quantile(np.append(np.abs(factor * error), band), 0.97))
         ax.set(ylabel=label, ylim=(-most, most))
     axes[1].set_xlabel("time at the end of the forecast [s]")
@@ -257,11 +257,11 @@ def drawn(found: Sequence[Fold], i: int, name: str) -> str:
     return st.figures.svg(fig, f"{name} {some.horizon:g}")
 
 
-def _gaps(ax: object, t: st.Array, middle: st.Array, band: st.Array) -> None:
+def _gaps(ax: Any, t: st.Array, middle: st.Array, band: st.Array) -> None:
     """A band that is broken where forecasts are missing."""
     breaks = np.flatnonzero(np.diff(t) > 5.0 * EVERY) + 1
     for part in np.split(np.arange(t.size), breaks):
-        ax.fill_between(t[part], (middle - band)[part], (middle + band)[part], alpha=0.2, lw=0, color="C0",  # type: ignore[attr-defined]
+        ax.fill_between(t[part], (middle - band)[part], (middle + band)[part], alpha=0.2, lw=0, color=st.figures.BLUE,
                         label="band" if part.size and part[0] == 0 else None)  # fmt: skip
 
 

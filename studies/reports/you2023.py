@@ -118,8 +118,6 @@ def drawn_drive(found: Rivals) -> st.blocks.Body:
 
 def runs(scores: Mapping[str, st.rivals.Score], names: Mapping[str, str]) -> str:
     """Root mean square error of each run (Fig. 21), trials numbered in their order."""
-    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
-
     drawn, axes = canvas(3, (5.2, 5.4))
     for ax, (name, (label, factor)) in zip(axes, AXES.items(), strict=True):
         for who, score in scores.items():
@@ -127,14 +125,9 @@ def runs(scores: Mapping[str, st.rivals.Score], names: Mapping[str, str]) -> str
             style = {**st.rivals_page.STYLES[who], "ls": "none"}
             ax.plot(range(1, len(values) + 1), values, ms=4.5, label=names[who], **style)
         ax.set_yscale("log")
-        ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        ax.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        ax.yaxis.set_minor_formatter(NullFormatter())
         ax.set_ylabel(label)
-    axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     axes[-1].set_xlabel("held-out trial, as numbered below")
     legend_below(drawn, axes[0])
-    drawn.align_ylabels(axes)
     return svg(drawn, "runs")
 
 
@@ -150,7 +143,6 @@ def motion(measured: st.Trial, predicted: Mapping[str, st.Trial], names: Mapping
         ax.set_ylabel(label)
     axes[-1].set_xlabel("time t [s]")
     legend_below(drawn, axes[0])
-    drawn.align_ylabels(axes)
     return svg(drawn, f"motion {measured.name}")
 
 
@@ -161,7 +153,7 @@ def servo(fit: st.servo.ServoFit, trial: st.Trial) -> str:
     modelled = st.servo.answered(fit, trial) + fit.offset
     drawn, (above, below) = canvas(2, (5.2, 3.8))
     colour, dashes = st.figures.BASELINE
-    above.step(trial.t, DEGREES * order, where="post", color=colour, ls=dashes, lw=1.2, label="order")
+    above.step(trial.t, DEGREES * order, color=colour, ls=dashes, lw=1.2, label="order")
     above.plot(trial.t, DEGREES * angle, color=st.figures.INK, lw=2.2, label="measured")
     above.plot(trial.t, DEGREES * modelled, color=st.figures.SKY, ls=(0, (4, 1.5)), lw=1.4, label="servo")
     above.set_ylabel(f"{name} [°]")
@@ -169,7 +161,6 @@ def servo(fit: st.servo.ServoFit, trial: st.Trial) -> str:
     below.set_ylabel("servo − measured [°]")
     below.set_xlabel("time t [s]")
     legend_below(drawn, above)
-    drawn.align_ylabels((above, below))
     return svg(drawn, f"servo {name}")
 
 
@@ -187,7 +178,6 @@ def thrust(fit: st.thrust_map.ThrustMap, n: st.Array, pull: st.Array, true: st.A
     below.set_ylabel("less the truth [N]")
     below.set_xlabel("revolutions n [1/s]")
     legend_below(drawn, above)
-    drawn.align_ylabels((above, below))
     return svg(drawn, f"thrust {fit.name}")
 
 

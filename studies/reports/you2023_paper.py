@@ -357,11 +357,10 @@ def sequence(trials: Sequence[st.Trial], curves: Mapping[str, Sequence[st.Array]
                 ax.plot(t, factor * made[k][::_DRAWN, c], lw=1.1, label=name if not k else None, **style)
         every_one = factor * np.concatenate([t.stack(*VELOCITIES)[:, c] for t in trials])
         room = 0.25 * float(np.ptp(every_one))
-        ax.set_ylim(float(every_one.min()) - room, float(every_one.max()) + room)
+        ax.set_ylim((float(every_one.min()) - room, float(every_one.max()) + room))
         for edge in edges[1:-1]:
             ax.axvline(edge, color=st.figures.RULE, lw=0.8)
         ax.set_ylabel(label)
-    axes[-1].set_xticks(0.5 * (edges[1:] + edges[:-1]), [t.name.replace(" ", "\n", 1) for t in trials], fontsize=7)
+    axes[-1].set_xticks(0.5 * (edges[1:] + edges[:-1]), [t.name for t in trials])
     st.figures.legend_below(drawn, axes[0])
-    drawn.align_ylabels(axes)
     return st.figures.svg(drawn, f"sequence {' '.join(curves)} {float(next(iter(curves.values()))[0][-1, 0]):.6g}")

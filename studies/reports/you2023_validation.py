@@ -32,18 +32,17 @@ def inputs(ship: st.Ship, trials: Sequence[st.Trial]) -> str:
         turned = _DEGREES * trial["alpha_1"]
         dotted: dict[str, Any] = {"color": st.figures.GREY, "lw": 1.0, "ls": (0, (1, 1.5))}
         axes[0, 0].plot(t, trial["n_1"], color=st.figures.INK, lw=1.2)
-        axes[1, 0].step(t, _DEGREES * trial["alpha_1_cmd"], where="post", label="" if k else "as ordered", **dotted)
+        axes[1, 0].step(t, _DEGREES * trial["alpha_1_cmd"], label="" if k else "as ordered", **dotted)
         axes[1, 0].plot(t, turned, color=st.figures.INK, lw=1.2, label="" if k else "measured")
         for ax, force in zip(axes[2:, 0], forces(ship, trial).T, strict=True):
             ax.plot(t, force, color=st.figures.INK, lw=1.0)
-    axes[-1, 0].set_xlim(0.0, edges[-1])
+    axes[-1, 0].set_xlim((0.0, edges[-1]))
     for ax, name in zip(axes[:, 0], ("n_1 [1/s]", "alpha_1 [°]", "X [N]", "Y [N]", "N [N m]"), strict=True):
         ax.set_ylabel(name)
         for edge in edges[1:-1]:
             ax.axvline(edge, color=st.figures.RULE, lw=0.8)
-    axes[-1, 0].set_xticks(0.5 * (edges[1:] + edges[:-1]), [t.name.replace(" ", "\n", 1) for t in trials], fontsize=7)
+    axes[-1, 0].set_xticks(0.5 * (edges[1:] + edges[:-1]), [t.name for t in trials])
     legend_below(drawn, axes[1, 0])
-    drawn.align_ylabels(axes[:, 0])
     return svg(drawn, "inputs")
 
 

@@ -83,12 +83,12 @@ def test_trials_of_a_twin_follow_each_other_ten_lengths_of_way_apart() -> None:
 def test_a_trial_whose_antenna_nobody_placed_has_none_for_the_twin(tmp_path: Path) -> None:
     for placed, antenna in ((True, (0.0, 0.0)), (False, None)):
         write_trial(moving("a", processing=[] if placed else [UNPLACED]), tmp_path / "a.csv")
-        log = following._log(L7, None, None, tmp_path / "a.csv", None, 10.0)
+        log = following._log(L7, None, None, tmp_path / "a.csv", None, 10.0, print)
         assert log.antenna == antenna
         assert (log.name, log.live) == ("a.csv", False)
     for given in ((None, None, None), ("a", None, tmp_path / "a.csv"), ("a", tmp_path / "a", None)):
         with pytest.raises(RequestError, match="give one log"):
-            following._log(L7, *given, None, 10.0)
+            following._log(L7, *given, None, 10.0, print)
 
 
 def test_controls_that_act_at_once_are_held() -> None:

@@ -105,10 +105,17 @@ def test_every_trial_of_a_twin_has_its_channels(tmp_path: Path) -> None:
     from seatrial.data import DataError
 
     good = trial(20).rows(slice(0, 20))
-    short = replace(good, channels={n: v for n, v in good.channels.items() if n not in ("n_P", "delta")})
-    with pytest.raises(DataError, match=r"delta|n_P"):
-        following._of(L7, "a", (good, short), None)
-    assert following._of(L7, "logs/a.csv", (good,), (1.0, 2.0)).name == "a.csv"
+    def without(*names: str) -> Any:
+        return replace(good, channels={n: v for n, v in good.channels.items() if n not in names})
+
+    said: list[str] = []
+    with pytest.raises(DataError, match="delta"):  # neither the angle nor an order of it
+        following._of(L7, "a", (good, without("delta", "delta_cmd")), None, said.append)
+    assert not said
+    assert following._of(L7, "logs/a.csv", (good,), (1.0, 2.0), said.append).name == "a.csv"
+    assert not said
+    following._of(L7, "a", (good, without("n_P", "n_P_cmd"), without("delta")), None, said.append)
+    assert [one.partition(" in the log: ")[0] for one in said] == ["no n_P", "no delta"]
 
 
 def test_an_index_has_a_value_and_both_edges() -> None:

@@ -54,7 +54,7 @@ def test_revolutions_that_are_shown_too_high_may_be_a_lost_blade_too() -> None:
         live.feed(t, row)
     (alarm,) = live.alarms
     names = {alarm.cause, *alarm.rivals}
-    assert names == {"n_P sensor jumped", "n_P without its thrust"}
+    assert names == {"n_P sensor jumped", "n_P without its thrust", "a ship deeper than its file"}
 
 
 @pytest.mark.long

@@ -167,6 +167,10 @@ class Axes:
         if line.across != "y":
             self.y.seen.append(line.y)
 
+    def step(self, x: Array, y: Array, **look: Unpack[Look]) -> None:
+        """A line that holds each value until the next, as an order does."""
+        self.plot(np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1], **look)
+
     def errorbar(self, x: Any, y: Any, reach: Any, **look: Unpack[Look]) -> None:
         """A line with a bar to both sides of each point, where it has a reach."""
         self.plot(x, y, **look)
