@@ -362,6 +362,7 @@ def sequence(trials: Sequence[st.Trial], curves: Mapping[str, Sequence[st.Array]
             ax.axvline(edge, color=st.figures.RULE, lw=0.8)
         ax.set_ylabel(label)
     axes[-1].set_xticks(0.5 * (edges[1:] + edges[:-1]), [t.name for t in trials])
-    axes[-1].x.size = 7.0
+    axes[-1].set_xlim((0.0, edges[-1]))
+    axes[-1].x.size = 6.5
     st.figures.legend_below(drawn, axes[0])
     return st.figures.svg(drawn, f"sequence {' '.join(curves)} {float(next(iter(curves.values()))[0][-1, 0]):.6g}")

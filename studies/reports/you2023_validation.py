@@ -42,7 +42,7 @@ def inputs(ship: st.Ship, trials: Sequence[st.Trial]) -> str:
         for edge in edges[1:-1]:
             ax.axvline(edge, color=st.figures.RULE, lw=0.8)
     axes[-1, 0].set_xticks(0.5 * (edges[1:] + edges[:-1]), [t.name for t in trials])
-    axes[-1, 0].x.size = 7.0
+    axes[-1, 0].x.size = 6.5
     legend_below(drawn, axes[1, 0])
     return svg(drawn, "inputs")
 
