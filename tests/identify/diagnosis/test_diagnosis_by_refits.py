@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+import suzaku_turns
 from seatrial.core.parameters import Free
 from seatrial.data import Array
 from seatrial.identify import StudyError
@@ -22,6 +23,7 @@ from seatrial.identify.diagnosis.findings import Diagnosis, Suspicion
 from seatrial.identify.diagnosis.linear import Linear
 from seatrial.identify.posterior import information
 from seatrial.identify.trajectory.gauss_newton import Block, Normal
+from seatrial.identify.trajectory.shooting import Trajectory
 from seatrial.identify.vector import Vector
 
 TRIALS, ROWS, PARAMETERS = 5, 40, 3
@@ -418,6 +420,30 @@ def test_sigma_is_widened_to_the_scatter_of_windows_and_trials_and_by_the_likeli
     less, _ = diagnose._widened(replace(linear, reach=reach), A, trial, Diagnosis(bad, (cause, cause)), vector)
     assert np.all(np.diag(less) <= (1.0 + 1e-9) * reach**2)
     assert np.linalg.eigvalsh(np.eye(3) - less / np.outer(reach, reach))[0] > -1e-9
+
+
+def test_scores_that_overflow_widen_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search without bounds may end where derivatives are 1e200; their squares are no scatter."""
+    world, trial = World(11), np.array([0, 0, 0, 1, 1])
+    linear, A = world.linear(trial), np.linalg.inv(world.A)
+    bad, vector = Diagnosis({"x": channel(size=9.0)}), Vector(tuple(Free(path, 0.0) for path in PATHS))
+    for wrong in (np.inf, np.nan):
+        monkeypatch.setattr(Linear, "by_groups", lambda self, group, wrong=wrong: (np.full_like(A, wrong), wrong))
+        wide, form = diagnose._widened(linear, A, trial, bad, vector)
+        np.testing.assert_allclose(wide, A, rtol=1e-9)
+        assert form == 0.0
+
+
+@pytest.mark.slow
+def test_a_covariance_that_overflows_gives_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = suzaku_turns.problem()
+    sound = Trajectory(method="euler", initial="measured").fit(told)
+    assert any(one.status in ("identified", "graded") for one in sound.verdicts)
+    count = len(told.free)
+    monkeypatch.setattr(diagnose, "_tests", lambda *_: (np.full((count, count), np.inf), (), (), ()))
+    found = Trajectory(method="euler", initial="measured").fit(told)
+    assert not any(one.status == "identified" for one in found.verdicts)
+    assert any("blow up" in one.text for one in found.verdicts)
 
 
 @pytest.mark.parametrize(("noise", "each"), [(1.0, np.arange(TRIALS)), (4.0, np.arange(TRIALS)),
