@@ -122,6 +122,7 @@ def turning(name: str, seed: int, sign: np.ndarray) -> Trial:
     return Trial(name, t, {"u": u, "r": r, "delta": delta, "n_P": np.full(600, 10.0) + rng.normal(size=600)})
 
 
+@pytest.mark.slow
 def test_a_steady_turn_is_new_to_zigzags_that_have_each_of_its_states():
     """The past is the time in which .04 rad/s turn by 4 rad, some 90 s; zigzags hold a side for 10 to 20 s."""
     t = np.arange(600.0)

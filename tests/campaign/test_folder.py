@@ -81,6 +81,7 @@ def test_what_is_there_is_not_computed_again(campaign: Campaign, whole: Path, tm
     assert open_folder(folder).digest() == open_folder(whole).digest()
 
 
+@pytest.mark.slow
 def test_another_campaign_is_refused(campaign: Campaign, whole: Path) -> None:
     with pytest.raises(CampaignError, match="another campaign"):
         begin(replace(campaign, seed=2), whole)

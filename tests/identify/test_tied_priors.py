@@ -193,6 +193,7 @@ def test_a_power_widens_what_the_data_say_and_not_a_tied_prior(factor: float) ->
     assert told.shares(free, fitted) == pytest.approx(np.diag(wanted) / np.diag(COVARIANCE))
 
 
+@pytest.mark.slow
 def test_a_filter_starts_from_the_covariance_of_its_priors(trials: tuple[Trial, ...], monkeypatch: Any) -> None:
     begun: list[np.ndarray] = []
 

@@ -61,6 +61,7 @@ def test_linear_set() -> None:
         assert found[name] == pytest.approx(GOLDEN["linear"][name], abs=half), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", slow_but(GOLDEN["turning"], "+15"))
 def test_turning_by_the_logic_of_mss(side: str) -> None:
     """turncircle.m: execute where round(t) reaches 100 s, axes of the start, headings rounded to degrees."""

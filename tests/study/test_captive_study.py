@@ -101,6 +101,7 @@ def test_an_interval_holds_beside_the_tests(study: Path) -> None:
     assert one.tied
 
 
+@pytest.mark.slow
 def test_a_study_answers_to_its_tests(study: Path) -> None:
     before = read_study(study).digest
     table = study.parent / "tank" / "drift.csv"

@@ -68,6 +68,7 @@ def test_a_posterior_comes_back_with_its_ranges(tmp_path: Path) -> None:
     assert np.array_equal(drawn, held.draws(4000, 1))
 
 
+@pytest.mark.slow
 def test_ranges_are_of_the_rudder_that_acted_and_not_of_its_offset(tmp_path: Path) -> None:
     """A rudder that reads 2.5 deg too much has turned the ship at 17.5 deg where it read 20; digests are of the log."""
     log = trial(20)

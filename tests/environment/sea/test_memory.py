@@ -118,6 +118,7 @@ def test_a_hemisphere_has_the_coefficients_of_theory() -> None:
     assert fitted(data, LONGITUDINAL).A_inf[1, 1] / m == pytest.approx(0.5, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow_but(["wigley", "box", "hemisphere"], "wigley"))
 def test_damping_is_the_energy_of_the_waves_excited(name: str) -> None:
     """Haskind and Newman: B = k / (8 pi rho g c_g) int |F|^2 d beta; mixed conventions or units would break it."""

@@ -148,6 +148,7 @@ def test_steady_tests_leave_added_mass_to_the_ship_file() -> None:
     assert sigma["hull.X_vr"] < 0.01
 
 
+@pytest.mark.slow
 def test_two_numbers_that_only_act_together_are_not_both_fitted() -> None:
     runs = table(KVLCC2, program(1.18, 10.3))
     found = fit_captive(KVLCC2, runs, ("rudder.A_R", "rudder.f_alpha"))

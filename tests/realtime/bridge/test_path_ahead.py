@@ -184,6 +184,7 @@ def test_the_bridge_shows_it_and_sails_the_same(model: Path, tmp_path: Path) -> 
     assert states[0] == states[1]
 
 
+@pytest.mark.slow
 def test_a_path_that_fails_is_not_the_last_one(model: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plant = own(model)
     made = ahead(model, plant)

@@ -209,6 +209,7 @@ def test_a_spread_widens_the_bands() -> None:
 # --- how much of what was learnt lasts ---
 
 
+@pytest.mark.slow
 def test_what_has_gone_is_carried_on_no_more_and_what_lasts_is() -> None:
     """A current of .2 m/s that the twin still believes in: 6 m after 30 s; forecasts of the truth need none of it."""
     gone, there = told(1300, carried=0.2), told(1300, carried=0.2, true=0.2)

@@ -92,6 +92,7 @@ def test_speed_in_a_hard_turn_is_over_that_which_the_ship_holds_straight_ahead(
     assert found.holds == holds
 
 
+@pytest.mark.slow
 def test_hard_turns_at_half_the_revolutions_begin_at_half_the_speed_and_last_twice_as_long() -> None:
     """Each is also one of the turns that the rudder is judged by, and is made once."""
     p = plain(surged(lambda m: m.n - m.u))

@@ -35,6 +35,7 @@ def corner(cube: np.ndarray, ship: np.ndarray) -> np.ndarray:
     return cube[:, :2].max(axis=1) - A * (1.0 + np.nan_to_num(ship))
 
 
+@pytest.mark.slow
 def test_probabilities_are_those_of_a_closed_form_and_intervals_hold_them() -> None:
     found = [rarely(corner, Seldom(runs=1000), 2, case="c", seed=seed, posterior=True) for seed in range(0, 60, 2)]
     for values, true in (([one.fitted for one in found], A**2), ([one.drawn for one in found], 7.0 / 3.0 * A**2)):
@@ -118,6 +119,7 @@ def test_intervals_hold_one_in_a_hundred_thousand_with_ships_of_a_posterior(part
     assert sum(one.fitted.low <= fitted <= one.fitted.high for one in found) >= 90
 
 
+@pytest.mark.slow
 def test_a_model_that_fails_is_no_breach() -> None:
     def half(cube: np.ndarray, ship: np.ndarray) -> np.ndarray:
         return np.where(cube[:, 2] < 0.5, np.nan, corner(cube, ship))

@@ -68,6 +68,7 @@ def test_a_fault_that_follows_from_the_one_before_is_no_cause() -> None:
     assert (found.causes, found.consequences) == ((COMPASS,), (RUDDER,))
 
 
+@pytest.mark.slow
 def test_two_faults_that_both_are_there_are_both_causes() -> None:
     found = verdict(spoilt(u_w=1.0, psi=0.1), COMPASS, LOG)
     assert (found.causes, found.consequences) == ((COMPASS, LOG), ())
