@@ -29,9 +29,8 @@ from .suspects import Suspect, named, recorded
 
 # Steps to the best nuisances for given parameters: a few mostly suffice, over a minute of an unstable ship twelve did.
 # Parts of a step that are tried one after the other: a current of its own bends a whole track.
-_TOWARDS, _SHARES = 40, (1.0, 0.3, 0.1)
-# Which of the problems, where there is one.
-_FIRST = np.zeros(1, dtype=np.intp)
+_TOWARDS, _SHARES = 80, (1.0, 0.3, 0.1, 0.03, 0.01)
+_FIRST = np.zeros(1, dtype=np.intp)  # which of the problems, where there is one
 
 
 @dataclass(frozen=True)
@@ -475,15 +474,16 @@ class TrajectoryObjective:
         here, eta, layout = self, np.zeros(self.nuisances), self.layout
         for index, part in zip(np.unique(self.windows.trial).tolist(), layout.slices, strict=True) if known else ():
             found = (known or {}).get(self.problem.trials[index].name, {})
-            own = np.array([found.get(name, 0.0) for name in layout.own.names])
-            eta[part.stop - own.size : part.stop] = own
+            eta[part.stop - len(layout.own.names) : part.stop] = [found.get(name, 0.0) for name in layout.own.names]
         if not eta.size:
             return eta
         if until is not None:
             rows = np.arange(self.windows.scale.shape[1]) * self.interval
             seen = np.where((rows <= until)[None, :, None], self.windows.scale, 0.0)
             here = replace(self, windows=replace(self.windows, scale=seen))
-        return here.settled(p[None], eta[None])[1][0]
+        starts = np.unique([eta, 0.0 * eta], axis=0)  # from known currents a start may end in a valley of its own
+        found, best = here.settled(np.repeat(p[None], len(starts), axis=0), starts)
+        return best[int(np.argmin(np.where(np.isnan(found.cost), np.inf, found.cost)))]
 
     def standardised(self, p: Array) -> float:
         """Pooled standardised MSE of all windows without nuisances (Wakita 2022 Eq. 25)."""
