@@ -80,10 +80,11 @@ def test_the_head_counts_trials_of_the_fit_by_kind_and_shows_the_last_horizon_of
     assert "explain" not in html
     bad = card(missing=("gone: x",), summary=replace(card().summary, diagnosis={"explained": False}))
     told = items(page(bad).sections[0].html)
-    assert told == ["The model does not explain the trials of its fit: its sigmas are too narrow, and its bands.",
+    assert told == ["The model does not explain the trials of its fit: its sigmas count what these trials disagree by, "
+                    "and its bands what that tells of its form.",
                     "gone: x"]  # fmt: skip
     wide = replace(bad, widened=True)
-    assert items(page(wide).sections[0].html)[0].endswith("its sigmas are too narrow.")
+    assert items(page(wide).sections[0].html)[0].endswith("its sigmas count what these trials disagree by.")
     assert page(bad).document["explained"] is False
     assert page(card(summary=summary_of())).document["explained"] is None
 

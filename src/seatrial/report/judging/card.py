@@ -158,8 +158,9 @@ def _head(card: Card) -> Body:
              f"fitted to {len(names)} trials ({counted}); judged on {len(card.unseen)} unseen trials.")  # fmt: skip
     warned = [*card.missing]
     if _explained(card) is False:
-        warned.insert(0, "The model does not explain the trials of its fit: its sigmas are too narrow"
-                      + ("." if card.widened else ", and its bands."))  # fmt: skip
+        bands = "" if card.widened else ", and its bands what that tells of its form"
+        warned.insert(0, "The model does not explain the trials of its fit: its sigmas count what these trials "
+                      f"disagree by{bands}.")  # fmt: skip
     best = [row for row in card.rows if row.horizon == card.rows[-1].horizon][-1:]
     shown = [(f"{number(row.distance, 2)} m", f"position error (rms) {row.horizon:.4g} s after a start")
              for row in best]  # fmt: skip
