@@ -273,6 +273,6 @@ def test_starts_beside_currents_of_each_trial_are_the_best_there_are(seed: int) 
     true = np.array([values(told.virtual.ship.model)[one.path] for one in problem.free])
     numbers = np.count_nonzero(objective.windows.scale)
     known = {one.name: dict.fromkeys(objective.layout.own.names, 0.05) for one in problem.trials}
-    for given in (None, known):
+    for given in ({}, known):
         eta = objective.begun(true, known=given)
         assert abs(objective.cost(true, eta) / numbers - 1.0) < 4.0 * math.sqrt(2.0 / numbers), given

@@ -27,10 +27,10 @@ from ..record import Settings, Windows, cut_as, windows
 from .gauss_newton import STILL, Block, Mask, Normal, State, descend
 from .suspects import Suspect, named, recorded
 
-# Steps to the best nuisances for given parameters: a few mostly suffice, over a minute of an unstable ship twelve did.
-# Parts of a step that are tried one after the other: a current of its own bends a whole track.
-_TOWARDS, _SHARES = 80, (1.0, 0.3, 0.1, 0.03, 0.01)
-_FIRST = np.zeros(1, dtype=np.intp)  # which of the problems, where there is one
+# Steps to the best nuisances, mostly a few, and parts of one: a current bends a whole track.  Short parts creep into
+# valleys: right where parameters are known, wrong where a search begins (objectives of 149 000 for 98 000).
+_TOWARDS, _SHARES, _SHORT = 40, (1.0, 0.3, 0.1), (0.03, 0.01)
+_FIRST = np.zeros(1, dtype=np.intp)  # of problems, where there is one
 
 
 @dataclass(frozen=True)
@@ -397,18 +397,18 @@ class TrajectoryObjective:
             gradient[:, at] += G[:, lane, n:-1, -1]
         return Block(np.arange(part.start, part.stop)[None], own[:, None], cross[:, None], gradient[:, None])
 
-    def settled(self, p: Array, eta: Array | None = None) -> tuple[Normal, Array]:
-        """Normal equations at the best nuisances for each `p`, not eliminated, and these, sought from `eta` or zero."""
+    def settled(self, p: Array, eta: Array | None = None, deep: bool = False) -> tuple[Normal, Array]:
+        """Normal equations at the best nuisances for each `p`, not eliminated, and these, from `eta`; `deep` creeps."""
         eta = np.zeros((len(p), self.nuisances)) if eta is None else eta.copy()
         now = self.normals(p, eta, np.arange(len(p)))
         going = np.isfinite(now.cost) & bool(self.nuisances)
-        for _ in range(_TOWARDS):
+        for _ in range(2 * _TOWARDS if deep else _TOWARDS):
             # each problem ends by itself: its digits do not depend on its neighbours
             at = np.flatnonzero(going)
             if not at.size:
                 break
             step, share = now.of(at).alone(), np.zeros(at.size)
-            for one in _SHARES:
+            for one in (*_SHARES, *_SHORT) if deep else _SHARES:
                 left = np.flatnonzero(share == 0.0)
                 if left.size:
                     tried = self.costs(p[at[left]], eta[at[left]] + one * step[left], at[left])
@@ -469,7 +469,7 @@ class TrajectoryObjective:
 
         Args:
             until: seconds of each window that are used; None uses all of it.
-            known: currents and biases to search from, by trial and name (`Fit.nuisances`); zero where there are none.
+            known: of a fit (`Fit.nuisances`), by trial and name: sought from, and deeply; None: from zero, few steps.
         """
         here, eta, layout = self, np.zeros(self.nuisances), self.layout
         for index, part in zip(np.unique(self.windows.trial).tolist(), layout.slices, strict=True) if known else ():
@@ -482,7 +482,7 @@ class TrajectoryObjective:
             seen = np.where((rows <= until)[None, :, None], self.windows.scale, 0.0)
             here = replace(self, windows=replace(self.windows, scale=seen))
         starts = np.unique([eta, 0.0 * eta], axis=0)  # from known currents a start may end in a valley of its own
-        found, best = here.settled(np.repeat(p[None], len(starts), axis=0), starts)
+        found, best = here.settled(np.repeat(p[None], len(starts), axis=0), starts, known is not None)
         return best[int(np.argmin(np.where(np.isnan(found.cost), np.inf, found.cost)))]
 
     def standardised(self, p: Array) -> float:
