@@ -69,11 +69,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def stage(folder: Path, *tables: dict[str, Any], pilot: str = "none", **more: Any) -> Stage:
+def stage(folder: Path, *tables: dict[str, Any], pilot: str = "none", page: bool = False, **more: Any) -> Stage:
     said = {"schema": "seatrial-scenario/1", "duration": 120.0, "rate": 10.0,
             "own": {"ship": "kvlcc2", "speed": 7.0, "pilot": pilot}, "fmu": list(tables), **more}  # fmt: skip
     with trusting(True):
-        return Stage(scenario_of(said, folder / "scene.toml"))
+        return Stage(scenario_of(said, folder / "scene.toml"), page=page)
 
 
 def orders(one: Stage, name: str, seconds: float) -> list[float]:
@@ -137,6 +137,28 @@ def test_a_controller_steers_as_the_same_law_in_python(folder: Path) -> None:
     plant = one.loop.vessels["own"].plant
     assert plant["psi"] == pytest.approx(0.3, abs=0.1)
     assert [plant[name] for name in ("x", "y", "psi", "r")] == [own[name] for name in ("x", "y", "psi", "r")]
+
+
+def test_an_fmu_that_steers_is_said_to_and_the_mariner_takes_the_ship_from_it(folder: Path) -> None:
+    """An engine's FMU does not steer: who does is somebody else, and its orders go on."""
+    one = stage(folder, KEEPER_TABLE, page=True)
+    assert (one.handover.holder, one.handover.known) == ("fmu", ("fmu", "page"))
+    assert stage(folder, ENGINE_TABLE).handover.holder == "nobody"
+    assert stage(folder, ENGINE_TABLE, pilot="track").handover.holder == "pilot"
+    plant, start = one.loop.vessels["own"].plant, one.loop.snapshot()
+    one.loop.run(5.0)
+    assert plant["delta_cmd"] > 0.1
+    one.handover.hand(one.loop, "page")
+    one.loop.order("own", "delta", -0.2)
+    one.loop.run(5.0)
+    assert plant["delta_cmd"] == pytest.approx(-0.2)
+    one.handover.hand(one.loop, "fmu")
+    one.loop.run(5.0)
+    assert plant["delta_cmd"] > 0.1
+    one.handover.hand(one.loop, "page")
+    one.loop.restore(start)
+    one.loop.run(5.0)
+    assert (one.handover.holder, plant["delta_cmd"] > 0.1) == ("fmu", True)
 
 
 def test_two_fmus_hear_of_each_other_what_was_when_the_step_began(folder: Path) -> None:

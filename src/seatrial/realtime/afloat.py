@@ -265,6 +265,7 @@ def _steered(sitl: Sitl | None, stage: Stage, links: Links, note: Note) -> None:
         sitl.steer(stage.loop, OWN, numbered(links.servos))
     except WireError as error:
         raise RequestError(f"--ardupilot: {error}") from None
+    stage.handover.join("ardupilot", sitl)
     said = ", ".join(f"servo {servo} {order}" for servo, order in sorted(sitl.servos.items()))
     note(f"waiting for ArduPilot at {sitl.address}, {stage.loop.rate:g} Hz; {said}")
 

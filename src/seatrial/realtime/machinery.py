@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..exchange.fmi.inside import Archive, Live
+from ..models import unit
 from .loop import Loop
 
 
@@ -46,7 +47,12 @@ class Aboard:
 
 
 class Machinery:
-    """The FMUs of one ship of a loop, stepped with it."""
+    """The FMUs of one ship of a loop, stepped with it.
+
+    Attributes:
+        steers: whether one of them orders what the ship is steered by: angles, or shafts where there are none.
+        heeded: whether orders of those that steer are passed on.
+    """
 
     def __init__(self, loop: Loop, name: str, aboard: Sequence[Aboard]) -> None:
         """Come between orders and gear of the ship `name` from now on.
@@ -60,6 +66,12 @@ class Machinery:
         self._outputs = {one.name: one.outputs(aboard) for one in aboard}
         self._driven = {control: f"{one.name}.{variable}" for one in aboard for variable, control in one.gives.items()
                         if control in plant.controls}  # fmt: skip
+        angles = {control for control in plant.controls if unit(control) == "rad"} or set(plant.controls)
+        self._orders = {f"{one.name}.{variable}": to.removesuffix("_cmd") for one in aboard
+                        for variable, to in one.gives.items() if to not in self._driven}  # fmt: skip
+        self._at_helm = {one.name for one in aboard if angles & {to.removesuffix("_cmd") for to in one.gives.values()
+                                                                 if to not in self._driven}}  # fmt: skip
+        self.steers, self.heeded = bool(self._at_helm), True
         self._live: dict[str, Live] = {}
         self._inner = plant.linkage
         if self._aboard:
@@ -83,10 +95,9 @@ class Machinery:
             return
         self._seen = self._read()
         self._pass_on()
-        for one in self._aboard:
-            for variable, to in one.gives.items():
-                if to not in self._driven:
-                    loop.order(self._name, to.removesuffix("_cmd"), self._said[f"{one.name}.{variable}"])
+        for source, control in self._orders.items():
+            if self.heeded or source.partition(".")[0] not in self._at_helm:
+                loop.order(self._name, control, self._said[source])
 
     def _value(self, source: str) -> float:
         """What an input is given: an order as it stood over the tick, all else as it was when the tick began."""

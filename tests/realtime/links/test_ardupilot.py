@@ -18,7 +18,7 @@ import pytest
 from seatrial.core.errors import RequestError, WireError
 from seatrial.environment import Uniform
 from seatrial.realtime.afloat import Links, Voyage, afloat
-from seatrial.realtime.links.ardupilot import Motion, numbered, ordered, servos, told
+from seatrial.realtime.links.ardupilot import Motion, Sitl, numbered, ordered, servos, told
 from seatrial.realtime.plant import Plant
 from seatrial.realtime.range.stage import Stage
 from seatrial.ships.files import load
@@ -201,6 +201,29 @@ def test_the_ship_is_that_of_the_loop() -> None:
     for _ in range(99):
         stage.loop.step()
     assert ended[0].plant.snapshot() == plant.snapshot()
+    assert ended[0].document()["steered_by"] == "ardupilot"
+
+
+def test_while_the_mariner_steers_its_pulses_are_ticks_and_no_orders() -> None:
+    link = Sitl("udp://127.0.0.1:0")
+    scenario = alone(load("kvlcc2_l7"), None)
+    stage = Stage(replace(scenario, rate=RATE, own=replace(scenario.own, piloted=False)), page=True, clock=link)
+    link.steer(stage.loop, "own", {})
+    stage.handover.join("ardupilot", link)
+    peer = Peer(link.address.port)
+    orders = list[float]()
+    for count, to in enumerate(("ardupilot", "page", "ardupilot"), 1):
+        stage.handover.hand(stage.loop, to)
+        stage.loop.order("own", "delta", 0.0)
+        peer.socket.sendto(peer.datagram((2000, *NEUTRAL[1:]), count), peer.to)
+        link.sleep(1.0)
+        stage.loop.step()
+        orders.append(stage.own.plant["delta_cmd"])
+    assert link.counts["taken"] == 3
+    full = stage.own.plant.ranges["delta"].high
+    assert orders == [full, 0.0, full]
+    peer.socket.close()
+    link.close()
 
 
 def test_wind_and_heel_are_told_in_its_axes() -> None:

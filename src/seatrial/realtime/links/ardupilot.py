@@ -159,6 +159,7 @@ class Sitl:
 
     Attributes:
         address: where it listens.
+        heeded: whether it steers; else only the clock is its own.
         counts: datagrams: taken, told again, broken; and restarts.
     """
 
@@ -180,6 +181,7 @@ class Sitl:
         self._socket.setblocking(False)
         self.address = Address("udp", *self._socket.getsockname())
         self.counts = {"taken": 0, "again": 0, "broken": 0, "restarts": 0}
+        self.heeded = True
         self._count = -1
         self._asked: tuple[str, int] | None = None
         self._line = b""
@@ -243,7 +245,8 @@ class Sitl:
         elif self._count < 0:
             loop.tell(self._ship, "ardupilot", f"steered by {sender[0]}:{sender[1]}, which asks for {rate} Hz")
         self._count, self._asked = count, sender
-        self._order(loop, pulses)
+        if self.heeded:
+            self._order(loop, pulses)
         self.counts["taken"] += 1
 
     def _order(self, loop: Loop, pulses: Sequence[int]) -> None:

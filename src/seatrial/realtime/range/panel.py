@@ -10,6 +10,7 @@ from ...core.errors import RefusalError
 from ..bridge.deck import Request, number
 from ..bridge.view import OWN, plain
 from .contacts import Contact
+from .handover import CALLED
 from .stage import Stage
 
 
@@ -57,7 +58,7 @@ class Panel:
     def refusal(self) -> str:
         """Why the page may not steer now; empty if it may."""
         holder = self._stage.handover.holder
-        return "" if holder == "page" else f"the {holder} steers; take over first"
+        return "" if holder == "page" else f"{CALLED[holder]} steers; take over first"
 
     def weather(self) -> None:
         """The weather has been set from the page."""

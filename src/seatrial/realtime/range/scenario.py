@@ -217,5 +217,5 @@ def ordinary(name: str, length: float, speed: float) -> Ship:
     return Ship(name, Nomoto(K=K, T=T, U=speed), Actuators({"rudder": rudder}), length, speed)
 
 
-Phase = Literal["pilot", "wire", "page"]
-"""Who steers the own ship: its track pilot, a sender on the wire, or a mariner at the page."""
+Phase = Literal["pilot", "wire", "page", "fmu", "ardupilot", "nobody"]
+"""Who steers the own ship: its track pilot, a sender on the wire, a mariner at the page, an FMU aboard, ArduPilot."""

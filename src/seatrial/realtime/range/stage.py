@@ -163,7 +163,7 @@ class Stage:
         self.on_wire = self._connected(line)
         self.alarms = Alarms(loop, OWN, self.contacts, self.faults, scenario.limits, self._across, self._deaf,
                              self._keel)  # fmt: skip
-        self.handover = Handover(loop, OWN, self.pilot, self.on_wire, page)
+        self.handover = self._helm(page)
         self._rock()
         if self.on_wire is not None and line is not None:
             self.reports = Reports(loop, self.on_wire, scenario, self.contacts, self.alarms, line.only)
@@ -253,6 +253,12 @@ class Stage:
         speech = Speech(self.fittings, line.rates, line.framed)
         return OnWire(self.loop, OWN, line.wire, speech, log=line.log, hold=line.hold, authority=line.authority,
                       ticking=False)  # fmt: skip
+
+    def _helm(self, page: bool) -> Handover:
+        helm = Handover(self.loop, OWN, self.pilot, self.on_wire, page)
+        if self.machinery.steers:
+            helm.join("fmu", self.machinery)
+        return helm
 
     def _across(self) -> float | None:
         """Distance from the route by the instruments [m]; None without a route or before the first readings."""

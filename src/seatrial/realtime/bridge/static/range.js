@@ -4,8 +4,8 @@ import { make } from "./shared/dom.js";
 import { DEGREE, KNOT, MILE, clock, course, fixed } from "./shared/units.js";
 
 const $ = id => document.getElementById(id);
-const CALLED = { pilot: "Track pilot steers", wire: "Autopilot on the wire steers", page: "Mariner steers" };
-const TO = { pilot: "Hand to track pilot", wire: "Hand to wire", page: "Take over" };
+const CALLED = { pilot: "Track pilot steers", wire: "Autopilot on the wire steers", page: "Mariner steers", fmu: "FMU steers", ardupilot: "ArduPilot steers" };
+const TO = { pilot: "Hand to track pilot", wire: "Hand to wire", page: "Take over", fmu: "Hand to FMU", ardupilot: "Hand to ArduPilot" };
 const STATES = { V: "to acknowledge", A: "acknowledged", U: "over, to acknowledge" };
 
 const PRIORITIES = ["A", "W", "C"], ORDER = ["V", "U", "A"];  // alarm, warning, caution; unacknowledged ones first
