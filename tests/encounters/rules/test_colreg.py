@@ -132,6 +132,28 @@ def test_each_breach_is_named_and_no_other(
     assert (set(one.broken()), set(two.broken())) == (broken, others)
 
 
+@pytest.mark.parametrize(("L", "U"), [(200.0, 8.0), (200.0, 4.0), (3.0, 1.0), (3.0, 0.5)])
+@pytest.mark.parametrize(("turns", "seen"), [
+    (((0.0, 31.0),), True), (((0.0, 29.0),), False),
+    (((0.0, 26.0), (12.0, 6.0)), True),  # most of it in one move: an ordered course is reached slowly
+    (((0.0, 22.0), (12.0, 12.0)), False),
+    (((0.0, 11.0), (4.5, 11.0), (9.0, 11.0)), False),  # a series of small alterations
+    (((0.0, 16.0), (3.0, 16.0)), True),
+    (((0.0, 26.0), (12.0, -56.0)), False),  # a large one to the other side is not the rest of it
+])  # fmt: skip
+def test_an_alteration_is_seen_by_the_way_that_it_takes_whatever_length_and_speed(
+    L: float, U: float, turns: tuple[tuple[float, float], ...], seen: bool,
+) -> None:  # fmt: skip
+    """Turns after lengths sailed, 12.5 deg a length, by a fast and a slow ship and by models of both."""
+    passage = L / U
+    orders = tuple((20.0 * passage + at * passage, turn, 1.0) for at, turn in turns)
+    start = meeting(-60.0, 45.0 * passage, U)
+    ships = [Sailed(0, 0, 0, U, orders, L), Sailed(*start, -60.0, U, (), L)]
+    made = tracks(ships, T=90.0 * passage, dt=max(0.2 * passage, 0.5), rate=12.5 / passage)
+    limits = Limits().changed({"horizon": 60.0 * passage * math.sqrt(300.0 / L)}, "test")
+    assert (judge(made, limits)[0].margins["8(b)"] >= 0.0) == seen
+
+
 def test_without_risk_there_is_no_encounter() -> None:
     """Passing clear on the first courses is no merit: nothing applies, whatever the ships do."""
     for one in judge(met(-90.0, off=2500.0)):

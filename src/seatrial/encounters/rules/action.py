@@ -15,6 +15,9 @@ from .geometry import Array, Bools, Motion, taken
 from .limits import Limits
 from .roles import Encounter
 
+_STILL = 0.1
+"""Least speed that a ship turns by [m/s]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Action:
@@ -24,7 +27,8 @@ class Action:
         exists: whether it does anything that can be detected.
         row: where that begins.
         starboard, port: greatest alteration to either side of the course at the beginning [rad].
-        prompt: greatest alteration to one side within the `window` from the action's beginning [rad].
+        shown: greatest alteration to one side that is made in one move [rad]: what is turned within the `window` from
+            the action's beginning counts by `at_once`, as much as is turned in all.
         slowed: greatest loss of speed, as a share.
         course, speed: change from the course [rad] and share of speed lost, of each row, shape (..., rows).
     """
@@ -33,7 +37,7 @@ class Action:
     row: NDArray[np.intp]
     starboard: Array
     port: Array
-    prompt: Array
+    shown: Array
     slowed: Array
     course: Array
     speed: Array
@@ -52,12 +56,14 @@ def action(ship: Motion, t: Array, met: Encounter, until: NDArray[np.intp], limi
     row = np.minimum(turned, slowing)
     exists = row < len(t)
     row = np.where(exists, row, len(t) - 1)
-    # ships that turn away from each other are apart before the turn is done
-    swift = (t >= t[row][..., None]) & (t <= t[row][..., None] + limits.window.of(ship.L))
-    return Action(
-        exists, row, _most(course, within), _most(-course, within), _most(np.abs(course), swift & exists[..., None]),
-        _most(speed, within), course, speed,
-    )  # fmt: skip
+    way = limits.window.value * ship.L / np.maximum(taken(U, met.begins), _STILL)[..., None]
+    swift = (t >= t[row][..., None]) & (t <= t[row][..., None] + way)
+    starboard, port = _most(course, within), _most(-course, within)
+    # ships that turn away from each other are apart before the turn is done, which is within the window or not
+    moves = [(whole, _most(side * course, swift & exists[..., None]))
+             for side, whole in ((1.0, starboard), (-1.0, port))]  # fmt: skip
+    shown = [np.minimum(np.maximum(whole, move), move / limits.at_once.value) for whole, move in moves]
+    return Action(exists, row, starboard, port, np.maximum(*shown), _most(speed, within), course, speed)
 
 
 def smooth(psi: Array, t: Array, span: Array) -> Array:

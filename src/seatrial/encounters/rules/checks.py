@@ -93,8 +93,8 @@ def early(view: View) -> Check:
 
 
 def apparent(view: View) -> Check:
-    """Rule 8(b): large enough to be seen: `apparent` within `window`, in one move, or speed less by `halving`."""
-    size = np.maximum(view.own.prompt / view.limits.apparent.value, view.own.slowed / view.limits.halving.value)
+    """Rule 8(b): large enough to be seen: `apparent` in one move (`window`, `at_once`), or speed less by `halving`."""
+    size = np.maximum(view.own.shown / view.limits.apparent.value, view.own.slowed / view.limits.halving.value)
     return Check("8(b)", MUST_ACT, view.due, size - 1.0)
 
 

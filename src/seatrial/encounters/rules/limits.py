@@ -2,6 +2,7 @@
 
 COLREG itself has no figure but the 22.5 deg of Rule 13(b).  Values stand for a ship of `L_REFERENCE`; lengths grow with
 the length of the longer ship, times with its square root (Froude's law), so that a model and its ship are judged alike.
+What a ship needs to turn counts in lengths at its own speed, as MSC.137(76) has it, so that slow ships are too.
 """
 
 from __future__ import annotations
@@ -63,8 +64,10 @@ class Limits:
         doubt: tolerance at the borders of all sectors, where either class is accepted [rad].
         beginning, detectable, apparent: alteration of course with which an action begins, can be detected by
             another ship, and is apparent to it [rad] (Rule 8(b)).
+        at_once: share of what is apparent that is turned within the `window`; an ordered course is reached slowly.
         slowing, halving: reduction of speed that can be detected and is apparent, as shares.
-        window: time within which the alteration has to be made [s]; a series of small ones takes longer.
+        window: way within which the alteration has to be made, in ship lengths at the speed with which the encounter
+            begins: ships turn by lengths sailed, whatever their speed; a series of small alterations takes longer.
         smoothing: span of the mean that takes yawing in waves from the heading [s].
         bow: distance from the other ship within which crossing its bow line is passing ahead [m] (Rules 13, 15).
         stem: bearing from the other's bow at the closest approach that is ahead of it when overtaking [rad].
@@ -89,9 +92,11 @@ class Limits:
     beginning: Limit = Limit(2.0 * DEG, "not", HAGEN)
     detectable: Limit = Limit(10.0 * DEG, "not", f"{HAGEN}, Rule 14")
     apparent: Limit = Limit(30.0 * DEG, "not", HAGEN)
+    at_once: Limit = Limit(0.8, "not", f"{PRACTICE}: four fifths of an alteration in one move")
     slowing: Limit = Limit(0.2, "not", f"{HAGEN}, CCTA profile")
     halving: Limit = Limit(0.5, "not", f"{HAGEN}, CCTA profile")
-    window: Limit = Limit(240.0, "time", f"{PRACTICE}: a fourth turn of a large ship with moderate rudder")
+    window: Limit = Limit(6.0, "not", "MSC.137(76), 5.3.1: a quarter turn by hard rudder within an advance of 4.5 "
+                          f"lengths; {PRACTICE}: a third more for moderate rudder")  # fmt: skip
     smoothing: Limit = Limit(20.0, "time", f"{PRACTICE}: twice the period of long waves")
     bow: Limit = Limit(1.0 * MILE, "length", f"{PRACTICE}: twice the passing distance of coastal waters")
     stem: Limit = Limit(45.0 * DEG, "not", f"{HAGEN}, Rule 13")

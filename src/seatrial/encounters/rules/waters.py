@@ -103,7 +103,7 @@ def safe_speed(tracks: Tracks, waters: Waters, limits: Limits) -> Array:
     It stops within `stopping` of its lengths from the speed `U`, and as the square of the speed from another, as
     resistance and propeller brake with the square.
     """
-    U = np.hypot(tracks.u[..., 0, :], tracks.v_m[..., 0, :]).max(axis=-1)
+    U = _speed(tracks).max(axis=-1)
     reach = limits.stopping.value * float(tracks.L[0]) * (U / waters.U) ** 2
     return limits.sight.value * waters.visibility / np.maximum(reach, 1e-9) - 1.0
 
@@ -152,7 +152,7 @@ def separation(tracks: Tracks, chart: Chart, free: Bools, limits: Limits) -> Arr
 def _acting(tracks: Tracks, judged: Sequence[Judged], limits: Limits) -> Bools:
     """Rows in which the own ship acts for another one, and comes back to its course once that is past and clear."""
     rows = np.arange(len(tracks.t))
-    back = limits.window.of(tracks.L[:1])
+    back = limits.window.value * tracks.L[0] / np.maximum(_speed(tracks)[..., :1], 0.1)
     found = np.zeros(tracks.x[..., 0, :].shape, dtype=bool)
     for one in judged:
         if one.ship == 0:
@@ -162,6 +162,11 @@ def _acting(tracks: Tracks, judged: Sequence[Judged], limits: Limits) -> Bools:
             found |= one.own.exists[..., None] & (rows >= one.own.row[..., None]) & (
                 one.met.during(len(rows)) | coming)  # fmt: skip
     return found
+
+
+def _speed(tracks: Tracks) -> Array:
+    """Of the own ship over ground [m/s], shape (..., rows)."""
+    return np.hypot(tracks.u[..., 0, :], tracks.v_m[..., 0, :])
 
 
 def _least(margin: Array) -> Array:

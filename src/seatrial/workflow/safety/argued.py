@@ -17,6 +17,7 @@ from ...core.version import __version__
 from ...encounters import Tracks
 from ...encounters.meeting import Meeting
 from ...encounters.rules import OPEN_WATER, Judged, Limits, Waters
+from ...encounters.rules.limits import L_REFERENCE
 from ...encounters.rules.waters import AGROUND, CONTOUR
 from ...models import unit
 from ...report.blocks import Body, bullets, fields, lead, number, soft, table
@@ -124,7 +125,7 @@ def page(
         Section("What failed", _failed(found)),
         Section("Show me", _failures(found, again, waters)),
         Section("What was not tried", drawn(tried) + bullets(_not_tried(found, tried, waters))),
-        Section("Who says", _says()),
+        Section("Who says", _says(max(ship.L_pp, found.file.encounters.length or 0.0))),
         Section("Repeat it", bullets((
             f"seatrial case {path} -o FOLDER (the same to the last bit on one type of processor)",
             f"seed {found.file.seed}, version {__version__}; a run is drawn anew by its number alone",
@@ -229,14 +230,17 @@ def _beyond(waters: Waters) -> list[str]:
             *(f"the chart: {one}" for one in waters.chart.lacks)]  # fmt: skip
 
 
-def _says() -> Body:
-    """Thresholds with their sources, and what is asked elsewhere of such evidence."""
+def _says(L: float) -> Body:
+    """Thresholds for ships of a length with their sources, and what is asked elsewhere of such evidence."""
     limits = Limits()
-    rows = [(one.name, number(getattr(limits, one.name).value), getattr(limits, one.name).source)
-            for one in dataclasses.fields(limits)]  # fmt: skip
-    return (soft("COLREG 1972 has one figure, the 22.5 degrees of Rule 13(b); all others are of those named here, for "
-                 "a ship of 300 m, in SI units and radians.")
-            + table(("threshold", "value", "who says so"), rows, words=(0, 2), wide=True)
+    named = [(one.name, getattr(limits, one.name)) for one in dataclasses.fields(limits)]
+    rows = [(name, number(one.value), number(float(one.of(np.array(L)))), one.source) for name, one in named]
+    return (soft("COLREG 1972 has one figure, the 22.5 degrees of Rule 13(b); all others are of those named here, in "
+                 "SI units and radians. Distances grow with the length of the longer ship, times with its root "
+                 "(Froude's law); window, extremis and stopping are ship lengths, sailed at the own speed, so that a "
+                 "slow model has as long as it needs to turn.")
+            + table(("threshold", f"at {L_REFERENCE:g} m", f"here, {number(L)} m", "who says so"), rows, words=(0, 3),
+                    wide=True)
             + table(("asked for by", "what", "where it is here"), _TRACED, words=(0, 1, 2), wide=True))  # fmt: skip
 
 
