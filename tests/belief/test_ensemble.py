@@ -37,7 +37,6 @@ def test_the_noise_is_seen_through_the_errors_that_last(fitted):
     assert level["u"] < 1e-4
 
 
-@pytest.mark.long
 def test_members_spread_as_linear_theory_has_it():
     """Two parameters, heading only: the start's error bends every sample, the samples have errors of their own."""
     told = problem(SHIP, paths=("hull.R_0", "rudder.kappa"), loss=Loss({"psi": GNSS["psi"]}, 0.0))
@@ -45,7 +44,8 @@ def test_members_spread_as_linear_theory_has_it():
     members = ensemble(fit, told, ESTIMATOR, members=400, noise={"psi": GNSS["psi"]}, seed=1)
     arguments = {"window": 600.0, "dt": 1.0, "every": 1, "method": "euler", "threads": 2}
     one = TrajectoryObjective.build(told, told.trials, told.loss.sigma, **arguments)
-    slopes = one.linearised(one.lanes(fit.values, np.zeros(0))[0])[1][:, 1:, 2, :] / GNSS["psi"]
+    lanes, _ = one.lanes(fit.values[None], np.zeros((1, 0)))
+    slopes = one.slopes(lanes)[1][0, :, 1:, 2, :] / GNSS["psi"]
     J, start = slopes[:, :, :2], slopes[:, :, 4] * GNSS["psi"]
     H = np.einsum("wri,wrj->ij", J, J)
     pulled = np.einsum("wri,wr->wi", J, start)
@@ -53,7 +53,6 @@ def test_members_spread_as_linear_theory_has_it():
     np.testing.assert_allclose(members.values.std(axis=0), np.sqrt(np.diag(covariance)), rtol=0.1)
 
 
-@pytest.mark.long
 def test_an_ensemble_is_the_same_whenever_it_is_drawn_and_stays_in_the_box(fitted, group):
     told, fit = fitted
     again = ensemble(fit, told, ESTIMATOR, members=40, seed=3)
@@ -82,7 +81,6 @@ def test_bands_hold_the_fit_and_the_truth(fitted, group):
     assert one.interval("advance")[0] <= narrow[0] < narrow[1] <= one.interval("advance")[1]
 
 
-@pytest.mark.long
 def test_a_small_coverage_of_the_unseen_tactical_diameter():
     """Five parameters; the long tier has all twelve and a hundred repetitions."""
     paths = ("hull.R_0", "propeller.w_P0", "rudder.epsilon", "rudder.kappa", "rudder.gamma_Rp")
@@ -108,7 +106,6 @@ def test_a_model_of_the_right_structure_is_not_blamed(fitted):
         assert abs(r.runs) < 4.0
 
 
-@pytest.mark.long
 def test_unlogged_wind_and_a_lagging_rudder_are_seen_in_the_residuals():
     told = unmodelled(1)
     fit = ESTIMATOR.fit(told)
