@@ -88,3 +88,50 @@ def test_importing_the_package_and_its_command_line_is_light() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == {"import seatrial": [], "the command line": []}
+
+
+COLD = {
+    ("--help",): ("cli core report workflow", "click"),
+    ("simulate", "kvlcc2", "turning", "--json"): (
+        "actuators cli core data engine environment forces harbour manoeuvres models report ships simulate study "
+        "workflow", "casadi click numpy"),
+}  # fmt: skip
+"""Commands with the rooms and the libraries that they may import."""
+
+NEVER = ("multiprocessing", "concurrent.futures.process", "asyncio", "ssl", "http", "email", "unittest", "threadpoolctl")
+"""What costs more to import than a short command may."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", COLD, ids=lambda words: words[0])
+def test_a_short_command_imports_what_it_needs(words: tuple[str, ...]) -> None:
+    code = (
+        "import contextlib, io, json, sys\n"
+        "from seatrial.cli.app import main\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    main(json.loads(sys.argv[1]))\n"
+        "print(json.dumps(sorted(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code, json.dumps(words)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found, (rooms, libraries) = json.loads(done.stdout), COLD[words]
+    own = [name.removeprefix("seatrial.") for name in found if name.startswith("seatrial.")]
+    assert {room(name) for name in own} <= set(rooms.split())
+    assert not set(NEVER) & set(found)
+    known = {*libraries.split(), "seatrial", "swig_runtime_data5", *sys.stdlib_module_names}
+    brought = {name.partition(".")[0] for name in found} - known
+    assert not {name for name in brought if not name.startswith("_")}, brought
+
+
+@pytest.mark.slow
+def test_a_manoeuvre_is_found_without_the_others() -> None:
+    """Most modules are named as their manoeuvre, so that one import answers; an odd one is found among all."""
+    code = (
+        "import sys\nfrom seatrial.workflow.simulation import find, known\n"
+        "found = find('pull-out')\n"
+        "there = [name for name in sys.modules if name.startswith('seatrial.manoeuvres.')]\n"
+        "assert 'seatrial.manoeuvres.spiral' not in there, there\n"
+        "assert found.kind == 'pull-out' and all(find(kind) is cls for kind, cls in known().items())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..core.values import dataclass
 from ..data import Array, DataError, Trial
 
 LEAVES, EDGE = 0.20, 0.05

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from ..core.files import write_whole
 from ..core.records import read_archive, to_archive
+from ..core.values import dataclass
 from ..data import Array
 from ..identify import StudyError
 from .sampling.sampled import Sampled

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ..core.constants import GRAVITY
+from ..core.values import dataclass
 from ..data import Array, DataError, Trial, unwrapped
 from ..environment import to_earth
 from ..identify import Loss, Nuisance, Problem

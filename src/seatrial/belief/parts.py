@@ -7,7 +7,7 @@ the whole one ended, so that a part takes a few iterations.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core.executors import Pool
 from ..core.files import packed, write_whole
+from ..core.values import dataclass
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
 from ..identify.resume import digest, kept_arrays

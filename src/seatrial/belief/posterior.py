@@ -7,11 +7,12 @@ else: a draw is one of that density given that it lies within the bounds of the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from ..core.parameters import Free, specs
+from ..core.values import dataclass
 from ..data import Array
 from ..ships import Ship
 from ..study.grounds import Grounds, Ranges

@@ -10,13 +10,14 @@ draw of the parameters has a T of its own, by as many degrees of freedom as ther
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Any
 
 import numpy as np
 
 from ..core.parameters import Free
 from ..core.records import Limits
+from ..core.values import dataclass
 from ..data import Array
 from ..identify.vector import Vector
 

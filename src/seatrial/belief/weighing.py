@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.special import gammaincinv
 
+from ..core.values import dataclass
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
 from ..identify.posterior.misfit import white

@@ -8,9 +8,10 @@ after shows whether the machine had other work.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
+
+from ..core.values import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from ..core.parameters import read
+from ..core.values import dataclass
 from ..data import Array
 from ..manoeuvres.zigzag import Zigzag
 from ..simulate.run import campaign

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from ..core.parameters import ParameterError, possible
+from ..core.values import dataclass
 from ..data import Array, Trial
 from ..environment import CHANNELS, Uniform
 from ..environment.weather import Gust

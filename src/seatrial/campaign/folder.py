@@ -15,7 +15,6 @@ import hashlib
 import io
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +22,7 @@ import numpy as np
 
 from ..core.files import plain
 from ..core.records import digest, from_json, json_in
+from ..core.values import dataclass
 from ..core.version import __version__
 from . import Campaign, CampaignError, Criterion
 from .chunk import compute

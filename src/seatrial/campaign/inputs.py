@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ..core.parameters import ParameterError
+from ..core.values import dataclass
 from ..data import Array
 
 Kind = Literal["constant", "uniform", "normal", "lognormal", "triangular", "choice", "values"]

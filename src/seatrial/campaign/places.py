@@ -11,12 +11,12 @@ import io
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from ..core.errors import CampaignError, first_line
 from ..core.files import held_alone, write_together
+from ..core.values import dataclass
 
 if TYPE_CHECKING:
     import polars as pl

@@ -9,10 +9,10 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.executors import Pool
+from ..core.values import dataclass
 from ..engine import EngineNotice
 from ..engine.compilers import no_compiler
 from . import Campaign, CampaignError

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated, Literal
 
 from ..core.records import Limits, Positive
+from ..core.values import dataclass
 from .designs import Design
 
 SCHEMA = "seatrial-campaign/1"

@@ -6,7 +6,7 @@ Only the kept rows leave the compiled loop.  A run that fails keeps those before
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import CampaignError
 from ..core.parameters import unknown
+from ..core.values import dataclass
 from ..data import Array
 from ..manoeuvres import Policy
 from ..ships import Ship

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from ..core.values import dataclass
 from ..validate.fitness import Limit
 from . import ANSWERS, Need, table
 from .survey import Assessment

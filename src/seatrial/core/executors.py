@@ -16,17 +16,16 @@ from concurrent.futures import (
     BrokenExecutor,
     CancelledError,
     Future,
-    ProcessPoolExecutor,
     ThreadPoolExecutor,
     wait,
 )
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from multiprocessing import get_context, parent_process
+from dataclasses import field
 from threading import Thread
 from typing import Any, Protocol, TypeVar
 
 from .errors import ClusterError, RequestError, RunError, first_line
+from .values import dataclass
 from .version import __version__
 
 Result = TypeVar("Result")
@@ -190,6 +189,9 @@ def processes(number: int) -> Generator[Pool, None, None]:
     Raises:
         RunError: one of them was killed.
     """
+    from concurrent.futures import ProcessPoolExecutor  # a fifth of a short command's imports
+    from multiprocessing import get_context
+
     executor = ProcessPoolExecutor(number, get_context("spawn"), initializer=_end_with_parent)
     try:
         yield Pool(executor, lambda: number, away=True)
@@ -202,6 +204,8 @@ def processes(number: int) -> Generator[Pool, None, None]:
 
 def _end_with_parent() -> None:
     """A killed parent leaves the pipe of its workers open, on which they would wait for ever."""
+    from multiprocessing import parent_process
+
     parent = parent_process()
 
     def watch() -> None:

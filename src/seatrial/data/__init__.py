@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from ..core.errors import DataError, MissingError
 from ..core.once import by_identity
 from ..core.parameters import unknown
+from ..core.values import dataclass
 
 __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 

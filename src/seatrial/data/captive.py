@@ -21,7 +21,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -29,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.parameters import PRIME, unknown
+from ..core.values import dataclass
 from . import Array, DataError
 from .mapping.schema import Column
 from .sidecar import Described, read_described

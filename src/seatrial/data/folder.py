@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from ..core.parameters import unknown
+from ..core.values import dataclass
 from . import DataError, Trial
 from .check import Finding, check_set
 from .formats import formats, known_by_suffix, reader, recordings

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.values import dataclass
 from . import Array, DataError
 
 SEMI_AXIS, E2 = 6378137.0, 0.00669437999014

@@ -6,10 +6,10 @@ A format that is not read is named with the program that turns it into one that 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 
+from ..core.values import dataclass
 from .n2k.layouts import frame_of
 from .n2k.recorder import recorded
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.errors import RequestError
 from ..core.parameters import unknown
+from ..core.values import dataclass
 from .shelf import inside
 
 Values = Mapping[str, str]

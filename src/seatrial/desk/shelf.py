@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.errors import DataError, RequestError
+from ..core.values import dataclass
 from ..data.guess.guessing import reader_of
 from ..study.store import SUMMARY
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import permutations
 from pathlib import Path
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..core.constants import KNOT
 from ..core.errors import RequestError
+from ..core.values import dataclass
 from ..data import Array
 from ..data.geodesy import Datum
 from .meeting import Meeting

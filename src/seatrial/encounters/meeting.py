@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import RequestError
 from ..core.parameters import unknown
+from ..core.values import dataclass
 from ..data import Array
 from .rules import Role
 from .rules.geometry import wrapped

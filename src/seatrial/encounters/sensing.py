@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 
 from ..core.constants import KNOT, MILE
 from ..core.records import Limits, NotNegative, Positive
+from ..core.values import dataclass
 from ..data import Array
 from .conduct import Master, Orders, Scene
 from .rules.geometry import Bools

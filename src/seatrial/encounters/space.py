@@ -8,11 +8,11 @@ them, but for the ratio of speeds, which is uniform here.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..core.errors import RequestError
+from ..core.values import dataclass
 from ..data import Array
 from ..environment import CHANNELS
 from .meeting import Meeting, Ranges, Span

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from ..core.errors import RequestError
+from ..core.values import dataclass
 from ..data import Array
 
 

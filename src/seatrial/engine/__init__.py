@@ -10,7 +10,6 @@ or no vector mathematics is at hand (`virtual`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import SimulationError as SimulationError
 from ..core.parameters import Scalar
+from ..core.values import dataclass
 
 if TYPE_CHECKING:
     from .field import Field

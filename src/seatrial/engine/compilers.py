@@ -12,11 +12,11 @@ import platform
 import shlex
 import shutil
 import subprocess
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from ..core.errors import CompilerError
+from ..core.values import dataclass
 
 _COMMON = (
     "-O2", "-ftree-vectorize", "-march=native", "-mprefer-vector-width=512", "-fopenmp-simd",

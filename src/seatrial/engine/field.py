@@ -7,12 +7,13 @@ near.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..core.values import dataclass
 
 Array = NDArray[np.float64]
 

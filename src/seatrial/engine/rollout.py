@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, Protocol, cast
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from ..core.executors import processors as default_threads
 from ..core.parameters import ParameterError, unknown
+from ..core.values import dataclass
 from . import Array, EngineNotice, Failure, Rollout, System, simd, virtual
 from .cache import CompilerError
 from .cuda import Device, DeviceError

@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..core.symbolic import alone
+from ..core.values import dataclass
 from . import Array, System, trace
 from .cache import library
 from .csource import LANES, rollout_source, sensitivity_source

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from ..core.values import dataclass
 from . import Array, System
 from .csource import LANES
 from .rollout import Simulator

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -11,6 +10,7 @@ import numpy as np
 
 from ..core.parameters import ParameterError
 from ..core.symbolic import Function, alone
+from ..core.values import dataclass
 from . import Array, Scalars, System
 
 

@@ -8,12 +8,11 @@ and its policy on CasADi's machine.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from ..core.symbolic import Function
+from ..core.values import dataclass
 from . import Array, System, Untraced, trace
 
 _FEW = 32
@@ -118,6 +117,8 @@ class VirtualRollout:
                     state0, memory0, series, P, t0, dt, steps, every,
                 )  # fmt: skip
             plant = self._plant(memory0[:, len(self.system.memory) :])
+            from threadpoolctl import ThreadpoolController  # looks at every library of the process
+
             with ThreadpoolController().limit(limits=1 if state0.shape[0] < _FEW else threads, user_api="blas"):
                 return self._stepped(
                     lambda z, a: z + dt * plant.rates(z, a), state0, memory0, series, P, t0, dt, steps, every

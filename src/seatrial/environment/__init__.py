@@ -11,7 +11,6 @@ looked up at each step (`grid`); a `Charted` environment has it besides the chan
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..core.parameters import Scalar, Spec, possible
 from ..core.symbolic import cos, sin
+from ..core.values import dataclass
 
 
 class Environment(NamedTuple):

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import ChartError as ChartError
+from ..core.values import dataclass
 from .fenders import Fender
 
 # Rows and columns of a tile of a grid, sides of a block, and of an outline that is filled row by row.

@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..core.errors import ChartError, first_line
+from ..core.values import dataclass
 from ..data import DataError
 from ..data.geodesy import Datum
 from .chart import Area, Chart, Lane, Points, Spot

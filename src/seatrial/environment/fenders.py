@@ -7,13 +7,13 @@ falling branch of a cone (35 to 60 percent) is kept: stiffness is negative there
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
 
 from ..core.errors import ChartError
 from ..core.parameters import Scalar
 from ..core.symbolic import larger
+from ..core.values import dataclass
 
 
 @dataclass(frozen=True)

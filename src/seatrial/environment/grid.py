@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.values import dataclass
 from ..engine.field import Field
 from .chart import Bank, Chart, ChartError, Points, nearest, sides, spaced
 from .fenders import CURVES, Curve

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import WeatherError as WeatherError
 from ..core.parameters import unknown
+from ..core.values import dataclass
 from ..data import Trial
 from . import CHANNELS, VECTORS, Weather
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ..core.parameters import Scalar, Scalars
 from ..core.symbolic import cos, larger, magnitude, sin, smaller, where
+from ..core.values import dataclass
 from ..data import Array
 from .tasks import Judged, Scale, Seen, Start, any_of, outside, spread
 

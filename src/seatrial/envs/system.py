@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from ..core.parameters import Scalar, unknown
 from ..core.symbolic import clip, cos, sin, where
+from ..core.values import dataclass
 from ..engine import System
 from ..environment import CHANNELS, Environment, through_water
 from ..manoeuvres import Helm

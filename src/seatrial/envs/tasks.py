@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from ..core.errors import TaskError as TaskError
 from ..core.parameters import Scalar
 from ..core.symbolic import atan2, both, clip, cos, magnitude, sin, speed, where
+from ..core.values import dataclass
 from ..data import Array
 
 Scalars = tuple[Scalar, ...]

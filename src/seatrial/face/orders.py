@@ -7,8 +7,9 @@ ship; docs/manoeuvres.md has them, and what each yields.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar, Literal
+
+from ..core.values import dataclass
 
 Side = Literal["starboard", "port"]
 

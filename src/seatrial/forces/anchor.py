@@ -8,11 +8,11 @@ an anchor is one on a line (`contact.Line`) with the holding power as the settin
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import larger, root
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 STOCKLESS: Mapping[tuple[str, str], tuple[float, float]] = MappingProxyType({

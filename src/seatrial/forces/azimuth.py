@@ -8,11 +8,11 @@ the second lever is misprinted in You 2023 Eq. 8.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, magnitude, sin, tanh, where
+from ..core.values import dataclass
 from . import Flow, Force, ThrusterModule
 
 # Revolutions [1/s] over which the offset of a thrust polynomial fades out, so that a still propeller is silent.

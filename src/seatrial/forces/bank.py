@@ -9,9 +9,8 @@ measured, has x_bank below zero.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, spec
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 
 from ..core.parameters import Scalar, spec
+from ..core.values import dataclass
 from . import Force
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar
+from ..core.values import dataclass
 from . import Force
 from .body import Body
 

@@ -8,10 +8,9 @@ besides its inertia there is a force of half v^2 times the change per metre, awa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import clip, larger, root, where
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 # A quay farther off than a million metres is none [1/m]; nearer than this the ship touches it [m]; the keel touches

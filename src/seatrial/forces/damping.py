@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, choice, spec
 from ..core.symbolic import magnitude
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 from .crossflow import drag_force, drag_moment
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import larger, magnitude, speed, where
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 # Yaw rate r L_pp/U up to which cubic terms are as printed: twice that of the hardest turns.  Beyond, on the spot, the

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, magnitude, smaller
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 

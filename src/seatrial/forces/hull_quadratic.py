@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, larger, magnitude, speed, where
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 # Yaw rate r L_pp/U up to which the terms are as printed, as in `hull`; beyond, the one by b r'^2 fades with the speed.

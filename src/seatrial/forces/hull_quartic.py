@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import speed
+from ..core.values import dataclass
 from . import Flow, Force
 from .hull import Polynomial
 

@@ -17,12 +17,12 @@ moored ship go with V^2.3.  Not valid nearer than about B + d, across courses, n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import NamedTuple
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import clip, larger, log, magnitude, root, sign, smaller, where
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 IMAGES = 10

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import atan2, clip, exp, where
+from ..core.values import dataclass
 from . import Flow, Force, PropellerModule, Slipstream
 from .propeller import inflow_angle
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from ..core.parameters import Scalar, Scalars, choice, spec
 from ..core.symbolic import both, clip, magnitude, speed, where
+from ..core.values import dataclass
 from . import Flow, Force, PropellerModule, Slipstream
 
 

@@ -14,10 +14,10 @@ so that y is s v/(...) of the motion's velocity v.  Slow motions feel the added 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from math import inf
 
 from ..core.parameters import Scalar, Scalars, spec
+from ..core.values import dataclass
 
 Three = tuple[Scalar, Scalar, Scalar]
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, cos, magnitude, root, sign, sin, speed, where
+from ..core.values import dataclass
 from . import Flow, Force, RudderModule, Slipstream
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 
 from ..core.parameters import Scalar, choice, spec
 from ..core.symbolic import TINY, atan2, clip, cos, larger, magnitude, root, sin, smaller, speed, where
+from ..core.values import dataclass
 from . import Flow, Force, RudderModule, Slipstream
 from .rudder import on_hull
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, spec
+from ..core.values import dataclass
 from . import Flow, Force, RudderModule, Slipstream
 from .rudder import stream
 

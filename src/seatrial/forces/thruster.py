@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
 from ..core.constants import GRAVITY
 from ..core.parameters import ParameterError, Scalar, Scalars, choice, spec
 from ..core.symbolic import exp, is_symbol, larger, magnitude, root, where
+from ..core.values import dataclass
 from . import Flow, Force, ThrusterModule
 
 # Squared revolutions [1/s^2] below which a jet is as good as none: its velocity never divides by zero.

@@ -6,11 +6,11 @@ the turn for full throttle ahead more, and the other side for as much less.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import clip, is_symbol, magnitude, where
+from ..core.values import dataclass
 from . import HARD_OVER, Flow, Force, ThrusterModule
 from .azimuth import columns
 

@@ -7,10 +7,9 @@ default.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import exp, where
+from ..core.values import dataclass
 from . import Flow
 from .cushion import quay_gap
 from .thruster import Tunnel

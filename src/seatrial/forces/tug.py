@@ -8,12 +8,12 @@ Indirect towing above 8 kn is not modelled, nor the wash of a tug on a short lin
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, magnitude, sin, speed
+from ..core.values import dataclass
 from . import Flow, Force, ThrusterModule
 
 

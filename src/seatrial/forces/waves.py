@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import pi
 from typing import ClassVar
 
 from ..core.constants import GRAVITY
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import clip, magnitude, root, speed, where
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 

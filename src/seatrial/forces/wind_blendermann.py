@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from csv import DictReader
-from dataclasses import dataclass
 from importlib.resources import files
 from math import pi
 
 from ..core.parameters import ParameterError, Scalar, spec, unknown
 from ..core.symbolic import atan2, magnitude, speed, where
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 

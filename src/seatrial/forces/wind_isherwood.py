@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from csv import reader
-from dataclasses import dataclass
 from importlib.resources import files
 from math import pi
 from typing import NamedTuple
 
 from ..core.parameters import Scalar, spec
 from ..core.symbolic import atan2, larger, magnitude, sign
+from ..core.values import dataclass
 from . import Flow, Force, ForceModule
 
 

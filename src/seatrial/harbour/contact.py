@@ -16,13 +16,13 @@ ship that lies under wind and fenders does not creep.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
 from ..core.parameters import Scalar, Scalars
 from ..core.symbolic import clip, cos, larger, root, sin, smaller, where
+from ..core.values import dataclass
 from ..environment.fenders import Curve
 from ..environment.grid import Stop, Wall
 

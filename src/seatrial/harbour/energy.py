@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
+
+from ..core.values import dataclass
 
 
 def vasco_costa(B: float, d: float, C_b: float, keel: float) -> float:

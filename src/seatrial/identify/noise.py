@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.once import by_identity
+from ..core.values import dataclass
 from ..data import Array, Trial
 from ..data.prepare import measured
 from ..environment import CHANNELS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, ClassVar, Protocol, runtime_checkable
@@ -16,6 +16,7 @@ from ..core.errors import StudyError as StudyError
 from ..core.executors import Pool
 from ..core.parameters import Free
 from ..core.records import Limits
+from ..core.values import dataclass
 from ..data import Array, Trial
 from ..ships import Ship
 from .diagnosis.findings import Diagnosis

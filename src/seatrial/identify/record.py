@@ -7,12 +7,12 @@ records into windows that start at measured states; `shooting.chains` cuts them 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.values import dataclass
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import between_readings, derived, resample
 from ..models import STATES, Model

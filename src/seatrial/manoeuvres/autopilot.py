@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import atan2, clip, cos, magnitude, sin, where
+from ..core.values import dataclass
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import at, helm_channel, reached, rms, turned

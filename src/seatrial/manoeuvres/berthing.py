@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, root, sin, smaller
+from ..core.values import dataclass
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .autopilot import usual_gains, wrapped

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, magnitude, root, sign, sin, where
+from ..core.values import dataclass
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .autopilot import wrapped

@@ -9,13 +9,13 @@ stick is left alone for a random time, then moved, at the pace of a hand, to a n
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import larger, smaller
+from ..core.values import dataclass
 from ..data import Array
 from . import Settings
 from .pseudo_random import Excitation

@@ -10,13 +10,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
+from ..core.values import dataclass
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import helm_channel, in_lengths, rms

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, where
+from ..core.values import dataclass
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, holds, last_seconds, rudder_channel, yaw_rate

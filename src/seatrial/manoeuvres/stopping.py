@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import larger, where
+from ..core.values import dataclass
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .reading import at, complete_rows, in_lengths, path_length, track, turned

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import Scalar, Scalars, spec
+from ..core.values import dataclass
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .reading import complete_rows, in_lengths, path_length, track, turned

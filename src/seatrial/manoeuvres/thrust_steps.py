@@ -8,13 +8,13 @@ along, which is what underactuated means here.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import atan2, speed
+from ..core.values import dataclass
 from ..data import Array
 from . import Settings
 from .autopilot import wrapped

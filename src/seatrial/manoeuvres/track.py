@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar, NamedTuple, Self
 
@@ -17,6 +16,7 @@ import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import atan2, both, clip, cos, sin, where
+from ..core.values import dataclass
 from ..data import Trial
 from . import Index, Manoeuvre, Settings
 from .autopilot import usual_gains, wrapped

@@ -7,12 +7,12 @@ takes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import ClassVar
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import clip, cos, larger, sign, sin
+from ..core.values import dataclass
 from . import Policy
 from .autopilot import wrapped
 

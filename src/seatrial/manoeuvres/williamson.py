@@ -7,9 +7,9 @@ midships; then the ship is steered on that course (IAMSAR Manual volume III).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar
 
+from ..core.values import dataclass
 from .recovery import Recovery
 
 

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import where
+from ..core.values import dataclass
 from ..data import Array, Trial
 from . import Index, Manoeuvre, Settings
 from .heel import either_way

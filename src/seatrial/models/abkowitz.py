@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import cache
 from math import inf
 
 from ..core.parameters import PRIME, ParameterError, Scalar, Scalars, Spec, Terms, choice, spec, terms
 from ..core.symbolic import larger, speed
+from ..core.values import dataclass
 from ..environment import Environment
 from ..forces import Flow
 from . import Model

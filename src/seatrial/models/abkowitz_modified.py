@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from ..core.parameters import PRIME, Scalar, Scalars, spec
 from ..core.symbolic import larger, magnitude, root, sign, speed
+from ..core.values import dataclass
 from ..environment import Environment
 from ..forces import Flow
 from . import Model

@@ -7,12 +7,12 @@ AR (no control among them), ARX of the yaw rate, and vector ARX of (u, v_m, r).
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from itertools import islice
 from typing import ClassVar, NamedTuple
 
 from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import cos, sin
+from ..core.values import dataclass
 from ..environment import Environment, to_body
 from . import STATES, STEERING, UNITS, Sampled
 from .common import Surroundings

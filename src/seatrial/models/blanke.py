@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 
 from ..core.parameters import Parts, Scalar, Scalars, choice, parts, spec
 from ..core.symbolic import magnitude
+from ..core.values import dataclass
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule
 from .common import Composed

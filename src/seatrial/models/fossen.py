@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..core.parameters import ParameterError, Parts, Scalar, Scalars, choice, parts, spec
+from ..core.values import dataclass
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from .common import Composed, Surroundings

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ..core.parameters import Scalar, Scalars, Terms, spec, terms
+from ..core.values import dataclass
 from ..data import Array
 from ..environment import Environment
 from ..forces import Flow, Force

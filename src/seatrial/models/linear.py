@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..core.parameters import ParameterError, unknown
 from ..core.symbolic import alone
+from ..core.values import dataclass
 from ..data import Array
 from ..environment import CALM, CHANNELS, Environment
 from . import Model, Sampled

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from ..core.parameters import ParameterError
+from ..core.values import dataclass
 from ..data import Array
 
 KINDS = ("feedforward", "rnn", "forgetting", "lstm", "gru")

@@ -6,11 +6,11 @@ the ship does not drift.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 from ..core.parameters import ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import clip, magnitude
+from ..core.values import dataclass
 from ..environment import Environment
 from . import Model
 from .common import Surroundings

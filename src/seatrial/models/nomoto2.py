@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import magnitude
+from ..core.values import dataclass
 from ..environment import Environment
 from . import STATES, Model
 from .common import Surroundings

@@ -18,10 +18,10 @@ of Wakita 2022 Eq. 9 and the bound of its tanh, for a force in place of an accel
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from ..core.parameters import ParameterError, Scalar, Spec, Terms, spec
 from ..core.symbolic import clip, magnitude, speed, tanh
+from ..core.values import dataclass
 from ..forces import Flow, Force
 
 FACTORS = {

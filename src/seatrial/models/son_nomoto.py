@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import cache
 from math import inf, pi
 
 from ..core.parameters import PRIME, ParameterError, Scalar, Scalars, Spec, Terms, spec, terms
 from ..core.symbolic import cos, larger, magnitude, sin, speed, where
+from ..core.values import dataclass
 from ..environment import Environment
 from ..forces.propeller import race
 from ..forces.rudder import signed_root

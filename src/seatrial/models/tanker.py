@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 
 from ..core.parameters import PRIME, Scalar, Scalars, spec
 from ..core.symbolic import atan2, larger, magnitude, smaller, where
+from ..core.values import dataclass
 from ..environment import Environment
 from . import Model
 from .common import Surroundings

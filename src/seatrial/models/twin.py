@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ..core.parameters import Parts, Scalar, Scalars, choice, parts, spec
+from ..core.values import dataclass
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body

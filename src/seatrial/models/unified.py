@@ -11,10 +11,10 @@ level: w is the rate of heave, q that of pitch.  Radiation is that of zero speed
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 
 from ..core.parameters import ParameterError, Parts, Scalar, Scalars, parts, spec
+from ..core.values import dataclass
 from ..environment import Environment, InWaves
 from ..forces.radiation import Lateral, Longitudinal, Three
 from ..forces.shallow import afloat

@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from ..core.constants import MILE
+from ..core.values import dataclass
 from ..data.nmea.sentences import Sentence
 from ..data.nmea.ship import Fittings
 from ..manoeuvres import Settings

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from ..core.errors import CommandError as CommandError
+from ..core.values import dataclass
 from ..models import unit
 from ..ships import Ship, ShipError
 from ..ships.felt import idle

@@ -6,10 +6,10 @@ import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from ..core.parameters import unknown
+from ..core.values import dataclass
 from ..environment import Environment
 from ..sensors import Reading
 from ..sensors.suite import Suite

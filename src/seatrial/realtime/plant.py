@@ -12,13 +12,13 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..core.parameters import unknown
+from ..core.values import dataclass
 from ..data import Array
 from ..engine import SimulationError, System
 from ..engine.rollout import Simulator

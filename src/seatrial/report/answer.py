@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from ..core.once import by_identity
+from ..core.values import dataclass
 from ..data import Array
 from ..identify import Fit
 from ..identify.filters import CONSTANT_VELOCITY

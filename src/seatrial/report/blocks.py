@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
+
+from ..core.values import dataclass
 
 Cell = str | float | int | None
 """Of a table: a number stays a number, for data frames; None is empty."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from typing import Any
 from ..core.errors import ReportError as ReportError
 from ..core.files import plain as plain
 from ..core.files import write_together
+from ..core.values import dataclass
 from .blocks import (
     Blanks,
     Block,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
+from ..core.values import dataclass
 from .blocks import Body, number, table
 
 SAME = "as printed"

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.values import dataclass
 from ..identify import Fit
 from ..identify.filters import CONSTANT_VELOCITY
 from ..models import STATES

@@ -10,11 +10,11 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
+from ..core.values import dataclass
 from . import Reading, SensorError, Truth
 
 _BLOCK = 256

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..core.constants import KNOT
+from ..core.values import dataclass
 from ..models import unit
 from ..ships import Ship
 from . import Reading, SensorError, Truth

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..core.constants import KNOT
+from ..core.values import dataclass
 from . import ShipError
 
 FARTHEST = 2.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from ..core.constants import KNOT
 from ..core.files import read_toml
 from ..core.kinds import wrong_kind
 from ..core.parameters import PRIME, Spec, unknown
+from ..core.values import dataclass
 from . import Entry, ShipError
 
 _ABSURD = 1e16

@@ -12,11 +12,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from ..actuators import Actuators
 from ..core.parameters import PRIME, read, specs, update, values
+from ..core.values import dataclass
 from ..models import unit as unit_of
 from . import Entry, Ship, ShipError
 from .actuation import meanings

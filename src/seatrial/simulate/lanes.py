@@ -8,13 +8,14 @@ controls, `steered` of one under a policy.  Nothing else builds a simulator.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..core.parameters import unknown, values
+from ..core.values import dataclass
 from ..data import Array
 from ..engine import Rollout, Scalars, System
 from ..engine.cuda import Device

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..core.parameters import Scalar
 from ..core.symbolic import larger, root
+from ..core.values import dataclass
 from ..data import Array
 from ..engine import Kicks, Scalars
 from ..environment import CHANNELS, PLACE, Charted

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
+from ..core.values import dataclass
 from ..data import Trial
 from ..identify import Estimator, Issue, Problem, StudyError
 from ..identify.lint import lint, raise_on_errors

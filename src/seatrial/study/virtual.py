@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import Any
 
 import numpy as np
 
 from ..actuators import Actuators
 from ..core.parameters import ParameterError, unknown
+from ..core.values import dataclass
 from ..data import Array, DataError, Trial
 from ..environment import Uniform, Weather
 from ..environment.weather import Gust, WeatherError

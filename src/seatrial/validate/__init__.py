@@ -8,8 +8,9 @@ turns comparisons into pages.  Modules: comparison, metrics, series (tables of f
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ..core.values import dataclass
 from ..data import Trial
 
 __all__ = ["Comparison", "Metrics"]

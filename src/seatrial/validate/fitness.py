@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtri, stdtrit
 
 from ..core.constants import GRAVITY
 from ..core.once import by_identity
+from ..core.values import dataclass
 from ..data import Array, DataError, Trial, unwrapped
 from ..engine import SimulationError
 from ..identify.noise import sensor_noise

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..belief.coverage import Reference
+from ..core.values import dataclass
 from ..data import DataError, Trial
 from ..data.check import Finding
 from ..data.folder import Folder, overlaps

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
@@ -18,6 +18,7 @@ from typing import Annotated
 import numpy as np
 
 from ..core.records import Limits, NotNegative, Positive, read_record
+from ..core.values import dataclass
 from ..data import Array, DataError, Trial
 from ..identify import StudyError
 from ..models import STATES

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from ..core.errors import RequestError as RequestError
+from ..core.values import dataclass
 
 if TYPE_CHECKING:  # the command line imports this room before it knows what is asked for
     from ..identify import Problem, Progress

@@ -8,9 +8,11 @@ imported here, as `--help` needs no more.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Any
+
+from ..core.values import dataclass
 
 Given = Mapping[str, Any]
 Offers = Callable[[Given], list[str]]

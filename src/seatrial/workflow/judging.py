@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.parameters import unknown, values
+from ..core.values import dataclass
 from ..data import UNITS
 from ..models import STATES
 from ..ships import Ship, shortened

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..core.files import TomlError, toml_of, write_whole
+from ..core.values import dataclass
 from ..data import Array, DataError, Trial
 from ..data.table import lines_of, numbers, split_row
 from ..data.units import KNOWN

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from ..core.constants import GRAVITY
 from ..core.errors import StudyError
 from ..core.files import REACH, in_reach
 from ..core.parameters import values
+from ..core.values import dataclass
 from ..data import DataError, Trial
 from ..environment import Uniform, Weather
 from ..forces.shallow import SHALLOWEST

@@ -7,7 +7,7 @@ import inspect
 import math
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ import numpy as np
 from .. import manoeuvres
 from ..core.files import in_reach
 from ..core.parameters import unknown
+from ..core.values import dataclass
 from ..data import Trial
 from ..engine import SimulationError
 from ..engine.cuda.named import device_of
@@ -53,12 +54,22 @@ _OPTIONS = ("rudder", "heading", "side", "seed")
 def known() -> dict[str, type[Manoeuvre]]:
     """Every manoeuvre of the package by its kind."""
     found: dict[str, type[Manoeuvre]] = {}
-    for module in pkgutil.iter_modules(manoeuvres.__path__, f"{manoeuvres.__name__}."):
-        members: list[tuple[str, Any]] = inspect.getmembers(importlib.import_module(module.name), inspect.isclass)
-        for _, cls in members:
-            if cls.__module__ == module.name and issubclass(cls, Manoeuvre) and cls.kind:
-                found[cls.kind] = cls
+    for module in _modules():
+        found |= _kinds(module)
     return dict(sorted(found.items()))
+
+
+def _modules() -> list[str]:
+    return [module.name for module in pkgutil.iter_modules(manoeuvres.__path__)]
+
+
+@cache
+def _kinds(module: str) -> Mapping[str, type[Manoeuvre]]:
+    """The manoeuvres of one module by their kinds."""
+    room = importlib.import_module(f"{manoeuvres.__name__}.{module}")
+    own: list[tuple[str, Any]] = inspect.getmembers(room, inspect.isclass)
+    return {cls.kind: cls for _, cls in own
+            if cls.__module__ == room.__name__ and issubclass(cls, Manoeuvre) and cls.kind}  # fmt: skip
 
 
 def find(name: str) -> type[Manoeuvre]:
@@ -67,6 +78,9 @@ def find(name: str) -> type[Manoeuvre]:
     Raises:
         RequestError: an unknown one; lists the known ones.
     """
+    stem = name.replace("-", "_")
+    if stem in _modules() and name in (named := _kinds(stem)):  # most modules are named as their manoeuvre
+        return named[name]
     if name not in known():
         near = unknown(name, known(), "manoeuvre").partition(";")[0]
         raise RequestError(f"{near}; known: {', '.join(known())}")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array, Trial
 from ...identify.noise import noise
 from ...identify.record import step_of

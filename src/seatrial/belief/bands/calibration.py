@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...core.errors import RequestError
 from ...core.files import write_whole
 from ...core.records import Limits, read_json, to_json
+from ...core.values import dataclass
 from ...data import Array
 from ...identify import StudyError
 from ...models import STATES

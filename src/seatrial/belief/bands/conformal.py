@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaincinv, ndtr, stdtrit
 
 from ...core.errors import RequestError
+from ...core.values import dataclass
 from ...data import Array
 from ..power import LEAST
 

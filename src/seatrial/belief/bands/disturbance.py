@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from ...core.records import Limits
 from ...core.symbolic import cos, exp, floor, root, sin
+from ...core.values import dataclass
 from ...data import Array
 from ...engine import Scalars, System
 from ...environment import to_body

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...campaign.analysis.proportion import Proportion
+from ...core.values import dataclass
 from ...data import Array, Trial, unwrapped
 from ...models import STATES
 from .prediction import Fan

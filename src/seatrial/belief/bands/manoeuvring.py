@@ -7,7 +7,6 @@ about its parameters and nothing else: no error of the form of the model, no wea
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from ...campaign.revolutions import balanced
 from ...campaign.tallies import Tally, tally_of
 from ...core.executors import processors
 from ...core.parameters import values
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 from ...environment import CHANNELS, Weather
 from ...manoeuvres import Manoeuvre

@@ -10,12 +10,13 @@ ship.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import RequestError
+from ...core.values import dataclass
 from ...data import Array, Trial
 from ...identify.record import Record
 from ...models import STATES

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from statistics import NormalDist
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array, Trial
 from ...environment import CHANNELS, Weather
 from ...manoeuvres import Policy

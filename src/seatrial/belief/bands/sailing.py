@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array
 from ...models import STATES, Sampled, Stepped
 from ...ships import Ship, ShipError

@@ -8,11 +8,11 @@ are integrated out about their best for each value (Tierney and Kadane 1986).
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array
 from ...engine.rollout import default_threads
 from ...identify import Fit, Problem, StudyError

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from ...core.parameters import Free
+from ...core.values import dataclass
 from ...data import Array
 
 RHAT, ENOUGH = 1.01, 400.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from ...core.errors import HopelessError
 from ...core.files import packed, write_whole
 from ...core.parameters import values as parameters_of
+from ...core.values import dataclass
 from ...data import Array
 from ...identify import Fit, FitError, Problem, StudyError
 from ...identify.resume import kept_arrays

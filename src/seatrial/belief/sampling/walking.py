@@ -10,13 +10,14 @@ numbers follow from seed and move alone, so a run that was interrupted goes on a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from ...data import Array
 from .chains import Chains
 

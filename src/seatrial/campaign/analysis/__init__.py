@@ -8,11 +8,11 @@ them share all inputs but one with A, and would make every interval too narrow.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array
 from ...models import STATES
 from ..chunk import WEATHER

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from ...core.errors import CampaignError
+from ...core.values import dataclass
 from ...data import Array
 
 Method = Literal["Sobol indices (Saltelli 2010)", "first order from given data"]

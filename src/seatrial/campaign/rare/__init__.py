@@ -8,13 +8,13 @@ killed search goes on with the level that it was in, and ends with the same numb
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ...core.files import held_alone
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from ...data import Array, Trial
 from ...manoeuvres import Manoeuvre
 from .. import Campaign, CampaignError

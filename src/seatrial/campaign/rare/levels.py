@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated
@@ -22,6 +21,7 @@ from ... import __version__
 from ...core.errors import first_line
 from ...core.files import write_together, write_whole
 from ...core.records import Limits, Positive, from_json, json_in, read_json, to_json
+from ...core.values import dataclass
 from ...data import Array
 from .. import Campaign, CampaignError
 from ..analysis import margin

@@ -15,7 +15,6 @@ import inspect
 import pkgutil
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar
 
@@ -23,6 +22,7 @@ import numpy as np
 
 from ...core.parameters import Scalar, Scalars, spec
 from ...core.symbolic import both, cos, negated, root, sin, where
+from ...core.values import dataclass
 from ...data import Array
 from ...manoeuvres import Manoeuvre
 from ...models import STATES

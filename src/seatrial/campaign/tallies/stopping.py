@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ...core.parameters import Scalar, Scalars
 from ...core.symbolic import both, cos, sin, where
+from ...core.values import dataclass
 from ...data import Array
 from ...manoeuvres.stopping import CrashAstern, Stopping
 from . import NEVER, Tally, Truth, way

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ...core.parameters import Scalar, Scalars
 from ...core.symbolic import both, cos, larger, sign, sin, where
+from ...core.values import dataclass
 from ...data import Array
 from ...manoeuvres.turning import Turning
 from . import NEVER, Tally, Truth, passed

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ...core.parameters import Scalar, Scalars
 from ...core.symbolic import both, larger, root, where
+from ...core.values import dataclass
 from ...data import Array
 from ...manoeuvres.zigzag import Zigzag
 from . import Tally, Truth

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...core.constants import GRAVITY
+from ...core.values import dataclass
 from .. import Array, Trial, unwrapped
 from ..prepare import Remedy, Step, complete, integral
 from .relations import has, length_of, slides_unseen

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Trial
 from ..prepare import Remedy
 from .relations import has, length_of

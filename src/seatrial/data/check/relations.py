@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from ...core.constants import GRAVITY
 from ...core.once import by_identity
+from ...core.values import dataclass
 from .. import Array, Trial
 from ..prepare import integral, segments
 from ..prepare.smooth import sensor_noise

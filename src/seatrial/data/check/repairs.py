@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from ...core.constants import KNOT, MILE
+from ...core.values import dataclass
 from .. import Trial
 from ..prepare import Remedy, Step
 from .relations import has

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from .. import Array, Trial, unwrapped
 from ..prepare import BREAK, Remedy, Step, complete
 from ..turns import DIFFER, turns

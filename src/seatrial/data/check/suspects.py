@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array, Trial
 from .relations import Window, has, joined, left_over, window_of
 from .repairs import Repair, Suspect, gross

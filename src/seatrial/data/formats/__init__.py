@@ -19,13 +19,13 @@ from __future__ import annotations
 
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from shlex import quote
 from typing import Any
 
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from .. import DataError, Trial
 from ..recognise import recognise, sentences
 from ..table import existing

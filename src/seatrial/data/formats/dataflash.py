@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import DataError, Trial
 from ..instruments import Heard, each_line, trial_by
 from ..table import bytes_of

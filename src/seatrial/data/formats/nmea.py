@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 
 from ...core.files import write_whole
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..n2k.groups import finished

@@ -11,12 +11,13 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from ...core.values import dataclass
 from .. import Trial
 from ..instruments import Heard, each_line, trial_by
 from ..n2k.groups import PGNS, finished, said

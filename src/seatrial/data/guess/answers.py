@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ...core.values import dataclass
 from ..mapping.checked import ASK
 
 DOUBT = "DOUBT:"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import datetime
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array
 from .answers import Answer, quoted
 from .cells import Column

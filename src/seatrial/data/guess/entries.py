@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, Entry, listed, quoted

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array, DataError
 from ..importing import recognised
 from ..mapping.schema import Long

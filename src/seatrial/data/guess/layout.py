@@ -9,9 +9,10 @@ import codecs
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
+from ...core.values import dataclass
 from .. import DataError
 from ..mapping.schema import Long
 from ..mapping.text import cells_of, texts_of

@@ -10,9 +10,11 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+
+from ...core.values import dataclass
 
 _UNIT = re.compile(r"^(?P<name>.*?)\s*[\[(<{（](?P<unit>[^\])>}）]*)[\])>}）]\s*$")
 _SHORT = 2

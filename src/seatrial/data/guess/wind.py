@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, Entry, quoted

@@ -7,11 +7,11 @@ transits with some manoeuvres is a long recording of the same: what is left of i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array, Trial
 from ..prepare.steps import Step
 from ..sidecar import began

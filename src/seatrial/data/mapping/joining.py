@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping as Named
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from .. import Array, DataError, unwrapped
 from ..prepare import turns
 from .schema import Sensor

@@ -5,9 +5,10 @@ docs/data.md has an example of every key.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
+from ...core.values import dataclass
 from ..sidecar import Described
 
 Words = tuple[str, ...]

@@ -9,7 +9,6 @@ import codecs
 import io
 from collections.abc import Callable, Sequence, Set
 from collections.abc import Mapping as Named
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import first_line
+from ...core.values import dataclass
 from .. import DataError
 from ..table import bytes_of, quoted_cells
 

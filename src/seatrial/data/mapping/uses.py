@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping as Table
-from dataclasses import dataclass
 
+from ...core.values import dataclass
 from .schema import Clock, Mapping
 
 

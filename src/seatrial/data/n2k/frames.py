@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array
 from ..nmea.digits import HEX, Bytes, Places, Same, alike, mapped, rows_of, wholes
 from .layouts import BUS, CANBOAT, CANDUMP, RAW, Clock, Frame, moment

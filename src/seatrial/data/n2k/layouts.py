@@ -5,12 +5,12 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import reduce
 from operator import xor
 from typing import Literal
 
+from ...core.values import dataclass
 from .groups import FAST
 
 BUS = 256

@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Literal
 
 from ...core.constants import KNOT
+from ...core.values import dataclass
 
 _MOST_KNOTS = 102.2
 _MOST_TURN = 708.0

@@ -14,10 +14,10 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.values import dataclass
 from ..n2k.groups import PGNS, said
 from ..n2k.layouts import Frame, Packets
 from .clocks import Spoken

@@ -8,11 +8,11 @@ shaft), they are parted by it and read anew.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from .. import Array
 from . import heard
 from .digits import WHOLE_TENS, Bytes, Decimals, Places, decimals, rows_of

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from .. import Array
 from .digits import HEX, NOUGHTS, Bytes, Places, alike, mapped, rows_of, wholes
 from .sentences import NmeaError, checksum

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from ...core.values import dataclass
 from .sentences import NmeaError, checksum
 
 _BEGIN = re.compile(rb"[$!](?=[A-Z0-9]{4,15}[,*])")

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import date
 from functools import cache
 from types import MappingProxyType
@@ -23,6 +22,7 @@ from typing import Any, Protocol
 
 from ...core.errors import NmeaError
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from .. import DataError
 
 LONGEST = 82

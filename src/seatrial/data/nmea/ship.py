@@ -23,11 +23,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from types import MappingProxyType
 
 from ...core.constants import KNOT
+from ...core.values import dataclass
 from ..geodesy import Datum
 from . import ais
 from .sentences import Sentence, Value, encode

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
 from ...core.constants import ARC_DEGREE
+from ...core.values import dataclass
 from .. import Array
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType({

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from datetime import datetime, timedelta, timezone
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array
 from .digits import NOUGHTS, TENS, WIDEST, Bytes, Places, Same, alike, mapped, wholes
 from .framing import MILLISECONDS

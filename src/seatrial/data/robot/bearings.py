@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array
 
 AXES: Mapping[str, tuple[float, float]] = MappingProxyType({

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array, Trial
 from ..guess.answers import DOUBT
 from ..guess.entries import Known

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from types import MappingProxyType
@@ -19,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import DataError
 
 ODOMETRY, FIX, TWIST, NUMBER = (

@@ -7,11 +7,12 @@ import re
 from array import array
 from collections import Counter
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array, DataError
 from .files import Bag
 from .messages import READ, Values, unpacked

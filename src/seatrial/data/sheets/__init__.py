@@ -10,7 +10,6 @@ A file of arrays is read as a tree of what it holds, of which tables of variable
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from ...core import unpacking
 from ...core.errors import first_line
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from .. import DataError
 from ..inside import read_frame, workbook
 from ..table import bytes_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...core import unpacking
 from ...core.errors import first_line
+from ...core.values import dataclass
 from .tree import Alike, Foreign, Tree, cell, texts_of
 
 _DEEPEST, _MEMBERS = 16, 20_000

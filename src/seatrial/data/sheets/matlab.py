@@ -9,7 +9,6 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import prod
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core import unpacking
+from ...core.values import dataclass
 from .tree import Alike, Foreign, Tree, cell, texts_of
 
 _MATRIX, _PACKED = 14, 15

@@ -6,11 +6,10 @@ that yawing in waves is none.  A change of course at a waypoint looks like one t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from .geometry import Array, Bools, Motion, taken
 from .limits import Limits
 from .roles import Encounter

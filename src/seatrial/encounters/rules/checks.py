@@ -7,11 +7,11 @@ says how far a run is from a breach.  COLREG 1972 as amended; figures are in `li
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from .action import Action
 from .geometry import Array, Bools, Closest, Pair, taken
 from .limits import Limits

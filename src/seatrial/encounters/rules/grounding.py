@@ -7,11 +7,11 @@ deep around it.  Depths are those of the chart, without tide and squat: what the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...core.errors import ChartError, RequestError
+from ...core.values import dataclass
 from ...environment.chart import Chart
 from ..tracks import Tracks
 from .geometry import Array, Bools

@@ -7,13 +7,13 @@ Sectors are of headings, which lights show; the approach is of velocities over g
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import IntEnum
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from .geometry import Array, Bools, Pair, taken, wrapped
 from .limits import Limits
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from ...core.values import dataclass
 from .. import Array, System, trace
 from . import Device, DeviceArray, DeviceError, Module, Numbers
 from .source import rollout_source, sensitivity_source

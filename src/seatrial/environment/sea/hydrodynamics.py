@@ -8,12 +8,13 @@ is the usual approximation for slow ships: what the forward speed itself does to
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ...core.constants import GRAVITY
 from ...core.errors import WeatherError
+from ...core.values import dataclass
 from ...data import Array
 from .rao import MIRROR, MODES, Complex, Rao
 

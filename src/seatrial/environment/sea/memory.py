@@ -13,12 +13,12 @@ energy than it got.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.errors import WeatherError
+from ...core.values import dataclass
 from ...data import Array
 from .hydrodynamics import Hydrodynamics
 from .rao import MODES, Complex

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import WeatherError
+from ...core.values import dataclass
 from ...data import Array
 from . import Sea, Waves
 

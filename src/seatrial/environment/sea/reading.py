@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 from ...core.errors import WeatherError
+from ...core.values import dataclass
 from ...data import DataError
 from ...data.documents import read_keys
 from ...data.table import existing

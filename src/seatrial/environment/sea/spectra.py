@@ -6,13 +6,13 @@ All densities are one-sided, in m^2 s/rad, over the frequency `omega` [rad/s] se
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ...core.constants import GRAVITY
 from ...core.errors import WeatherError
+from ...core.values import dataclass
 from ...data import Array
 
 _MOST = 40.0

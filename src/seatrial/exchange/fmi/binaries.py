@@ -12,10 +12,10 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from ...core.errors import CompilerError
+from ...core.values import dataclass
 from ...engine.compilers import Compiler, compiler, packaged
 from ...ships import ShipError
 

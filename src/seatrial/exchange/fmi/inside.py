@@ -9,11 +9,11 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...core.errors import RequestError, RunError
+from ...core.values import dataclass
 from ...ships.numbers import FACTORS
 
 _TOLD = {"rev/min": "rpm", "r/min": "rpm", "1/min": "rpm", "Hz": "1/s", "knot": "kn", "kt": "kn"}

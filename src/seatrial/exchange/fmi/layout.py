@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -12,6 +12,7 @@ import numpy as np
 
 from ...actuators import table
 from ...core.parameters import Spec, walk
+from ...core.values import dataclass
 from ...environment import CALM
 from ...models import unit
 from ...models.network import Network

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...actuators import NUMBERED, Actuator, Azimuth, Servo, Shaft, table
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial, unwrapped
 from ...models import unit
 from ...ships import Ship

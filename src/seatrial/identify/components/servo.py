@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from typing import Any, cast
 
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...actuators import Actuator, Azimuth
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 
 _EXTRAS = ((), ("lag",), ("dead_time",), ("lag", "dead_time"))

@@ -9,10 +9,10 @@ s - epsilon ln((s + epsilon)/|e|) falls by K dt, where s = sqrt(e^2 + epsilon^2)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 from .servo import wrapped
 

@@ -11,10 +11,11 @@ the uncertainty of the polynomial.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array, DataError
 from ...forces.azimuth import Azimuth
 

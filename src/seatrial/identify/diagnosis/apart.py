@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array
 from .. import Problem, StudyError, Verdict
 from ..nuisance import Layout

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from ...core.values import dataclass
 from ...data import Array
 from ...models import unit
 

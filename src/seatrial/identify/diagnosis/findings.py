@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from ...core.values import dataclass
 from .blame.contradiction import Contradiction
 from .blame.gain import CERTAIN, Gain
 from .blame.witness import Witness

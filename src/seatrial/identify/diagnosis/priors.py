@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from ...core.values import dataclass
 from ...data import Array
 from ..vector import Vector
 

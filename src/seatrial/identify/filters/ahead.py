@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial, unwrapped
 from ...ships import Ship
 from . import CONSTANT_VELOCITY, MODEL, STAYING

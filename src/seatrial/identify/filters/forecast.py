@@ -9,10 +9,10 @@ In a closed loop the later controls respond to the measured motion, so they cont
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array, DataError
 from ...simulate.replay import replay
 from .. import StudyError

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -21,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.symbolic import alone
+from ...core.values import dataclass
 from ...data import Array
 from ...environment import CHANNELS, Environment
 from ...ships import Ship

@@ -7,11 +7,11 @@ a delay: what the trial holds at time t was true at t - delay.  Any frozen datac
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 from ...core.parameters import Scalar
 from ...core.symbolic import cos, sin
+from ...core.values import dataclass
 from ...environment import Environment, to_body, to_earth
 from .. import StudyError
 

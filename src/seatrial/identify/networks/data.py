@@ -7,13 +7,13 @@ the origin and the scale of the inputs all go into the weights, so a layer is on
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 from ...data.prepare import resampling
 from ...models import STATES

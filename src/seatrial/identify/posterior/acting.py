@@ -9,11 +9,11 @@ Astrom 1970, by numbers).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from ...data import Array
 
 # Least curvature of a direction, relative to that of its parameters one by one: what rounding leaves of none.

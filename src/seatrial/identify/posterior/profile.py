@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.executors import Pool, parted
 from ...core.parameters import Free
+from ...core.values import dataclass
 from ...data import Array
 from .. import Fit, Problem, Verdict
 from ..record import Settings

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...core.parameters import Free, Terms, unknown, values
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 from ...data.prepare import to_body
 from ...models.arx import CONSTANT, INPUTS, OUTPUTS, Arx, lag_of

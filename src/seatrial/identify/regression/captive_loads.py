@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...core.parameters import update, values
 from ...core.symbolic import alone
+from ...core.values import dataclass
 from ...data import Array, DataError
 from ...data.captive import LOADS, MOTION, Captive
 from ...forces import Flow

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...core.symbolic import alone
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 from ...environment import CHANNELS, Environment
 from ...models import STATES, Sampled

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 from .. import StudyError
 from .regression import criteria, least_squares

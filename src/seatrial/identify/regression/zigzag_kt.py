@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ...actuators import Actuators
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial, unwrapped
 from ...models.nomoto import Nomoto, to_prime
 from ...ships import Entry, Ship

@@ -9,11 +9,11 @@ do not determine the entry.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 from ...models import STATES, Model
 from .. import Loss

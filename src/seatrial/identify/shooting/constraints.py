@@ -7,13 +7,13 @@ and that is stable on a straight course at rest.  Eq. 18 (masses above zero) is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ...core.symbolic import alone
+from ...core.values import dataclass
 from ...data import Array
 from .. import Problem, StudyError
 

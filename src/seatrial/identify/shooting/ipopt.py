@@ -5,13 +5,13 @@ The full-space form of You 2023 Eqs. 12-14, as the reference for `condensed` and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ...core.symbolic import alone
+from ...core.values import dataclass
 from ...data import Array
 from ...engine.rollout import is_rk4
 from ...engine.trace import right_hand_side

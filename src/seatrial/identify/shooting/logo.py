@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array, DataError, Trial
 from ...engine.rollout import is_rk4
 from ...models import STATES

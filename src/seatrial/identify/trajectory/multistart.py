@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array
 from ..vector import Vector
 from .gauss_newton import STILL

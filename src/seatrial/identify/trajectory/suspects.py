@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import StudyError
+from ...core.values import dataclass
 from ...data import Array, Trial
 from ...data.prepare.made import measured
 from ...environment import CHANNELS

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from ...core.parameters import Free
+from ...core.values import dataclass
 from ...data import Array, Trial
 from .. import Fit, Issue, Problem
 from ..vector import Vector

@@ -10,7 +10,6 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
@@ -23,6 +22,7 @@ from ...belief.bands.novel import acting
 from ...belief.bands.prediction import uncertain
 from ...belief.bands.sailing import FreeRuns, Uncertain, check_traced, sailed
 from ...belief.posterior import Posterior
+from ...core.values import dataclass
 from ...data import Array, Trial
 from ...engine import SimulationError
 from ...models import STATES

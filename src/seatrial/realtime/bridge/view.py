@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from ...core.values import dataclass
 from ...manoeuvres import Index
 from ...models import STATES
 from ...sensors import Truth

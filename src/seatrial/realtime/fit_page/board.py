@@ -7,13 +7,13 @@ import re
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...core.parameters import Free, specs, values
+from ...core.values import dataclass
 from ...data import Trial
 from ...identify import Problem, Progress
 from ...identify.watch import MakeShip, stage

@@ -17,11 +17,11 @@ import socket
 import struct
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from ...core.errors import WireError
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from ...models import unit
 from ..helm import Range
 from ..loop import Loop

@@ -8,12 +8,12 @@ import sys
 import tempfile
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 from ...core.errors import RequestError, RunError, WireError
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from ...data.formats.nmea import beside, write_aboard
 from ...sensors.instruments import Anemometer, Gnss, SpeedLog
 from ..fleet import Vessel

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal, NamedTuple
 
 from ...core.errors import RefusalError
+from ...core.values import dataclass
 from ...models import unit
 from ..loop import Loop
 from .contacts import Contacts

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array
 from ...encounters.sensing import Sensing, Tracker
 from ..loop import Loop

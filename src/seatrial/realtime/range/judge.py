@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from ...core.values import dataclass
 from ...manoeuvres.track import Leg
 from ..loop import Loop
 from .pilots import Guide

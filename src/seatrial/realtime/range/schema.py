@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
 from ...core.records import Limits, NotNegative, Positive
+from ...core.values import dataclass
 from ...data.nmea.ais import Status, Type
 from ...encounters.sensing import Sensing
 

@@ -6,12 +6,12 @@ Distances, contact of hulls and the rules of the road are those of `encounters.r
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...encounters import Tracks
 from ...encounters.rules import Judged, judge
 from ...encounters.rules.geometry import Array, Motion, Pair, clearance, closest

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
 from ...core.files import write_whole
 from ...core.records import read_json, short, to_json
+from ...core.values import dataclass
 from ...data import Array
 from ...identify import StudyError
 from ...identify.filters.augmented import WAVES

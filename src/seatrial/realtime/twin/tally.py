@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from ...core.values import dataclass
 
 _HOUR = 3600.0
 # The level follows the innovations with this time constant, counted in readings.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from ...campaign import Criterion
 from ...campaign.analysis import Judged
 from ...campaign.analysis.proportion import Proportion
+from ...core.values import dataclass
 from ..blocks import number
 
 _DEGREES = math.degrees(1.0)

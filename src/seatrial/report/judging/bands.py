@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...belief.bands.manoeuvring import Bands
 from ...belief.posterior import Posterior
+from ...core.values import dataclass
 from ...data import Trial
 from ...manoeuvres import Index
 from .. import figures

@@ -7,11 +7,11 @@ which they can, the empty ones are what was not tried.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.values import dataclass
 from ...data import Array
 from ...encounters.meeting import Meeting
 from ...encounters.rules.geometry import Bools, wrapped

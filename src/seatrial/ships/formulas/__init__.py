@@ -12,10 +12,11 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from importlib.resources import files
 
 from ...core.constants import GRAVITY
+from ...core.values import dataclass
 
 Limits = Mapping[str, tuple[float, float]]
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
+from ...core.values import dataclass
 from . import Limits, table
 
 # That of the programs of which the regressions were made.

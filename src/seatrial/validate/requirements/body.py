@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ...core.parameters import Scalar, spec
+from ...core.values import dataclass
 from ...data import Array
 from ...environment import CALM, Environment
 from ...forces import Flow, Force, ForceModule

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ...core.parameters import ParameterError, update, values
+from ...core.values import dataclass
 from ...engine import SimulationError
 from . import Finding, typical, whole
 from . import thresholds as limit

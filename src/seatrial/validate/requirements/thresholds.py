@@ -7,7 +7,8 @@ for a tug and a tanker.  They are wide: a requirement asks for a plausible ship,
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from ...core.values import dataclass
 
 _INF = math.inf
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...core.parameters import values
+from ...core.values import dataclass
 from ...engine import SimulationError
 from ...environment import CALM
 from ...models import Sampled

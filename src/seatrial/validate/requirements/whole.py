@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array
 from ...environment import CALM
 from ...models import ROLL

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from ...campaign.folder import MANIFEST, Held, open_folder
 from ...campaign.rare import RUNS, Rare, Watch
 from ...campaign.rare import rare as search
 from ...core.files import plain, toml_of, write_whole
+from ...core.values import dataclass
 from ...engine.rollout import default_threads
 from ...report.campaign import page
 from ...report.campaign.rare import page as rare_page

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Literal
 
 from ...core.errors import SeatrialError
+from ...core.values import dataclass
 from ...ships import Ship
 from ..request import Note, make_folder, ship_of, silent
 from ..simulation import Simulated, simulate

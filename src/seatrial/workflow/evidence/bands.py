@@ -7,7 +7,7 @@ controls, as what the trials leave open then keeps the width of its prior.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from ...belief.posterior import Posterior
 from ...core.files import packed, write_together
+from ...core.values import dataclass
 from ...data.trialfile import write_trial
 from ...manoeuvres import Index, by_demand
 from ...models import STATES

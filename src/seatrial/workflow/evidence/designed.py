@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from ...belief.bands.manoeuvring import Bands, bands
 from ...belief.posterior import Posterior
 from ...belief.reading import drawn_from
+from ...core.values import dataclass
 from ...data import Array
 from ...environment import Uniform
 from ...identify import StudyError

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from ...belief.bands.prediction import Fan, fan
 from ...belief.fit_first import Beginning
 from ...belief.posterior import Posterior
 from ...belief.reading import posterior
+from ...core.values import dataclass
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...report.judging.fans import BandsHeld

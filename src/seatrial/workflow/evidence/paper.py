@@ -14,13 +14,13 @@ import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 
 from ...core.files import read_toml
+from ...core.values import dataclass
 from ...core.version import __version__
 from ...data import Trial
 from ...identify.design.excitation import TABLE_1, Published, dimensionless_length

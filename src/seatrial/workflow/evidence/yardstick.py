@@ -13,7 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ import numpy as np
 from ...belief.corrected import Errors, as_logged, as_true, shared_by_all
 from ...core.files import write_whole
 from ...core.records import to_json
+from ...core.values import dataclass
 from ...data import DataError, Trial
 from ...data.prepare.made import uncounted
 from ...data.trialfile import read_trials, write_trials

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from ...core.errors import RequestError
 from ...core.parameters import unknown
+from ...core.values import dataclass
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...environment.chart import Chart, nearest

@@ -7,13 +7,13 @@ import platform
 import re
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Literal
 
 from ...core.errors import SeatrialError
 from ...core.executors import processors
+from ...core.values import dataclass
 from ...core.version import __version__
 
 State = Literal["ok", "note", "error"]

@@ -10,7 +10,7 @@ import hashlib
 import math
 import shutil
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import groupby
 from pathlib import Path
@@ -28,6 +28,7 @@ from ...core import executors
 from ...core.errors import SeatrialError
 from ...core.files import held_alone, write_whole
 from ...core.records import digest, from_json, json_of, read_record, to_json
+from ...core.values import dataclass
 from ...data import Array
 from ...encounters import Tracks
 from ...encounters.conduct import CONDUCTS, Master, Scene, Watch

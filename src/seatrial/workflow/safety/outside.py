@@ -12,11 +12,12 @@ import threading
 import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, cast
 
 from ...core.errors import RequestError, RunError
 from ...core.listening import HERE, listen
+from ...core.values import dataclass
 from ...encounters import Tracks
 from ...realtime.bridge.view import OWN
 from ...realtime.links.ardupilot import Sitl

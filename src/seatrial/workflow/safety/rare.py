@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,6 +19,7 @@ from ...campaign.rare.subset import MOST, SHARE, beginning, estimate, onward
 from ...core.errors import RequestError
 from ...core.files import write_whole
 from ...core.records import Limits, digest
+from ...core.values import dataclass
 from ...data import Array
 from ...encounters.rules import Judged
 from ...report.blocks import Body, bullets, number, table

@@ -11,7 +11,6 @@ import importlib.util
 import math
 import shlex
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, cast
 
@@ -19,6 +18,7 @@ import numpy as np
 
 from ...core.errors import RequestError
 from ...core.records import Positive
+from ...core.values import dataclass
 from ...data import Array
 from ...encounters.conduct import CONDUCTS, Master, Orders, Scene
 from ...encounters.learning import Sight

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...core.values import dataclass
 from ...data import Array, Trial
 from ...environment.sea import Sea
 from ...environment.sea.hydrodynamics import Hydrodynamics

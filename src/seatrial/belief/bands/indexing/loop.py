@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from ....core.values import dataclass
 from ....data import Array
 from ....manoeuvres import Policy
 from ....ships import Ship

@@ -8,12 +8,12 @@ own: a score is the error of an index over the spread of the draws' (`indexing.l
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from statistics import NormalDist
 
 import numpy as np
 
+from ....core.values import dataclass
 from ....data import Array
 from ..conformal import factors, needed
 

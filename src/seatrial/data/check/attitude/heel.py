@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....core.constants import GRAVITY
+from ....core.values import dataclass
 from ... import Trial
 from ...prepare import Remedy, Step
 from ..sensors import Fault, degrees, stretches

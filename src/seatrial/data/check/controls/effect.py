@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....core.constants import GRAVITY
+from ....core.values import dataclass
 from ... import Array, Trial
 from ...prepare import integral, segments
 from ..relations import length_of, window_of

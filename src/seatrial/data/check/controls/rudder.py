@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ....core.constants import GRAVITY
+from ....core.values import dataclass
 from ... import Array, Trial
 from ...prepare import Remedy, Step, integral, shifted
 from ..relations import has, length_of, noise_of

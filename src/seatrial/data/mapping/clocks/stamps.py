@@ -7,12 +7,12 @@ second; where it does not go back in that hour they cannot be told apart, and ar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ....core.values import dataclass
 from ... import Array, DataError
 from ...units import conversion
 from ..numbers import numbers, texts

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from ....core.values import dataclass
 
 # Deviates beyond which chance is no explanation: those of a suspect (`findings.SIGNIFICANT`).
 _DEVIATES = 5.0

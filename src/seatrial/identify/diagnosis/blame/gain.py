@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from ....core.values import dataclass
 from ....data import Array
 
 # An error is credible where it explains this share of what exceeds the noise, and is so many times its scatter.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....core.records import Limits
+from ....core.values import dataclass
 from ....data import Array
 from ....data.prepare import turns
 from ....environment import CHANNELS

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated
 
 from ....core.records import Limits
+from ....core.values import dataclass
 from ....identify.filters.augmented import ANTENNA
 from ....models import unit
 from ..follow import Follower
