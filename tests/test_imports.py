@@ -98,7 +98,7 @@ COLD = {
 }  # fmt: skip
 """Commands with the rooms and the libraries that they may import."""
 
-NEVER = ("multiprocessing", "concurrent.futures.process", "asyncio", "ssl", "http", "email", "unittest", "threadpoolctl")
+NEVER = ("multiprocessing", "concurrent.futures.process", "asyncio", "ssl", "http", "unittest", "threadpoolctl")
 """What costs more to import than a short command may."""
 
 

@@ -36,7 +36,7 @@ class _Constructor:
 
 def _constructor(of: type, frozen: bool) -> Callable[..., None]:
     """Compile the constructor: fields in their order, those by name last, then `__post_init__`."""
-    taken = sorted((one for one in fields(of) if one.init), key=lambda one: one.kw_only)
+    taken = sorted((one for one in fields(of) if one.init), key=lambda one: bool(one.kw_only))
     first = next((k for k, one in enumerate(taken) if one.kw_only), len(taken))
     words = ["_self_", *map(_parameter, taken)]
     words[first + 1 : first + 1] = ["*"] if first < len(taken) else []

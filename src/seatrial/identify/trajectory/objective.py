@@ -456,10 +456,8 @@ class TrajectoryObjective:
         return self.normals(p[None], eta[None], _FIRST).of(0)
 
     def variance(self, p: Array, eta: Array) -> float:
-        """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong.
-
-        Samples are counted by their weight, so that lasting errors do not count as many.
-        """
+        """Mean squared residual over sigma^2 per degree of freedom: the factor by which sigma^2 was wrong."""
+        # by their weight: samples of one lasting error do not count as many
         independent = float(self.windows.entries) * self.windows.weight
         return float((self.residuals(p, eta) ** 2).sum()) / max(independent - p.size - self.layout.flat, 1.0)
 
