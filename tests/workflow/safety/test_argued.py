@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,6 @@ from seatrial.encounters.meeting import drawn
 from seatrial.encounters.rules import OPEN_WATER, Role, Waters
 from seatrial.encounters.sensing import Ais, Sensing
 from seatrial.environment.chart import Chart
-from seatrial.report.page import write
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
@@ -36,7 +36,7 @@ def signed(folder: Path, *, sensors: Sensing | None = None, failed: bool = True)
         (folder / f"part-{part.first:07d}.json").write_text(to_json(part, PART), encoding="utf-8")
     meeting = drawn([Role.GIVE_WAY], len(found.broken), 8.0, 1)
     page = argued.page(found, load("kvlcc2"), meeting, Path("case.toml"), lambda runs: iter(()), None)
-    write(folder / "case.html", page)
+    argued.kept(folder, page)
     return found
 
 
@@ -48,6 +48,8 @@ def test_a_case_is_as_it_was_signed(tmp_path: Path, capsys: Any) -> None:
     assert found.sealed in capsys.readouterr().out
     page = (tmp_path / "a" / "case.html").read_text(encoding="utf-8")
     assert found.sealed in page
+    digest, name = (tmp_path / "a" / "case.sha256").read_text(encoding="utf-8").splitlines()[0].split("  ")
+    assert (name, digest) == ("case.html", hashlib.sha256(page.encode()).hexdigest())  # as `sha256sum -c` reads it
     assert main(["case", "a.toml"]) == 2
     assert "--verify" in capsys.readouterr().err
 
@@ -60,6 +62,11 @@ def test_a_case_is_as_it_was_signed(tmp_path: Path, capsys: Any) -> None:
     (lambda folder: _put(folder, lambda said: said.update(digest="other")), "is of case in, the numbers are of other"),
     (lambda folder: _put(folder, lambda said: said["case"].update(ship="suzaku")), "ship is not what the parts say"),
     (lambda folder: (folder / "case.json").unlink(), "case.json"),
+    (lambda folder: _said(folder / "case.html", "keeps clear", "keeps clear of all"), "case.html: has changed"),
+    (lambda folder: _said(folder / "case.json", "{", "{ "), "case.json: has changed"),
+    (lambda folder: (folder / "case.html").unlink(), "case.html: cannot be read"),
+    (lambda folder: (folder / "case.sha256").unlink(), "case.sha256: cannot be read"),
+    (lambda folder: (folder / "case.sha256").write_text(""), "case.html: has changed"),
 ])  # fmt: skip
 def test_what_was_changed_since_is_told(tmp_path: Path, change: Any, said: str) -> None:
     signed(tmp_path / "a")
@@ -72,6 +79,10 @@ def _edit(path: Path, old: Any, new: Any) -> None:
     document = json.loads(path.read_text(encoding="utf-8"))
     document["broken"] = [new if one == old else one for one in document["broken"]]
     path.write_text(json.dumps(document), encoding="utf-8")
+
+
+def _said(path: Path, old: str, new: str) -> None:
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
 
 
 def _put(folder: Path, change: Any) -> None:

@@ -60,8 +60,40 @@ def test_shares_are_of_the_runs_to_which_a_rule_applied() -> None:
 
 def test_what_the_error_of_the_ship_adds_is_counted_by_pairs() -> None:
     part = Part("d", 0, (("15",), ("15",), (), ("8(d)",)), ((),) * 4, (("15",), (), (), None))
-    [said] = argued._split(Case(CaseFile(claim="c", ship="s"), "d", (part,), "f1"))
+    found = Case(CaseFile(claim="c", ship="s"), "d", (part, Part("d", 4, (("15",),), ((),))), "f1")
+    said, shares = argued._split(found)  # the second part was not sailed again
     assert "2 of 3 break a rule with ships drawn from fit f1, 1 on the ship as it was fitted; 1 do so only" in said
+    assert shares.startswith("stack and encounters: 33.3 %; the ship's error adds 33.3 points")
+    split: Any = argued.document(found)["split"]
+    assert (split["runs"], split["drawn"], split["fitted"]) == (3, pytest.approx(2 / 3), pytest.approx(1 / 3))
+    # 1 of 3 and 0 of 3 by Clopper and Pearson at 97.5 %: the roots of p^3 + 3 p^2 q, q^3 and so on = .0125
+    assert (split["low"], split["high"]) == pytest.approx((0.00418 - 0.76792, 0.93398), abs=1e-4)
+
+
+@pytest.mark.parametrize("worse", [0.0, 0.02, 0.2])
+def test_what_the_ship_adds_lies_within_its_interval(worse: float) -> None:
+    """Of 200 cases of 500 pairs each, in which a share fails on the drawn ship only and .05 on the fitted one only."""
+    rng, held = np.random.default_rng(4), 0
+    for _ in range(200):
+        which = rng.choice(4, 500, p=(worse, 0.05, 0.1, 0.85 - worse))
+        drawn, plain = (tuple(("15",) if one in some else () for one in which) for some in ((0, 2), (1, 2)))
+        part = Part("d", 0, drawn, ((),) * 500, plain)
+        value, low, high = Case(CaseFile(claim="c", ship="s"), "d", (part,), "").added
+        assert value == pytest.approx(((which == 0).sum() - (which == 1).sum()) / 500)
+        assert high - low < 0.14
+        held += low <= worse - 0.05 <= high
+    assert held >= 190
+
+
+@pytest.mark.parametrize(("runs", "again"), [(4000, 4), (10_000, 10), (19_000, 19), (40_000, 10), (100_000, 10)])
+def test_of_many_runs_some_parts_are_sailed_on_both_ships(runs: int, again: int, monkeypatch: Any) -> None:
+    plains: list[int] = []
+    monkeypatch.setattr(module, "_of_part", lambda _, rows, plain: (plains.append(rows.start) if plain else None) or [])
+    setup: Any = SimpleNamespace(together=1000, runs=runs, posterior=object(), digest="d")
+    for first in range(0, runs, 1000):
+        module._part(setup, first)
+    assert len(plains) == again
+    assert len(set(np.diff(plains))) == 1
 
 
 @pytest.mark.parametrize("some", [imazu(5.0, 600.0), dnv(5.0)], ids=["imazu", "dnv"])

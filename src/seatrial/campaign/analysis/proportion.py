@@ -45,11 +45,15 @@ class Proportion:
     @cached_property
     def interval(self) -> tuple[float, float]:
         """Interval of Clopper and Pearson (1934): holds the truth in 95 % of cases at least, also at 0 hits."""
+        return self.within(LEVEL)
+
+    def within(self, level: float) -> tuple[float, float]:
+        """The same of another level."""
         if not self.runs:
             return 0.0, 1.0
         from scipy.special import betaincinv
 
-        hits, misses, tail = self.hits, self.runs - self.hits, 0.5 * (1.0 - LEVEL)
+        hits, misses, tail = self.hits, self.runs - self.hits, 0.5 * (1.0 - level)
         low = float(betaincinv(hits, misses + 1.0, tail)) if hits > 0 else 0.0
         return low, float(betaincinv(hits + 1.0, misses, 1.0 - tail)) if misses > 0 else 1.0
 

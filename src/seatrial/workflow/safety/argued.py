@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -12,6 +13,7 @@ from typing import cast
 import numpy as np
 
 from ...campaign.analysis.proportion import Proportion
+from ...core.files import write_whole
 from ...core.records import from_json, json_of, plain
 from ...core.version import __version__
 from ...encounters import Tracks
@@ -24,7 +26,7 @@ from ...report.blocks import Body, bullets, fields, lead, number, soft, table
 from ...report.judging.encounter import shown
 from ...report.judging.requirements import verdict
 from ...report.judging.space import Space, drawn, space
-from ...report.page import Page, Section
+from ...report.page import Page, Section, write
 from ...ships import Ship
 from ...validate.requirements import Table
 from .. import Outcome, RequestError
@@ -34,6 +36,7 @@ from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Part, pa
 from .rare import Rarely, told
 
 _PICTURES, _KINDS = 4, 12
+PAGE, NUMBERS, SUMS = "case.html", "case.json", "case.sha256"
 Again = Callable[[Sequence[int]], Iterator[tuple[int, Tracks, tuple[Judged, ...], tuple[int, ...]]]]
 """Sails runs again: number, tracks, verdicts and the place of the run among these."""
 
@@ -49,6 +52,10 @@ def answer(found: Case) -> Body:
 
 def _percent(share: float) -> str:
     return f"{number(100.0 * share, 3)} %" if math.isfinite(share) else "–"
+
+
+def _points(share: float) -> str:
+    return f"{number(100.0 * share, 3)} points"
 
 
 def _rules(found: Case) -> list[str]:
@@ -78,16 +85,25 @@ def _split(found: Case) -> list[str]:
     failed = sum(one is None for one in found.broken)
     if failed:
         said.append(f"{failed} runs ended in a failure of the model; they count for nothing above")
-    pairs = [(a, b) for part in found.parts for a, b in zip(part.broken, part.plain, strict=False)
-             if a is not None and b is not None]  # fmt: skip
-    if pairs:
+    if pairs := found.pairs:
         drawn_, plain = (sum(bool(one[k]) for one in pairs) for k in (0, 1))
-        only = sum(bool(a) and not b for a, b in pairs)
-        said.append(f"ship: {drawn_} of {len(pairs)} break a rule with ships drawn from fit {found.posterior}, {plain} "
-                    f"on the ship as it was fitted; {only} do so only where the ship is another one")  # fmt: skip
+        only, (more, low, high) = sum(bool(a) and not b for a, b in pairs), found.added
+        said += [f"ship: {drawn_} of {len(pairs)} break a rule with ships drawn from fit {found.posterior}, {plain} "
+                 f"on the ship as it was fitted; {only} do so only where the ship is another one",
+                 f"stack and encounters: {_percent(plain / len(pairs))}; the ship's error adds {_points(more)} (95 % "
+                 f"interval {_points(low)} to {_points(high)}), by the {len(pairs)} runs that were sailed on both"]
     else:
         said.append("ship: taken as known exactly; a fitted model.toml with its posterior shows what its error adds")
     return said
+
+
+def _shared(found: Case) -> dict[str, float] | None:
+    """Shares of runs that fail, of those sailed twice; None without any."""
+    if not (pairs := found.pairs):
+        return None
+    more, low, high = found.added
+    drawn_, plain_ = (sum(bool(one[k]) for one in pairs) / len(pairs) for k in (0, 1))
+    return {"runs": len(pairs), "drawn": drawn_, "fitted": plain_, "added": more, "low": low, "high": high}
 
 
 def document(found: Case) -> dict[str, object]:
@@ -99,6 +115,7 @@ def document(found: Case) -> dict[str, object]:
         "seed": found.file.seed, "runs": len(found.broken), "failed": sum(one is None for one in found.broken),
         "rules": {rule: {"applied": one.runs, "broken": one.hits, "share": one.value if one.runs else None,
                          "low": one.interval[0], "high": one.interval[1]} for rule, one in rules.items()},
+        "split": _shared(found),
         "rare": found.rarely and dataclasses.asdict(found.rarely),
         "broken_runs": [k for k, one in enumerate(found.broken) if one],
     }  # fmt: skip
@@ -261,7 +278,8 @@ def _signed(found: Case) -> Body:
     return bullets((
         f"inputs (case, ship, fit, stack): {found.digest}",
         f"results (all parts): {found.sealed}",
-        "seatrial case --verify FOLDER finds any change of parts or numbers since; sign these two lines",
+        "seatrial case --verify FOLDER finds any change of parts, numbers or page since; sign these two lines, and "
+        f"keep {SUMS}, which has the digests of this page and its numbers",
         "name, date, signature: ______________________________",
     ))  # fmt: skip
 
@@ -282,13 +300,23 @@ def _failures(found: Case, again: Again, waters: Waters) -> Body:
     return body
 
 
+def kept(out: Path, made: Page) -> None:
+    """Write a page, its numbers, and the digests of both as `sha256sum -c` reads them."""
+    write(out / PAGE, made)
+    write_whole(out / SUMS, _sums(out))
+
+
+def _sums(out: Path) -> str:
+    return "".join(f"{hashlib.sha256((out / name).read_bytes()).hexdigest()}  {name}\n" for name in (PAGE, NUMBERS))
+
+
 def verified(out: Path) -> Outcome[Case]:
-    """Whether the numbers of a case are those of its parts, and these are as they were when it was signed.
+    """Whether the numbers of a case are those of its parts, and these and its page are as they were when it was signed.
 
     Raises:
         RequestError: what has changed, or is not there.
     """
-    path = out / "case.json"
+    path = out / NUMBERS
     said = json_of(path, SCHEMA)
     parts = tuple(from_json(Part, json_of(one, PART), one) for one in sorted(out.glob("part-*.json")))
     inputs, results = said.get("digest"), said.get("results")
@@ -305,5 +333,13 @@ def verified(out: Path) -> Outcome[Case]:
     for key, value in own.items():
         if key != "schema" and said.get(key) != value:
             raise RequestError(f"{path}: {key} is not what the parts say; run the case again")
+    try:
+        then, now = (out / SUMS).read_text(encoding="utf-8").splitlines(), _sums(out).splitlines()
+    except OSError as error:
+        raise RequestError(f"{error.filename}: cannot be read, so that the page is not known to be as it was; run the "
+                           "case again") from None  # fmt: skip
+    for name, one, other in zip((PAGE, NUMBERS), [*then, "", ""], now, strict=False):
+        if one != other:
+            raise RequestError(f"{out / name}: has changed since it was written; run the case again")
     return Outcome(found, fields(own, lead(f"{out}: as signed; inputs {inputs}, results {results}, "
                                            f"{len(found.broken)} runs in {len(parts)} parts")))  # fmt: skip

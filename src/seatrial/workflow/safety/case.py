@@ -44,7 +44,6 @@ from ...identify import StudyError
 from ...realtime.links.wiring import Wiring
 from ...realtime.range.encounter import LONG, encountered
 from ...report.blocks import fields, lead
-from ...report.page import write
 from ...ships import Ship
 from ...simulate.approach import approach
 from ...study.grounds import Grounds
@@ -64,6 +63,8 @@ _TOGETHER = 1000
 """Runs of a part."""
 _TOGETHER_ON_WIRE = 20
 """The same of a stack in a process of its own, whose runs take seconds."""
+_PAIRED = 10_000
+"""Runs from which on not all are sailed again on the ship as it was fitted, but every second part, third and so on."""
 _ROWS = 600
 """Rows of tracks at most, but for rounding: those of a part are in memory together."""
 _NOTHING = Alone()
@@ -107,7 +108,7 @@ def case(
         sink.note(_as_found(file.found, replayed(setup)))
     again = partial(_again, setup)
     page = argued.page(found, setup.ship, setup.meeting, path, again, _required(setup.ship), setup.waters)
-    write(out / "case.html", page)
+    argued.kept(out, page)
     sink.note(f"wrote {out / 'case.html'}")
     return Outcome(found, fields(argued.document(found), argued.answer(found) + argued.results(found)))
 
@@ -386,7 +387,8 @@ def _part(setup: Setup, first: int) -> Part:
     """Some runs, sailed."""
     rows = slice(first, min(first + setup.together, setup.runs))
     found = _of_part(setup, rows, plain=False)
-    plain = _of_part(setup, rows, plain=True) if setup.posterior else []
+    again = first // setup.together % max(setup.runs // _PAIRED, 1) == 0
+    plain = _of_part(setup, rows, plain=True) if setup.posterior and again else []
     return Part(
         setup.digest, first, tuple(one.broken for one in found), tuple(one.judged for one in found),
         tuple(one.broken for one in plain), tuple(one.closest for one in found),

@@ -132,7 +132,7 @@ class Part:
         closest: least gap of the own hull to any other [m], by run; None where the model failed.
         untested: channels with which the ship leaves what trials tested, by run.
         plain, plain_closest: the same as `broken` and `closest` on the ship as it was fitted, without a draw; empty
-            where there is no posterior.
+            where there is no posterior, and in parts that are not sailed again.
     """
 
     case: str
@@ -167,6 +167,24 @@ class Case:
     def broken(self) -> list[tuple[str, ...] | None]:
         """By run."""
         return [one for part in self.parts for one in part.broken]
+
+    @property
+    def pairs(self) -> list[tuple[tuple[str, ...], tuple[str, ...]]]:
+        """What was broken in runs that were sailed twice: on the ship that was drawn, and on the fitted one."""
+        return [(a, b) for part in self.parts for a, b in zip(part.broken, part.plain, strict=False)
+                if a is not None and b is not None]  # fmt: skip
+
+    @property
+    def added(self) -> tuple[float, float, float]:
+        """Share of runs that fail by which drawn ships are worse than the fitted one, and its interval of 95 %.
+
+        It is the difference of two shares of the same runs: those that fail on one ship only, by Clopper and Pearson
+        at 97.5 % each (Bonferroni), so that it holds at least as often as it says.
+        """
+        pairs = self.pairs
+        worse, better = (Proportion(sum(bool(one[k]) and not one[1 - k] for one in pairs), len(pairs)) for k in (0, 1))
+        (low, high), (least, most) = worse.within(0.975), better.within(0.975)
+        return worse.value - better.value, low - most, high - least
 
     @property
     def sealed(self) -> str:
