@@ -14,11 +14,13 @@ from seatrial.encounters.meeting import Meeting, Ranges, drawn, imazu
 from seatrial.encounters.rules import Limits, Role, judge
 from seatrial.encounters.sailing import STEP, Sea, _Fleet, paced, sail, stepped
 from seatrial.environment import Environment
+from seatrial.environment.chart import Area, Chart
 from seatrial.manoeuvres import Settings
 from seatrial.manoeuvres.autopilot import CourseKeeping, usual_gains
 from seatrial.models.arx import Arx
 from seatrial.ships.files import load
 from seatrial.simulate.approach import approach, time_step
+from seatrial.simulate.place import place_of
 from seatrial.simulate.run import campaign
 
 SHIP = load("kvlcc2_l7")
@@ -108,6 +110,36 @@ def test_a_current_carries_the_ship() -> None:
     assert found.v_m[0, 0, 0] == pytest.approx(0.1)
     assert found.x[0, 0, -1] == pytest.approx(60.0 * (V + 0.3), rel=0.01)
     assert found.y[0, 0, -1] == pytest.approx(6.0, abs=0.6)
+
+
+@pytest.mark.slow
+def test_an_encounter_turns_and_moves_with_its_start() -> None:
+    """The same from another place on another course: tracks, currents and other ships turn with it, to rounding."""
+    psi, c, s = 2.1, math.cos(2.1), math.sin(2.1)
+    plain, turned = Environment(current_x=0.02, current_y=0.01), (0.02 * c - 0.01 * s, 0.02 * s + 0.01 * c)
+    around = Environment(current_x=turned[0], current_y=turned[1])
+    seas = (Sea(2.0 * T, 5.0, around=np.array([plain])),
+            Sea(2.0 * T, 5.0, around=np.array([around]), start=np.array([[400.0, -70.0, psi]])))  # fmt: skip
+    here, there = (sail(SHIP, problem(2), sea, "rules", ("rules",)).tracks for sea in seas)
+    assert np.abs(here.psi[0, 0]).max() > 0.4  # it gives way
+    assert there.x == pytest.approx(400.0 + here.x * c - here.y * s, abs=1e-6)
+    assert there.y == pytest.approx(-70.0 + here.x * s + here.y * c, abs=1e-6)
+    assert there.psi == pytest.approx(here.psi + psi, abs=1e-8)
+    assert there.u == pytest.approx(here.u, abs=1e-8)
+
+
+@pytest.mark.slow
+def test_depth_of_a_chart_is_felt_as_that_of_the_weather() -> None:
+    """Even water by either way: more lag in a turn, and less speed, than in deep water."""
+    ship, h = load("kvlcc2_shallow"), 27.0
+    whole = np.array([[-3e4, -3e4], [-3e4, 3e4], [3e4, 3e4], [3e4, -3e4]])
+    place = place_of(ship, Chart("even", areas=(Area(whole, h),)), touching=False)
+    met = Meeting(ship.speed, np.array([9e3]), np.array([9e3]), np.array([0.0]), np.array([5.0]))
+    seas = Sea(600.0, place=place), Sea(600.0, around=np.array([Environment(per_depth=1.0 / h)])), Sea(600.0)
+    chart, weather, deep = (sail(ship, met, sea, lambda scene: Ordered(0.8, 1.0)).tracks for sea in seas)
+    for name in ("x", "y", "psi", "u"):
+        assert getattr(chart, name)[0, 0] == pytest.approx(getattr(weather, name)[0, 0], rel=1e-9, abs=1e-9)
+    assert chart.u[0, 0, -1] < 0.97 * deep.u[0, 0, -1]
 
 
 @pytest.mark.slow

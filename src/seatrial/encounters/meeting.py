@@ -74,6 +74,17 @@ class Meeting:
         return np.select(list(cases.values()), [int(role) for role in cases], int(Role.NONE))
 
 
+def seen_from(meeting: Meeting, north: Array, east: Array, course: Array) -> tuple[Array, Array, Array]:
+    """Places north and east [m] and courses [rad] of the targets, of an own ship at a place on a course.
+
+    Args:
+        north, east, course: of the own ship, shape (runs,); targets have shape (runs, targets).
+    """
+    x, y, psi = (np.atleast_2d(np.asarray(one, dtype=np.float64)) for one in (meeting.x, meeting.y, meeting.psi))
+    c, s = np.cos(course)[:, None], np.sin(course)[:, None]
+    return north[:, None] + x * c - y * s, east[:, None] + x * s + y * c, psi + course[:, None]
+
+
 def _imazu(text: str) -> tuple[tuple[float | None, ...], ...]:
     return tuple(tuple(None if one == "s" else float(one) for one in row.split()) for row in text.split(","))
 

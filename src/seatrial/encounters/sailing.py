@@ -33,8 +33,9 @@ from ..ships import Ship
 from ..simulate.approach import approach, substeps
 from ..simulate.lanes import Kernel
 from ..simulate.loop import closed_loop, loop_memory, loop_values
+from ..simulate.place import Place
 from .conduct import CONDUCTS, Conduct, Master, Orders, Scene, Watch
-from .meeting import Meeting
+from .meeting import Meeting, seen_from
 from .rules.limits import L_REFERENCE, Limits
 from .tracks import Tracks
 
@@ -73,6 +74,9 @@ class Sea:
         limits: of the rules, which everybody has in mind.
         around: wind, current and waves of each run, shape (runs, channels), or one row for all.
         ranks: of the ships by their kind (Rule 18), as of `Scene`.
+        start: place of the own ship north and east [m] and its course [rad], shape (runs, 3), or one row for all; the
+            meeting is as seen from there.
+        place: the chart on which it feels depth and banks; None in open water.
     """
 
     duration: float
@@ -81,6 +85,8 @@ class Sea:
     limits: Limits = field(default_factory=Limits)
     around: Array = field(default_factory=lambda: np.array([CALM]))
     ranks: tuple[int, ...] = ()
+    start: Array = field(default_factory=lambda: np.zeros((1, 3)))
+    place: Place | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,7 +269,7 @@ def _policy(ship: Ship, others: int, U: float, n_P: float, step: float) -> _Orde
 
 @lru_cache(maxsize=4)
 def _loop(
-    ship: Ship, others: int, U: float, n_P: float, step: float, drawn: tuple[str, ...]
+    ship: Ship, others: int, U: float, n_P: float, step: float, drawn: tuple[str, ...], place: Place | None
 ) -> tuple[_Orders, System, tuple[float, ...], Simulator]:  # fmt: skip
     """All ships as one kernel; levels of a rare breach ask for it a hundred times.
 
@@ -271,7 +277,7 @@ def _loop(
         RequestError: `drawn` names no parameter of the ship.
     """
     policy = _policy(ship, others, U, n_P, step)
-    system, values = closed_loop(ship, policy, step), loop_values(ship, policy)
+    system, values = closed_loop(ship, policy, step, place), loop_values(ship, policy)
     for name in drawn:
         if f"ship.{name}" not in values:
             raise RequestError(unknown(name, [one[5:] for one in values if one.startswith("ship.")], "parameter"))
@@ -290,20 +296,21 @@ class _Fleet:
 
     def __init__(self, ship: Ship, meeting: Meeting, L: Array, sea: Sea, draws: Mapping[str, Array]) -> None:
         _can(ship)
-        places = [np.atleast_2d(np.asarray(one, dtype=np.float64))
-                  for one in (meeting.x, meeting.y, meeting.psi, meeting.U_target)]  # fmt: skip
-        runs, others = places[0].shape
+        runs, others = np.atleast_2d(meeting.x).shape
+        start = np.broadcast_to(sea.start, (runs, 3)).T
+        places = [*seen_from(meeting, *start), np.atleast_2d(np.asarray(meeting.U_target, dtype=np.float64))]
         speed = np.broadcast_to(np.asarray(meeting.U, dtype=np.float64), (runs,))
         self.first = np.column_stack([speed, places[3]])
         self.valid = np.ones(runs, dtype=bool)
         steps, U = substeps(ship, STEP), float(speed[0])
         self._L, self._ranks, self._turns = L, sea.ranks, approach(ship, U)[1]
-        policy, system, values, compiled = _loop(ship, others, U, self._turns, STEP / steps, tuple(draws))
+        policy, system, values, compiled = _loop(ship, others, U, self._turns, STEP / steps, tuple(draws), sea.place)
         at = self._buffers = Buffers.of(system, -(-runs // LANES), len(draws), np.array(values))
         self._step = stepping(compiled, at, STEP / steps, steps, threads=1)
         for k, one in enumerate(draws.values()):
             self._put(at.own, k, one)
-        memory = self._begun(ship, policy, np.broadcast_to(sea.around, (runs, len(CHANNELS))).T, STEP / steps)
+        around = np.broadcast_to(sea.around, (runs, len(CHANNELS))).T
+        memory = self._begun(ship, policy, around, start, STEP / steps)
         for other in range(others):
             for k, one in enumerate(places):
                 self._put(at.memory, memory - 5 * (others - other) + k, one[:, other])
@@ -316,14 +323,17 @@ class _Fleet:
         self._carried = last[:, :states], last[:, states : states + memory]
         self._moved(at.state, at.memory[:, memory - 5 * others : memory])
 
-    def _begun(self, ship: Ship, policy: Policy, around: Array, dt: float) -> int:
+    def _begun(self, ship: Ship, policy: Policy, around: Array, start: Array, dt: float) -> int:
         """Weather, and the own ship in it at its speed through the water; how many numbers the loop remembers."""
+        c, s = np.cos(start[2]), np.sin(start[2])
         at, speed, drift = self._buffers, self.first[:, 0], Environment(*around)
         self._current = np.asarray(drift.current_x), np.asarray(drift.current_y)
         for k, one in enumerate(around):
             self._put(at.series, k, one)
-        self._put(at.state, 3, speed + drift.current_x)  # on course north
-        self._put(at.state, 4, np.zeros(len(speed)) + drift.current_y)
+        for k, one in enumerate(start):
+            self._put(at.state, k, one)
+        self._put(at.state, 3, speed + drift.current_x * c + drift.current_y * s)
+        self._put(at.state, 4, drift.current_y * c - drift.current_x * s)
         begun = tuple(float(one) for one in at.state[0, :6, 0])
         memory = loop_memory(ship, policy, dt, {"policy.n_P": self._turns}, begun)
         at.memory[:, : len(memory)] = np.array(memory, dtype=np.float64)[:, None]

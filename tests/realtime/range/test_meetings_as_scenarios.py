@@ -19,15 +19,19 @@ from seatrial.realtime.range.stage import Stage
 OWN = ordinary("own", 100.0, 8.0)
 
 
-def test_all_ships_of_a_problem_would_be_at_one_place_at_its_time() -> None:
+@pytest.mark.parametrize("start", [(0.0, 0.0, 0.0), (500.0, -200.0, 2.0)])
+def test_all_ships_of_a_problem_would_be_at_one_place_at_its_time(start: tuple[float, float, float]) -> None:
+    north, east, psi = start
     for met in imazu(8.0, 600.0):
-        played = encountered(OWN, met, ["ignores"] * len(met.x))
+        played = encountered(OWN, met, ["ignores"] * len(met.x), start=start)
         assert played.duration == pytest.approx(LONG * 600.0)
-        assert (played.own.sailing.psi, played.own.sailing.speed) == (0.0, 8.0)
+        own = played.own.sailing
+        assert (own.x, own.y, own.psi, own.speed) == (*start, 8.0)
         for one in played.others:
             way = 600.0 * one.sailing.speed
             x, y = one.sailing.x + way * math.cos(one.sailing.psi), one.sailing.y + way * math.sin(one.sailing.psi)
-            assert (x, y) == (pytest.approx(4800.0), pytest.approx(0.0, abs=1e-6))
+            assert x == pytest.approx(north + 4800.0 * math.cos(psi))
+            assert y == pytest.approx(east + 4800.0 * math.sin(psi), abs=1e-6)
             assert one.ship.L_pp == 100.0
             assert one.conduct == "ignores"
         assert played.criteria.rules

@@ -12,13 +12,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from s57_cell import Cell
 from seatrial.cli.app import main
+from seatrial.core.records import read_record
 from seatrial.encounters import Tracks
 from seatrial.encounters.conduct import CONDUCTS, Scene, Watch
 from seatrial.encounters.meeting import dnv, imazu
 from seatrial.encounters.rules import Alone, Role
 from seatrial.encounters.rules.waters import AGROUND, CONTOUR
+from seatrial.encounters.sailing import Sailing, Sea
 from seatrial.encounters.sensing import Sensing
+from seatrial.environment.enc import read_cell
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety import case as module
@@ -117,7 +121,7 @@ def test_a_run_that_failed_is_none_and_the_others_keep_their_places() -> None:
     zero = np.zeros((2, 2, 3))
     tracks: Any = SimpleNamespace(t=np.arange(3.0), x=zero, psi=zero, u=zero, v_m=zero)
     sailed: Any = SimpleNamespace(tracks=tracks, runs=np.array([0, 2]), silent=np.array([np.nan, 30.0]))
-    setup: Any = SimpleNamespace(judged=lambda tracks: (tracks, (one,), Alone()), grounds=None,
+    setup: Any = SimpleNamespace(judged=lambda tracks: ((one,), Alone()), grounds=None,
                                  current=lambda first, count: np.zeros((2, count)))  # fmt: skip
     found = module._broken(setup, sailed, slice(10, 13))
     broken, applied = (tuple(getattr(one, name) for one in found) for name in ("broken", "judged"))
@@ -310,25 +314,66 @@ def test_a_case_is_judged_where_it_is_and_a_search_is_of_open_water(tmp_path: Pa
     file = CaseFile(claim="c", ship="kvlcc2_l7", waters=where, encounters=Encountered(kinds=("fishing",)))
     setup = module.Setup.of(file, tmp_path)
     assert setup.waters.draught == pytest.approx(0.455, abs=0.01)  # of its file
+    under = Sailing(setup.ship, setup._some(slice(0, 2)), Sea(10.0, start=np.array([setup.start])), ("ignores",))
+    x, y, psi, _, drift = under.fleet.motion[:, 0]
+    assert (x[0], y[0], psi[0], drift[0]) == pytest.approx((100.0, -200.0, np.pi / 6.0, 0.0))
+    met = setup.meeting  # the other ship is seen from there, on the way of both
+    far, bearing = np.hypot(met.x[0, 0], met.y[0, 0]), np.arctan2(met.y[0, 0], met.x[0, 0])
+    towards = bearing + np.pi / 6.0
+    assert (x[1] - x[0], y[1] - y[0]) == pytest.approx((far * np.cos(towards), far * np.sin(towards)))
+    assert psi[1] - psi[0] == pytest.approx(met.psi[0, 0])
     t = np.linspace(0.0, 200.0, 21)
-    zero = np.zeros((2, 21))
-    x = np.array([5.0 * t, 9000.0 + 0.0 * t])
-    tracks = Tracks(t, x, zero + 20.0, zero, zero + np.array([[5.0], [0.0]]), zero, np.full(2, 7.0), np.full(2, 1.0))
-    placed, _, by_itself = setup.judged(tracks)
-    assert (placed.x[0, -1], placed.y[0, -1]) == pytest.approx((956.03, 317.32), abs=0.1)
-    assert placed.psi[0] == pytest.approx(np.full(21, np.pi / 6.0))
+    zero, c, s = np.zeros((2, 21)), np.cos(np.pi / 6.0), np.sin(np.pi / 6.0)
+    ahead = np.array([5.0 * t, 9000.0 + 0.0 * t])
+    tracks = Tracks(t, 100.0 + ahead * c - 20.0 * s, -200.0 + ahead * s + 20.0 * c, zero + np.pi / 6.0,
+                    zero + np.array([[5.0], [0.0]]), zero, np.full(2, 7.0), np.full(2, 1.0))  # fmt: skip
+    _, by_itself = setup.judged(tracks)
     assert {AGROUND, CONTOUR} <= set(by_itself.broken())
     assert "6" in by_itself.margins  # visibility is restricted, so Rule 19 is judged
     assert setup.waters.restricted
     assert setup.ranks == (0, 2)
-    assert len(setup.judged(tracks, own=False)[1]) == 2
+    assert len(setup.judged(tracks, own=False)[0]) == 2
     with pytest.raises(RequestError, match="a search is in open water"):
         _ = setup.space
+    assert AGROUND not in setup.judged(replace(tracks, y=tracks.y + 200.0))[1].broken()
     moved = module.Setup.of(replace(file, waters=replace(where, psi=0.0)), tmp_path)
-    assert AGROUND not in moved.judged(tracks)[2].broken()
     assert moved.digest != setup.digest
     (tmp_path / "c.geojson").write_text((tmp_path / "c.geojson").read_text() + " ", encoding="utf-8")
     assert module.Setup.of(file, tmp_path).digest != setup.digest
+
+
+@pytest.mark.slow
+def test_a_cell_is_felt_judged_drawn_and_what_it_lacks_is_told(tmp_path: Path, capsys: Any) -> None:
+    """Ahead of the ship lies a flat with 24 m, on which KVLCC2 (20.8 m) has h/d 1.15, and behind it one with 12 m."""
+    pytest.importorskip("pyogrio", reason="the extra enc")
+    cell = Cell()
+    for south, north, depth in ((49.9, 50.04, 60), (50.04, 50.1, 24), (50.1, 50.3, 12)):
+        cell.area("DEPARE", [(9.8, south), (9.8, north), (10.2, north), (10.2, south)], DRVAL1=depth, DRVAL2=depth)
+    cell.write(tmp_path / "ST4TEST.000")
+    chart, datum = read_cell(tmp_path / "ST4TEST.000")
+    x, y = datum.north_east(50.0, 10.0)
+    path = tmp_path / "case.toml"
+    where = f'[waters]\nchart = "ST4TEST.000"\nat = [{x}, {y}]\nsafety = 30.0\n'
+    path.write_text(TEXT.format(stack="ignores", runs=2).replace("_l7", "_shallow").replace("[enc", f"{where}[enc"),
+                    encoding="utf-8")  # fmt: skip
+    setup = module.Setup.of(read_record(path, CaseFile, module.SCHEMA), tmp_path)
+    own = setup.sailed(slice(0, 2), 0, plain=True).tracks
+    over = np.interp(chart.depth_at(own.x[0, 0], own.y[0, 0]), (0.0, 24.0, 60.0), (0.0, 1.0, 2.0))
+    deep, flat = own.u[0, 0, over == 2.0][-20], own.u[0, 0, over == 1.0][-10]
+    assert flat < 0.95 * deep  # more resistance, the same revolutions
+    assert main(["case", str(path), "-o", str(tmp_path / "out")]) == 0
+    said = json.loads((tmp_path / "out" / "case.json").read_text(encoding="utf-8"))
+    assert [said["rules"][rule]["broken"] for rule in (AGROUND, CONTOUR)] == [2, 2]
+    page = (tmp_path / "out" / "case.html").read_text(encoding="utf-8")
+    assert "squat, but for what the draught has of it" in page
+    assert "chart: no" in page or "the chart: " in page  # what the cell lacks
+    assert page.count('fill-rule="evenodd"') >= 3  # its areas
+    bare = Cell()
+    bare.line("COALNE", [(9.9, 50.0), (10.1, 50.0)])
+    bare.write(tmp_path / "ST4TEST.000")
+    capsys.readouterr()
+    assert main(["case", str(path), "-o", str(tmp_path / "none")]) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
 
 def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: Any) -> None:

@@ -92,7 +92,7 @@ def test_what_a_run_on_a_wire_is_counted_as() -> None:
     judged: Any = type("J", (), {"ship": 0, "margins": {"16": np.array(-1.0)}, "contact": np.array(True),
                                  "gap": np.array(-2.0), "broken": lambda self, where: ("16",)})()  # fmt: skip
     by_itself, asked = Alone({"10": np.array(-0.5)}), list[Any]()
-    setup: Any = SimpleNamespace(judged=lambda tracks: (tracks, (judged,), by_itself), grounds=None, together=20,
+    setup: Any = SimpleNamespace(judged=lambda tracks: ((judged,), by_itself), grounds=None, together=20,
                                  current=lambda *some: asked.append(some) or np.zeros((2, 20)))  # fmt: skip
 
     def counted(one: Ran, run: int = 47) -> Any:

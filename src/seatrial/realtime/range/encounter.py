@@ -1,4 +1,4 @@
-"""A meeting of ships as a scenario: the own ship on course north, others that behave, and the rules as criteria."""
+"""A meeting of ships as a scenario: the own ship under way, others that behave, and the rules as criteria."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.errors import RequestError
 from ...data.geodesy import Datum
-from ...encounters.meeting import Meeting
+from ...encounters.meeting import Meeting, seen_from
 from ...encounters.sensing import Sensing
 from ...environment import CALM, Environment
 from ...ships import Ship
@@ -27,6 +27,7 @@ _PLACE = Datum(30.0, -40.0)
 def encountered(
     ship: Ship, meeting: Meeting, conducts: Sequence[str], *, length: float | None = None, seed: int = 1,
     around: Environment = CALM, sensing: Sensing | None = None, title: str = "An encounter",
+    start: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Scenario:  # fmt: skip
     """The scenario of one meeting.
 
@@ -36,14 +37,17 @@ def encountered(
         length: of the others [m]; that of the own ship unless given.
         around: wind, current and waves from start to end.
         sensing: radar and AIS of the own ship; None: without error, delay or loss.
+        start: place of the own ship north and east [m] and its course [rad].
 
     Raises:
         RequestError: a ship without way, which no rudder steers.
     """
-    x, y, psi, U = (np.ravel(one) for one in (meeting.x, meeting.y, meeting.psi, meeting.U_target))
+    far = np.hypot(np.ravel(meeting.x), np.ravel(meeting.y)) >= FAR
+    x, y, psi = (one[0] for one in seen_from(meeting, *np.array(start)[:, None]))
+    U = np.ravel(meeting.U_target)
     L = length or ship.L_pp
     others: list[Other] = []
-    for k in np.flatnonzero(np.hypot(x, y) < FAR).tolist():
+    for k in np.flatnonzero(~far).tolist():
         if not U[k] > 0.0:
             raise RequestError(f"target {k + 1} of {title} has a speed of {U[k]:g} m/s; a ship under way is met here")
         name = f"target {k + 1}"
@@ -53,6 +57,6 @@ def encountered(
     latest = float(np.max(np.where(np.isfinite(t), t, 0.0), initial=0.0))
     if not latest > 0.0:
         raise RequestError(f"{title}: nobody is met; the ships draw apart from the first")
-    own = Own(ship, Sailing(0.0, 0.0, 0.0, float(np.ravel(meeting.U)[0])))
+    own = Own(ship, Sailing(*start, float(np.ravel(meeting.U)[0])))
     return Scenario(title, LONG * latest, own, tuple(others), _RATE, seed, _PLACE,
                     weather=(Weather(0.0, 0.0, around),), criteria=Criteria(rules=True), sensing=sensing)  # fmt: skip

@@ -123,7 +123,7 @@ def document(found: Case) -> dict[str, object]:
 
 def page(
     found: Case, ship: Ship, meeting: Meeting, path: Path, again: Again, table_: Table | None,
-    waters: Waters = OPEN_WATER,
+    waters: Waters = OPEN_WATER, felt: bool = False,
 ) -> Page:  # fmt: skip
     """The page of a case, in the order in which a surveyor asks.
 
@@ -131,6 +131,7 @@ def page(
         path: of its file.
         table_: the ship by the requirements of collision avoidance; None where it could not be judged.
         waters: where it was.
+        felt: whether its model knows depth and banks there.
     """
     failed = np.array([bool(one) for one in found.broken], dtype=bool)
     tried = space(meeting, failed)
@@ -141,7 +142,7 @@ def page(
         Section("Which ship, and how good is its model", _ship(ship, found, table_, path)),
         Section("What failed", _failed(found)),
         Section("Show me", _failures(found, again, waters)),
-        Section("What was not tried", drawn(tried) + bullets(_not_tried(found, tried, waters))),
+        Section("What was not tried", drawn(tried) + bullets(_not_tried(found, tried, waters, felt))),
         Section("Who says", _says(max(ship.L_pp, found.file.encounters.length or 0.0))),
         Section("Repeat it", bullets((
             f"seatrial case {path} -o FOLDER (the same to the last bit on one type of processor)",
@@ -224,25 +225,27 @@ def _failed(found: Case) -> Body:
     return table(("rules broken together", "runs", "numbers, from 0"), rows, words=(0, 2)) + more
 
 
-def _not_tried(found: Case, tried: Space, waters: Waters) -> list[str]:
+def _not_tried(found: Case, tried: Space, waters: Waters, felt: bool = False) -> list[str]:
     hit, possible = tried.hit
     seeing = ("reports that are worse than late, lost or noisy: clutter, false echoes, lies" if found.file.sensors
               else "errors, delays and gaps of sensors: the stack sees everybody as they are")  # fmt: skip
     return [
         f"{possible - hit} of {possible} cells of the encounter space in which ships can meet, above",
         seeing,
-        *_beyond(waters),
+        *_beyond(waters, felt),
         "own models of the other ships: they turn with lags of a ship of their length",
         "how often ships meet so at sea: shares are of these encounters, not of voyages",
     ]
 
 
-def _beyond(waters: Waters) -> list[str]:
+def _beyond(waters: Waters, felt: bool) -> list[str]:
     """What of the waters is not in it."""
     said = ["Rules 5 and 7: what a watch knows is not in tracks"]
     if waters.chart is None:
         return [*said, "land, depth and lanes: open water"] + ["restricted visibility"] * (not waters.restricted)
-    return [*said, "banks and shallow water as a ship feels them: it sails as in open water, judged on the chart",
+    return [*said,
+            "squat, but for what the draught has of it; quays: it would pass through them" if felt
+            else "banks and shallow water as a ship feels them: it sails as in open water, judged on the chart",
             "tide: depths are those of the chart",
             *(f"the chart: {one}" for one in waters.chart.lacks)]  # fmt: skip
 

@@ -18,9 +18,12 @@ from ...encounters import Tracks
 from ...encounters.rules import Judged
 from ...environment import through_water
 from ...report.blocks import Body, bullets, number, table
+from ...ships import Ship
 from ...study.grounds import DRIFT, Grounds
 from ...study.store import read_summary
 from ...validate.fitness import Fitness
+from ...validate.requirements import Table
+from ..judging import requirements
 from .claimed import Case
 
 _LEVEL = 0.95
@@ -33,6 +36,14 @@ def grounds_of(path: Path) -> Grounds | None:
     except SeatrialError:
         return None
     return found if found.tested else None
+
+
+def required(ship: Ship) -> Table | None:
+    """A ship by what collision avoidance asks of a model; None for one that cannot be judged so."""
+    try:
+        return requirements(ship)
+    except SeatrialError:
+        return None
 
 
 def closest(own: Sequence[Judged]) -> Array:

@@ -7,10 +7,8 @@ by the rules of the road.  Parts of the runs lie in the folder as they end, so t
 from __future__ import annotations
 
 import hashlib
-import math
 import shutil
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import groupby
 from pathlib import Path
@@ -25,7 +23,6 @@ from ...belief.posterior import Posterior
 from ...belief.reading import posterior
 from ...campaign.running import Shard
 from ...core import executors
-from ...core.errors import SeatrialError
 from ...core.files import held_alone, write_whole
 from ...core.records import digest, from_json, json_of, read_record, to_json
 from ...core.values import dataclass
@@ -46,17 +43,16 @@ from ...realtime.range.encounter import LONG, encountered
 from ...report.blocks import fields, lead
 from ...ships import Ship
 from ...simulate.approach import approach
+from ...simulate.place import Place
 from ...study.grounds import Grounds
-from ...validate.requirements import Table
 from .. import SILENT, Outcome, RequestError, Sink
-from ..judging import requirements
 from ..request import ship_of
 from . import argued
-from .behind import closest, grounds_of, untested
+from .behind import closest, grounds_of, required, untested
 from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Failed, Part, Where, part_at, rare_at
 from .outside import Ran, Spoken, ran
 from .rare import SHIPS, UNDER_WAY, Rarely, margins, ordered, rarely
-from .setting import conducts_of, meeting_of, ranges_of, waters_of
+from .setting import conducts_of, meeting_of, place_in, ranges_of, waters_of
 from .stacks import Stack, beside, conduct, stack_of
 
 _TOGETHER = 1000
@@ -107,18 +103,11 @@ def case(
     if file.found is not None:
         sink.note(_as_found(file.found, replayed(setup)))
     again = partial(_again, setup)
-    page = argued.page(found, setup.ship, setup.meeting, path, again, _required(setup.ship), setup.waters)
+    page = argued.page(found, setup.ship, setup.meeting, path, again, required(setup.ship), setup.waters,
+                       setup.place is not None)  # fmt: skip
     argued.kept(out, page)
     sink.note(f"wrote {out / 'case.html'}")
     return Outcome(found, fields(argued.document(found), argued.answer(found) + argued.results(found)))
-
-
-def _required(ship: Ship) -> Table | None:
-    """A ship by what collision avoidance asks of a model; None for one that cannot be judged so."""
-    try:
-        return requirements(ship)
-    except SeatrialError:
-        return None
 
 
 def _rarely(setup: Setup, out: Path, sink: Sink) -> Rarely | None:
@@ -197,6 +186,7 @@ class Setup:
     digest: str
     waters: Waters = OPEN_WATER
     grounds: Grounds | None = None
+    place: Place | None = None
 
     @property
     def together(self) -> int:
@@ -212,19 +202,19 @@ class Setup:
         return len(self.meeting.x)
 
     @property
+    def start(self) -> tuple[float, float, float]:
+        """Place of the own ship north and east of the chart's datum [m], and its course [rad]."""
+        return (*self.file.waters.at, self.file.waters.psi)
+
+    @property
     def ranks(self) -> tuple[int, ...]:
         """Of the own ship and those that are met; empty where all are of one kind."""
         return (0, *(KINDS[one] for one in self.file.encounters.kinds)) if self.file.encounters.kinds else ()
 
-    def judged(self, tracks: Tracks, own: bool = True) -> tuple[Tracks, tuple[Judged, ...], Alone]:
-        """Tracks where the case is, and the verdicts on them: of the own ship towards others, and by itself."""
-        if self.waters.chart is not None:
-            (north, east), psi = self.file.waters.at, self.file.waters.psi
-            c, s = math.cos(psi), math.sin(psi)
-            tracks = replace(tracks, x=north + tracks.x * c - tracks.y * s, y=east + tracks.x * s + tracks.y * c,
-                             psi=tracks.psi + psi)  # fmt: skip
+    def judged(self, tracks: Tracks, own: bool = True) -> tuple[tuple[Judged, ...], Alone]:
+        """Verdicts on the own ship towards others, and by itself."""
         found = judge(tracks, self.rules, restricted=self.waters.restricted, own=own, ranks=self.ranks)
-        return tracks, found, alone(tracks, found, self.waters, self.rules)
+        return found, alone(tracks, found, self.waters, self.rules)
 
     @staticmethod
     def of(file: CaseFile, folder: Path) -> Setup:
@@ -250,7 +240,9 @@ class Setup:
         mark = digest([to_json(file, SCHEMA), known.digest if known else ship.name,
                        *_beside(file, folder, drawn=known is not None)])  # fmt: skip
         grounds = grounds_of(folder / file.ship) if file.ship.endswith(".toml") else None
-        return Setup(file, ship, known, met, stack, Rules(), mark, waters_of(file, ship, folder), grounds)
+        waters = waters_of(file, ship, folder)
+        place = None if isinstance(stack, Wiring) else place_in(waters, ship)
+        return Setup(file, ship, known, met, stack, Rules(), mark, waters, grounds, place)
 
     def sailed(self, rows: slice, first: int, plain: bool) -> Sailed:
         """Some runs of a stack that is called; `plain` on the ship as it was fitted."""
@@ -258,7 +250,8 @@ class Setup:
         latest = float(np.max(np.where(np.isfinite(met.approach[1]), met.approach[1], 0.0)))
         said = self.file.encounters
         duration = said.duration or LONG * latest
-        sea = Sea(duration, self.every(duration), said.length, self.rules, self._around(first, count), self.ranks)
+        sea = Sea(duration, self.every(duration), said.length, self.rules, self._around(first, count), self.ranks,
+                  np.array([self.start]), self.place)  # fmt: skip
         return sail(self.ship, self._some(rows), sea, self._seeing(first), self.file.traffic, self.file.seed + first,
                     self._draws(rows, plain), np.array([conducts_of(self.file)]) if said.ships else None)  # fmt: skip
 
@@ -326,7 +319,7 @@ class Setup:
         return ran(encountered(
             self.ship.moved({name: float(value[0]) for name, value in draws.items()}), met,
             [file.traffic[k] for k in chosen], length=file.encounters.length, seed=file.seed + run, around=around,
-            sensing=file.sensors, title=f"run {run}",
+            sensing=file.sensors, title=f"run {run}", start=self.start,
         ), cast("Wiring", self.stack), cast("Spoken", cast("Stack", file.stack).speaks))  # fmt: skip
 
     def _some(self, rows: slice) -> Meeting:
@@ -441,7 +434,7 @@ def _broken(setup: Setup, sailed: Sailed, rows: slice) -> list[_Became]:
 
 def _became(setup: Setup, tracks: Tracks, current: Array, silent: Sequence[bool] | NDArray[np.bool_]) -> list[_Became]:
     """Verdicts on the tracks of runs that went to their end, one or many."""
-    _, own, by_itself = setup.judged(tracks)
+    own, by_itself = setup.judged(tracks)
     near, out = closest(own), untested(tracks, setup.grounds, (current[0], current[1]))
     found: list[_Became] = []
     for k, mute in enumerate(silent):
@@ -468,13 +461,13 @@ def _again(setup: Setup, runs: Sequence[int]) -> Iterator[tuple[int, Tracks, tup
         for run in runs:
             tracks = setup.ran(run, plain=False).tracks
             if tracks is not None:
-                yield run, *setup.judged(tracks, own=False)[:2], ()
+                yield run, tracks, setup.judged(tracks, own=False)[0], ()
         return
     for first, some in groupby(runs, lambda run: run // _TOGETHER * _TOGETHER):
         sailed = setup.sailed(slice(first, min(first + _TOGETHER, setup.runs)), first, plain=False)
-        tracks, judged, _ = setup.judged(sailed.tracks, own=False)
+        judged, _ = setup.judged(sailed.tracks, own=False)
         for run in some:
-            yield run, tracks, judged, (int(np.flatnonzero(sailed.runs == run - first)[0]),)
+            yield run, sailed.tracks, judged, (int(np.flatnonzero(sailed.runs == run - first)[0]),)
 
 
 def replayed(setup: Setup) -> Failed:
@@ -484,7 +477,7 @@ def replayed(setup: Setup) -> Failed:
         return Failed(broken=(), tracks="")
     tracks = sailed.tracks
     bits = np.stack([tracks.x, tracks.y, tracks.psi, tracks.u, tracks.v_m]).tobytes()
-    _, own, by_itself = setup.judged(tracks)
+    own, by_itself = setup.judged(tracks)
     return Failed(broken=broken_of(own, (0,), by_itself),
                   tracks=hashlib.sha256(bits).hexdigest()[:16])  # fmt: skip
 

@@ -9,16 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.errors import ChartError, RequestError
+from ...core.errors import ChartError, RequestError, ShipError
 from ...data import Array
 from ...encounters.area import encounters, reports
 from ...encounters.meeting import IMAZU_T, Meeting, Ranges, dnv, drawn, imazu, role
 from ...encounters.rules import Limits, Waters
 from ...encounters.sailing import paced
 from ...environment.geojson import load_chart
+from ...environment.grid import SMOOTH
+from ...forces.shallow import SHALLOWEST
 from ...sensors.suite import draught
 from ...ships import Ship
+from ...ships.felt import feels
 from ...simulate.approach import approach
+from ...simulate.place import Place, place_of
 from .claimed import CaseFile, Where
 
 
@@ -58,6 +62,24 @@ def waters_of(file: CaseFile, ship: Ship, folder: Path) -> Waters:
         return Waters(chart, said.draught or draught(ship), said.safety, sight, approach(ship)[0])
     except ChartError as error:
         raise RequestError(f"waters.chart: {error}") from None
+
+
+def place_in(waters: Waters, ship: Ship) -> Place | None:
+    """Where the ship feels depth and banks of a chart; None where its model knows none, or the chart is too wide.
+
+    It never feels less than `SHALLOWEST` draughts: beyond that no model holds, and the ground is judged by the chart.
+    """
+    if waters.chart is None or not feels(ship, "per_depth"):
+        return None
+    try:
+        place = place_of(ship, waters.chart, touching=False)
+    except (ChartError, ShipError):
+        return None
+    if (grid := place.grid) is None:
+        return None
+    table, depth = grid.field.table.copy(), SMOOTH.index("chart.per_depth")
+    table[..., depth] = np.minimum(table[..., depth], 1.0 / (SHALLOWEST * float(ship.model.draught)))
+    return replace(place, grid=replace(grid, field=replace(grid.field, table=table)))
 
 
 def ranges_of(file: CaseFile, ship: Ship) -> Ranges:
