@@ -228,3 +228,26 @@ def test_azimuths_and_shafts_beside_them_are_named_as_thrusters() -> None:
     assert plain["channels.alpha_1"].keys["unit"] == '"rad"'
     alone = list(control_entries({"n_P": small["n_P"]}, Known(t, None, None, None, None, None), set(), False))
     assert [one.table for one in alone] == ["channels.n_P"]
+
+
+@pytest.mark.parametrize("text", ["a: 1\nb: [1, 2.5, no, 010, 1:45, ~, .inf, true]\nc: {d: 'x'}\n",
+                                  "a: |\n  two\n  lines\n",
+                                  "---\nk: v\n...\n", "a: 2024-99-99\n", "ключ: 'длина'\n"])  # fmt: skip
+def test_both_readers_of_yaml_read_the_same(text: str) -> None:
+    """libyaml reads, and where there is none PyYAML does."""
+    import yaml
+
+    from seatrial.data.documents import _loader
+
+    assert yaml.load(text, Loader=_loader(True)) == yaml.load(text, Loader=_loader(False))
+
+
+@pytest.mark.parametrize("text", ["a: &x 1\nb: *x\n", "a: 1\na: 2\n", "? [1]\n: 2\n", "a: [1\n", f"a: {'9' * 30}\n"])
+def test_both_readers_of_yaml_refuse_the_same(text: str) -> None:
+    import yaml
+
+    from seatrial.data.documents import _loader
+
+    for quick in (True, False):
+        with pytest.raises(yaml.YAMLError):
+            yaml.load(text, Loader=_loader(quick))

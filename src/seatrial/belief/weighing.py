@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from ..core.values import dataclass
 from ..data import Array, Trial
@@ -78,6 +77,8 @@ class _Missed:
 
 def _mean(found: Sequence[_Missed], factor: float) -> float:
     """Squared errors over the expected ones: of all trials together, so that great motions count; mean of channels."""
+    from scipy.special import gammaincinv  # a quarter of a second, for what few ask
+
     windows = sum(one.windows for one in found)
     sure = 2.0 * float(gammaincinv(windows / 2.0, _CHANCE)) / windows  # quantile of chi^2 with so many degrees
     expected = np.sum([sure * one.noise + one.explained(factor) for one in found], axis=0)

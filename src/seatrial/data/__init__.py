@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from ..core.errors import DataError, MissingError
 from ..core.once import by_identity
 from ..core.parameters import unknown
+from ..core.ranks import median
 from ..core.values import dataclass
 
 __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
@@ -74,7 +75,7 @@ class Trial:
     @cached_property
     def dt(self) -> float:
         """Median time step [s]."""
-        return float(np.median(np.diff(self.t))) if len(self) > 1 else float("nan")
+        return median(np.diff(self.t)) if len(self) > 1 else float("nan")
 
     @property
     def duration(self) -> float:

@@ -14,6 +14,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.ranks import median, quantile
 from . import Array
 
 _MANY, _SOME, _OFTEN = 40, 20, 0.15
@@ -59,13 +60,13 @@ def _parted(plane: NDArray[np.complex128], least: float) -> tuple[NDArray[np.int
         return None
     step = np.diff(plane)
     step -= _smooth(step)
-    size = float(np.quantile(np.abs(step), 1.0 - 0.5 * _OFTEN))
+    size = quantile(np.abs(step), 1.0 - 0.5 * _OFTEN)
     leaps = np.flatnonzero(np.abs(step) > 0.5 * size)
     if size < least or len(leaps) < max(_SOME, _OFTEN * len(step)):
         return None
     far = np.abs(step[leaps])
-    apart = float(np.median(far))
-    alike = float(np.quantile(far, 0.75) - np.quantile(far, 0.25)) < _ALIKE * apart
+    apart = median(far)
+    alike = float(quantile(far, 0.75) - quantile(far, 0.25)) < _ALIKE * apart
     back = np.real(step[leaps[1:]] * np.conj(step[leaps[:-1]])) < 0.0
     if not alike or float(np.mean(back)) < _BACK:
         return None
@@ -74,7 +75,7 @@ def _parted(plane: NDArray[np.complex128], least: float) -> tuple[NDArray[np.int
     on = np.append(~side[:1], side)[np.searchsorted(leaps, np.arange(len(plane)))]
     by = (on != on[0]).astype(np.int64)
     off = np.concatenate([_off_line(plane[by == k]) for k in (0, 1)])
-    if apart < _SMOOTH * float(np.median(off)):
+    if apart < _SMOOTH * median(off):
         return None
     return by, apart
 

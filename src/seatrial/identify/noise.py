@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.once import by_identity
+from ..core.ranks import median
 from ..core.values import dataclass
 from ..data import Array, Trial
 from ..data.prepare import measured
@@ -97,7 +98,7 @@ def resolution(values: Array) -> float:
     if known.size < 2 or known.size > 0.5 * values.size:
         return 0.0
     steps = np.diff(known)
-    return float(np.median(steps[steps <= 1.5 * steps.min()]))
+    return median(steps[steps <= 1.5 * steps.min()])
 
 
 def channel(trial: Trial, name: str) -> Array:
@@ -148,7 +149,7 @@ def input_noise(trials: Sequence[Trial], model: Model) -> Array:
 def _at_its_rate(values: Array) -> Array:
     """The readings alone where a channel is read less often than the rows; else with their gaps."""
     good = np.flatnonzero(np.isfinite(values))
-    return values[good] if 1 < good.size < values.size and np.median(np.diff(good)) > 1.0 else values
+    return values[good] if 1 < good.size < values.size and median(np.diff(good)) > 1.0 else values
 
 
 def between_rows(means: Array, level: Array, read: NDArray[np.bool_] | None = None) -> Array:

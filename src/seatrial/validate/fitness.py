@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from scipy.special import chdtri, stdtrit
 
 from ..core.constants import GRAVITY
 from ..core.once import by_identity
@@ -174,6 +173,8 @@ def interval(errors: Sequence[Sequence[float]], level: float = _LEVEL) -> tuple[
     drawn = np.random.default_rng(_SEED).integers(0, k, (_DRAWS, k))
     others, spread = _logarithm(squares[drawn], counts[drawn])
     ratios = (others - centre) / np.maximum(spread, _EQUAL)
+    from scipy.special import stdtrit  # a quarter of a second, for what few ask
+
     tail, usual = 0.5 * (1.0 - level), float(stdtrit(k - 1, 0.5 * (1.0 + level)))
     # Draws without the only trial that has errors have next to no spread; hence an upper end.
     most = np.clip(np.quantile(ratios, (1.0 - tail, tail)) * (1.0, -1.0), usual, _WIDEST * usual)
@@ -185,6 +186,8 @@ def _least(errors: Sequence[Sequence[float]], level: float = _LEVEL) -> float:
 
     A trial's mean square is then at most as scattered as chi-squared of one degree of freedom.
     """
+    from scipy.special import chdtri
+
     squares = sum(float(np.mean(np.square(some))) for some in errors)
     return SIZE * math.sqrt(squares / float(chdtri(len(errors), 0.5 * (1.0 - level))))
 

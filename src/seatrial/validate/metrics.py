@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.once import by_identity
+from ..core.ranks import median
 from ..data import Array, DataError, Trial, unwrapped
 from ..data.prepare import measured as is_measured
 from ..models import ROLL, STATES
@@ -186,7 +187,7 @@ def reached(measured: Trial, predicted: Trial, restart: float | None, seconds: f
     found: dict[str, Array] = {}
     for name, (a, b) in both.items():
         read = np.isfinite(a)
-        step = float(np.median(np.diff(measured.t[read]))) if read.sum() > 1 else measured.dt
+        step = median(np.diff(measured.t[read])) if read.sum() > 1 else measured.dt
         early = max(1.5 * measured.dt, min(1.5 * step, _EARLY * seconds))
         near = np.flatnonzero(read & (since <= seconds + 1e-6) & (since > seconds - early))
         last = near[np.append(np.diff(of[near]) > 0, True)] if near.size else near

@@ -20,7 +20,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincinv, ndtr, stdtrit
 
 from ...core.errors import RequestError
 from ...core.values import dataclass
@@ -85,6 +84,8 @@ def factors(
     Raises:
         RequestError: fewer than `LEAST` recordings, or than the level needs where that is less, at every horizon.
     """
+    from scipy.special import stdtrit  # a quarter of a second, for what few ask
+
     names, group = np.unique(np.asarray(groups), return_inverse=True)
     every, kind = np.unique(np.asarray(kinds), return_inverse=True)
     of = np.array([kind[np.argmax(group == k)] for k in range(len(names))], dtype=np.intp)
@@ -127,6 +128,8 @@ def unsure(count: int, level: float) -> tuple[str, ...]:
     """
     if count >= needed(level):
         return ()
+    from scipy.special import gammaincinv, ndtr, stdtrit
+
     scale = math.sqrt(2.0 * float(gammaincinv(0.5 * count, 1.0 - _SURE)) / count)
     least = 2.0 * float(ndtr(stdtrit(count, 0.5 * (1.0 + level)) * scale)) - 1.0
     return (f"{count} recordings show {math.floor(100.0 * shown(count))} % by themselves; bands of {100 * level:.3g} % "

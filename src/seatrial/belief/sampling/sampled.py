@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
 
 from ...core.parameters import Free
 from ...core.values import dataclass
@@ -254,6 +253,7 @@ def _split(draws: Array) -> Array:
 
 def _ranked(one: Array) -> Array:
     """Normal quantiles of the ranks of all draws."""
+    from scipy.special import ndtri
     from scipy.stats import rankdata  # takes a second to import
 
     ranks = rankdata(one, method="average").reshape(one.shape)

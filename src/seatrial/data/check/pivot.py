@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ...core.ranks import quantile
 from ...core.values import dataclass
 from .. import Trial
 from ..prepare import Remedy
@@ -76,7 +77,7 @@ def pivot(trials: Sequence[Trial], length: float) -> Pivot | None:
             continue
         u, v, psi, r = (trial[name] for name in ("u", "v_m", "psi", "r"))
         good = np.isfinite(u) & np.isfinite(v) & np.isfinite(psi) & np.isfinite(r)
-        good &= u > _UNDER_WAY * float(np.quantile(u[good], 0.98)) if good.any() else good
+        good &= u > _UNDER_WAY * quantile(u[good], 0.98) if good.any() else good
         if good.sum() < 20 or np.ptp(np.unwrap(psi[good])) < _TURNED:
             continue
         sailed = np.cumsum(np.where(good, u, 0.0)) * trial.dt / (_STRETCH * length)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...core.constants import GRAVITY
 from ...core.once import by_identity
+from ...core.ranks import quantile
 from ...core.values import dataclass
 from .. import Array, Trial
 from ..prepare import integral, segments
@@ -84,7 +85,7 @@ def noise_of(values: Array) -> float:
     if good.size < _LEAST:
         return 0.0
     moves = np.abs(np.diff(good))
-    step = max(_grid(moves, 0.0, 0.0), _grid(moves, _TILT * float(np.quantile(moves, 0.9)), _EVEN))
+    step = max(_grid(moves, 0.0, 0.0), _grid(moves, _TILT * quantile(moves, 0.9), _EVEN))
     return max(float(np.nan_to_num(sensor_noise(values))), 0.3 * step)
 
 
@@ -96,8 +97,8 @@ def _grid(moves: Array, least: float, even: float) -> float:
     some = moves[moves > least]
     if not 2 < some.size < 0.95 * moves.size:
         return 0.0
-    step, large = np.quantile(some, (0.05, 0.9)).tolist()
-    return step if step >= even * large else 0.0
+    step = quantile(some, 0.05)
+    return step if step >= even * quantile(some, 0.9) else 0.0
 
 
 def left_over(trials: Iterable[Trial], causes: bool = True) -> Window | None:

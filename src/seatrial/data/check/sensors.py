@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.ranks import median
 from ...core.values import dataclass
 from .. import Array, Trial, unwrapped
 from ..prepare import BREAK, Remedy, Step, complete
@@ -114,7 +115,7 @@ def _time_faults(trial: Trial) -> Iterator[Fault]:
             "time_repeats" if kind == "repeats" else "time_back",
         )  # fmt: skip
         return
-    middle = float(np.median(steps))
+    middle = median(steps)
     leaps = np.flatnonzero(steps > 1.5 * middle)
     different = np.unique(np.round(steps / middle, 3)).size
     share = leaps.size / steps.size
@@ -193,13 +194,13 @@ def _set_ahead(trial: Trial) -> tuple[float, float] | None:
         return None
     t, steps = trial.t[fixed], np.diff(trial.t[fixed])
     moved = np.diff(trial["x"][fixed] + 1j * trial["y"][fixed])
-    middle = float(np.median(steps))
+    middle = median(steps)
     for k in np.flatnonzero(steps > _LEAPS * middle).tolist():
         before, after = (np.sum(moved[a:b]) / np.sum(steps[a:b]) if 0 <= a < b <= steps.size else math.nan
                          for a, b in ((k - _AROUND, k), (k + 1, k + 1 + _AROUND)))  # fmt: skip
         mean = 0.5 * (before + after)
         one = abs(moved[k] - mean * middle) < 0.7 * abs(mean) * middle and abs(after - before) < 0.3 * abs(mean)
-        if one and abs(mean) * middle > 3.0 * float(np.median(np.abs(np.diff(moved[k + 1 : k + 1 + _AROUND])))):
+        if one and abs(mean) * middle > 3.0 * median(np.abs(np.diff(moved[k + 1 : k + 1 + _AROUND]))):
             return float(t[k]), float(steps[k] - middle)
     return None
 
@@ -259,7 +260,7 @@ def _turned(trial: Trial, name: str, largest: float) -> Fault:
     good = np.isfinite(trial[name])
     moves, steps = np.abs(np.diff(trial[name][good])), np.diff(trial.t[good])
     moving = moves > 1e-3
-    usual = float(np.median(moves[moving] / steps[moving])) if moving.any() else 0.0
+    usual = median(moves[moving] / steps[moving]) if moving.any() else 0.0
     spins = usual > _SPIN and not name.endswith("_cmd")  # an order leaps
     if largest > 30 or moves.max(initial=0.0) > 6.5 or spins:
         return Fault(
@@ -280,7 +281,7 @@ def _step_faults(trial: Trial) -> Iterator[Fault]:
         span = float(levels[-1] - levels[0]) if levels.size else 0.0
         if values.size < 50 or levels.size < 3 or span <= 0:
             continue
-        quantum = float(np.median(np.diff(levels)))
+        quantum = median(np.diff(levels))
         if levels.size >= 0.25 * values.size or quantum <= 2e-3 * span:
             continue
         if quantum <= 1.01 * _resolution(trial, name):
@@ -367,8 +368,8 @@ class _Holes:
     @staticmethod
     def of(t: Array, values: Array) -> _Holes:
         good = np.isfinite(values)
-        at, row = t[good], float(np.median(np.diff(t)))
-        usual = float(np.median(np.diff(at))) if at.size > 1 else row
+        at, row = t[good], median(np.diff(t))
+        usual = median(np.diff(at)) if at.size > 1 else row
         edges = np.concatenate([[t[0] - row], at, [t[-1] + row]])
         wide = np.flatnonzero(np.diff(edges) > usual + 0.5 * row)
         spans = tuple((max(float(edges[k]), float(t[0])), float(edges[k + 1])) for k in wide.tolist())
@@ -411,7 +412,7 @@ def _every(t: Array, values: Array) -> float:
     steps = np.diff(at)
     if steps.size < _FEW or not (steps > 0).all():
         return 0.0
-    row, every = float(np.median(np.diff(t))), float(np.median(steps))
+    row, every = median(np.diff(t)), median(steps)
     even = bool((np.abs(steps - every) <= 0.25 * every + 1.01 * row).all())
     whole = max(at[0] - t[0], t[-1] - at[-1]) <= every + 1.01 * row
     return float(f"{every:.3g}") if every > 1.5 * row and steps.max() < 1.9 * every and even and whole else 0.0
@@ -429,9 +430,9 @@ def wind_faults(trial: Trial) -> Iterator[Fault]:
     ahead, aside = speed * np.cos(angle), speed * np.sin(angle)
     felt = (rows["U_A"] * np.cos(rows["gamma_A"]), rows["U_A"] * np.sin(rows["gamma_A"]))
     misses = {
-        (true, felt_sign): float(np.median(np.hypot(
+        (true, felt_sign): median(np.hypot(
             felt_sign * felt[0] - true * ahead - u, felt_sign * felt[1] - true * aside - v,
-        )))
+        ))
         for true in (1, -1) for felt_sign in (1, -1)
     }  # fmt: skip
     best = min(misses, key=lambda key: misses[key])
@@ -442,7 +443,7 @@ def wind_faults(trial: Trial) -> Iterator[Fault]:
         yield Fault("error", names_of[best], "wind direction is 'to', not 'from'", numbers,
                     _do("add", *names_of[best].split(" and "), amount=(180.0,), unit="deg"),
                     "quality", "wind_to")  # fmt: skip
-    elif ours > 0.3 * float(np.median(speed) + np.median(np.abs(u))):
+    elif ours > 0.3 * (median(speed) + median(np.abs(u))):
         yield Fault("warning", "U_A, gamma_A, U_T, gamma_T", "true and apparent wind disagree",
                     f"median difference {ours:.3g} m/s", "check units, heading and lever arm", "quality",
                     "wind_disagree")  # fmt: skip

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.ranks import median, quantile
 from ...core.values import dataclass
 from .. import Array, Trial, unwrapped
 from ..prepare import drop_trailing_gaps
@@ -89,14 +90,14 @@ class Signals:
     @property
     def top(self) -> float:
         """Highest speed but for the last hundredth of the samples [m/s]; 0 unknown."""
-        return 0.0 if self.U is None else float(np.quantile(self.U, 0.99))
+        return 0.0 if self.U is None else quantile(self.U, 0.99)
 
     @cached_property
     def holds(self) -> tuple[Hold, ...]:
         """Rudder angles that are held, some degrees of wandering allowed."""
         if self.delta is None:
             return ()
-        reach = float(np.quantile(np.abs(self.delta), 0.98))
+        reach = quantile(np.abs(self.delta), 0.98)
         if not self.by_thrust:
             return self.held(self.delta, max(1.0 * DEGREE, 0.06 * reach))
         found = self.held(self.delta, max(1.0 * DEGREE, _MOTORS * reach), 0.0)
@@ -111,12 +112,12 @@ class Signals:
     def held(self, values: Array, band: float, least: float = 0.25, finest: float = _FINEST) -> tuple[Hold, ...]:
         """Stretches of at least `least` clocks where values stay within `band` or the noise about their middle."""
         slope = np.diff(values)
-        noise = 1.4826 * float(np.median(np.abs(slope - np.median(slope)))) / math.sqrt(2.0)
+        noise = 1.4826 * median(np.abs(slope - median(slope))) / math.sqrt(2.0)
         wide = max(band, _SIGMAS * noise, finest)
         found: list[Hold] = []
         for a, b in pairwise(_breaks(values, 2.0 * wide)):
             if self.t[b - 1] - self.t[a] >= least * self.clock and b - a >= 3:
-                found.append(Hold(a, b - 1, float(np.median(values[a:b]))))
+                found.append(Hold(a, b - 1, median(values[a:b])))
         return _joined(found, values, wide)
 
     def helm(self, angle: float) -> str:
@@ -161,7 +162,7 @@ def signals(trial: Trial, rows: int = _ROWS) -> Signals | str:
     t, L_pp = trial.t - trial.t[0], _length(trial)
     U = None if u is None or v_m is None else np.hypot(u, v_m)
     clock = _clock(t, U, L_pp)
-    width = max(1, round(_SMOOTH * clock / max(float(np.median(np.diff(t))), 1e-9)))
+    width = max(1, round(_SMOOTH * clock / max(median(np.diff(t)), 1e-9)))
     rate = filled(trial["r"]) if "r" in trial and _known(trial["r"]) else np.gradient(smooth(psi, width), t)
     doubts = [f"{name} is missing for {100 * share:.0f} % of the time" for name in ("psi", "delta", "u")
               if name in trial and (share := _missing(trial.t, np.isfinite(trial[name]))) > _GAP]  # fmt: skip
@@ -186,7 +187,7 @@ def _missing(t: Array, read: NDArray[np.bool_]) -> float:
         return 1.0
     ends = np.concatenate([t[:1], t[read], t[-1:]])
     gaps = np.diff(ends)
-    usual = float(np.median(gaps[1:-1])) if read.sum() > 2 else float(np.median(np.diff(t)))
+    usual = median(gaps[1:-1]) if read.sum() > 2 else median(np.diff(t))
     return float(gaps[gaps > 1.5 * usual].sum() / (t[-1] - t[0]))
 
 
@@ -195,7 +196,7 @@ def driven(trial: Trial) -> Trial:
     pair = _pair(trial)
     if pair is None or _helm(trial) is not None:
         return trial
-    works = np.flatnonzero(np.maximum(*np.abs(pair)) > _WORKS * float(np.quantile(np.abs(pair), 0.99)))
+    works = np.flatnonzero(np.maximum(*np.abs(pair)) > _WORKS * quantile(np.abs(pair), 0.99))
     first, last = trial.t[works[0]], trial.t[works[-1]]
     span = max(float(last - first), _LEAST * trial.dt)
     return trial.rows((trial.t >= first - 0.1 * span) & (trial.t <= last + 0.5 * span))
@@ -205,7 +206,7 @@ def both_ways(seen: Signals) -> bool:
     """Whether the engine is worked both ways, ahead and astern."""
     if seen.n is None:
         return False
-    low, high = np.quantile(seen.n, [0.02, 0.98])
+    low, high = quantile(seen.n, 0.02), quantile(seen.n, 0.98)
     return bool(low < -0.2 * high)
 
 
@@ -268,7 +269,7 @@ def _pair(trial: Trial) -> tuple[Array, Array] | None:
                 continue  # numbers of thrusters are no sides
             if all(name in trial and _known(trial[name]) for name in names):
                 port, starboard = (filled(trial[name]) for name in names)
-                most = max(float(np.quantile(np.abs(one), 0.99)) for one in (port, starboard))
+                most = max(quantile(np.abs(one), 0.99) for one in (port, starboard))
                 full = 1.0 if kind == "throttle" else most
                 return (port / full, starboard / full) if most > 0 else None
     return None
@@ -292,9 +293,9 @@ def _length(trial: Trial) -> float:
 def _clock(t: Array, U: Array | None, L_pp: float) -> float:
     """L/U, at least some samples, at most a twenty-fifth of the trial."""
     most = max(_CLOCK[1] * float(t[-1]), 1e-9)
-    if U is None or not math.isfinite(L_pp) or not (fast := float(np.quantile(U, 0.999))) > 0:
+    if U is None or not math.isfinite(L_pp) or not (fast := quantile(U, 0.999)) > 0:
         return most
-    return float(np.clip(L_pp / fast, min(_CLOCK[0] * float(np.median(np.diff(t))), most), most))
+    return float(np.clip(L_pp / fast, min(_CLOCK[0] * median(np.diff(t)), most), most))
 
 
 def _breaks(values: Array, wide: float) -> list[int]:
@@ -322,13 +323,13 @@ def _crept(holds: Sequence[Hold], values: Array, near: float) -> tuple[Hold, ...
         if out and one.level * out[-1].level > 0 and abs(one.level - out[-1].level) < near:
             one = Hold(out.pop().first, one.last, one.level)
         size = np.abs(values[one.first : one.last + 1])
-        out.append(one._replace(level=math.copysign(float(np.quantile(size, 0.75)), one.level)))
+        out.append(one._replace(level=math.copysign(quantile(size, 0.75), one.level)))
     return tuple(out)
 
 
 def _opposed(r: Array, demand: Array) -> bool:
     """Whether a craft turns against a demand that is more than motors differ by."""
-    sized = float(np.quantile(np.abs(demand), 0.98)) > _WORTH * HARD_OVER
+    sized = quantile(np.abs(demand), 0.98) > _WORTH * HARD_OVER
     return sized and bool(r @ demand < -_AGAINST * np.linalg.norm(r) * np.linalg.norm(demand))
 
 
@@ -338,8 +339,8 @@ def _joined(holds: Sequence[Hold], values: Array, wide: float) -> tuple[Hold, ..
     for one in holds:
         if out and abs(one.level - out[-1].level) < wide:
             between = values[out[-1].last : one.first + 1]
-            if np.median(np.abs(between - one.level)) < 2.0 * wide:
+            if median(np.abs(between - one.level)) < 2.0 * wide:
                 first = out.pop().first
-                one = Hold(first, one.last, float(np.median(values[first : one.last + 1])))
+                one = Hold(first, one.last, median(values[first : one.last + 1]))
         out.append(one)
     return tuple(out)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ...core.constants import GRAVITY
+from ...core.ranks import median, quantile
 from .kind import Kind
 from .signals import DEGREE, Signals, both_ways
 
@@ -32,9 +33,9 @@ def resting(seen: Signals) -> Kind | None:
     extent = float(np.max(size))
     if not math.isfinite(seen.L_pp):
         return None
-    froude = float(np.quantile(seen.U, 0.9)) / math.sqrt(GRAVITY * seen.L_pp)
-    busy = seen.n is not None and float(np.quantile(np.abs(seen.n), 0.9)) > 0.0
-    slow = f"speed below {np.quantile(seen.U, 0.9):.2g} m/s"
+    froude = quantile(seen.U, 0.9) / math.sqrt(GRAVITY * seen.L_pp)
+    busy = seen.n is not None and quantile(np.abs(seen.n), 0.9) > 0.0
+    slow = f"speed below {quantile(seen.U, 0.9):.2g} m/s"
     told = f"positions within {extent:.3g} m, {extent / seen.L_pp:.2g} L; {slow}"
     if froude < _STILL and extent < 0.1 * seen.L_pp and not busy:
         return Kind("at rest", evidence=(told,))
@@ -57,7 +58,7 @@ def backwards(seen: Signals) -> Kind | None:
     if back > _MOSTLY:
         return Kind("astern", evidence=(f"astern in {100 * back:.0f} % of the time under way",))
     if aside > _MOSTLY and abs(seen.turned(0, -1)) < 90.0 * DEGREE:
-        side = math.copysign(1.0, float(np.median(seen.v_m[moving])))
+        side = math.copysign(1.0, median(seen.v_m[moving]))
         return Kind("sideways", {"side": side}, (f"more aside than ahead in {100 * aside:.0f} % of the way",))
     return None
 
@@ -67,18 +68,18 @@ def stopping(seen: Signals) -> Kind | None:
     U = seen.U
     if U is None or seen.u is None or not _rudder_calm(seen):
         return None
-    first = float(np.median(U[: max(3, len(U) // 20)]))
-    last = float(np.median(seen.u[-max(3, len(U) // 50) :]))
+    first = median(U[: max(3, len(U) // 20)])
+    last = median(seen.u[-max(3, len(U) // 50) :])
     if first < 0.6 * seen.top or last > _LOST * first + 0.15 * first * (seen.n is not None):
         return None
     told = f"the speed falls from {first:.3g} to {last:.2g} m/s"
     if seen.n is None:
         return Kind("stopping", evidence=(told,), doubts=("no revolutions are recorded",))
-    ahead = float(np.quantile(seen.n, 0.98))
-    end = float(np.median(seen.n[len(seen.n) // 3 :]))
+    ahead = quantile(seen.n, 0.98)
+    end = median(seen.n[len(seen.n) // 3 :])
     if end > 0.3 * ahead and ahead > 0:
         return None
-    least = float(np.quantile(seen.n, 0.02))
+    least = quantile(seen.n, 0.02)
     how = f"astern ({least:.3g} 1/s)" if least < -0.1 * abs(ahead) else "stopped"
     return Kind("stopping", evidence=(told, f"engine {how}")).doubting(
         "" if last < _LOST * first else "the ship has not stopped yet"
@@ -89,8 +90,8 @@ def berthing(seen: Signals) -> Kind | None:
     """A heading about held, engine both ways or stopped, and little way at the end."""
     if seen.U is None or seen.n is None or np.ptp(seen.psi) > 75.0 * DEGREE:
         return None
-    ahead, astern = float(np.quantile(seen.n, 0.98)), float(np.quantile(seen.n, 0.02))
-    last = float(np.median(seen.U[-max(3, len(seen.U) // 30) :]))
+    ahead, astern = quantile(seen.n, 0.98), quantile(seen.n, 0.02)
+    last = median(seen.U[-max(3, len(seen.U) // 30) :])
     if not (ahead > 0 and astern < -0.2 * ahead) or last > 0.6 * seen.top or abs(seen.turned(0, -1)) > 40.0 * DEGREE:
         return None
     return Kind("berthing", evidence=(
@@ -110,10 +111,10 @@ def straight(seen: Signals) -> Kind | None:
     if seen.U is None:
         return Kind("straight", evidence=told, doubts=("no speed is recorded",)).doubting(doubt)
     part = max(3, len(seen.U) // 20)
-    first, last = float(np.median(seen.U[:part])), float(np.median(seen.U[-part:]))
+    first, last = median(seen.U[:part]), median(seen.U[-part:])
     if first < _REST * seen.top and last > _STEADY * seen.top:
         return Kind("acceleration", evidence=(*told, f"from {first:.2g} to {last:.3g} m/s")).doubting(doubt)
-    even = float(np.quantile(seen.U, 0.05)) > _STEADY * seen.top
+    even = quantile(seen.U, 0.05) > _STEADY * seen.top
     return Kind("straight", evidence=(*told, f"speed {first:.3g} to {last:.3g} m/s")).doubting(
         doubt, "" if even else "the speed is not steady"
     )
@@ -134,7 +135,7 @@ def courses(seen: Signals) -> Kind | None:
 def _rudder_calm(seen: Signals) -> bool:
     if seen.delta is None:
         return True
-    return _rudder_span(seen) < 2.0 * _CALM and abs(float(np.median(seen.delta))) < 2.0 * _CALM
+    return _rudder_span(seen) < 2.0 * _CALM and abs(median(seen.delta)) < 2.0 * _CALM
 
 
 def _rudder_span(seen: Signals) -> float:

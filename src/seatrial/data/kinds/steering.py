@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...core.ranks import median, quantile
 from .. import Array
 from .kind import Kind
 from .signals import DEGREE, Hold, Signals, both_ways
@@ -38,10 +39,10 @@ def spinning(seen: Signals) -> Kind | None:
         return None
     port, starboard = seen.pair
     rate = np.abs(seen.r)
-    turns = rate > _TURNS * float(np.quantile(rate, 0.98))
+    turns = rate > _TURNS * quantile(rate, 0.98)
     lever = _SPOT * seen.L_pp
     spot = turns & (lever * rate > seen.U)
-    thrusts = np.abs(port - starboard) > 0.2 * float(np.quantile(np.abs([port, starboard]), 0.99))
+    thrusts = np.abs(port - starboard) > 0.2 * quantile(np.abs([port, starboard]), 0.99)
     opposed = thrusts & (port * starboard < 0)
     dt = np.gradient(seen.t)
     swept = float(np.sum((rate * dt)[spot]))
@@ -84,7 +85,7 @@ def _zigzag(seen: Signals, run: Sequence[Hold]) -> Kind | None:
         return None
     if share < (_PART if len(run) > 2 else _MOST) or abs(lean) > max(20.0 * DEGREE, 1.5 * heading):
         return None
-    rudder = float(np.median(np.abs([one.level for one in run])))
+    rudder = median(np.abs([one.level for one in run]))
     told = ", ".join(f"{angle / DEGREE:.1f}" for angle in (ends - middle))
     return Kind(
         "zigzag", {"rudder": rudder, "heading": _round(heading), "side": float(sides[0])},
@@ -101,7 +102,7 @@ def _zigzag(seen: Signals, run: Sequence[Hold]) -> Kind | None:
 
 def _weaving(seen: Signals) -> Kind | None:
     """The same without a rudder on record: a heading that swings evenly."""
-    swing = seen.psi - np.median(seen.psi)
+    swing = seen.psi - median(seen.psi)
     peaks = _peaks(swing)
     if len(peaks) < 4 or np.ptp(seen.psi) > 120.0 * DEGREE:
         return None
@@ -137,7 +138,7 @@ def _alternating(seen: Signals, holds: Sequence[Hold]) -> list[Hold]:
 
 def _alike(run: Sequence[Hold]) -> bool:
     sizes = np.abs([one.level for one in run])
-    return float(np.ptp(sizes)) <= max(_LEAST, _ALIKE * float(np.median(sizes)))
+    return float(np.ptp(sizes)) <= max(_LEAST, _ALIKE * median(sizes))
 
 
 def _quick(seen: Signals, before: Hold, after: Hold) -> bool:
@@ -151,18 +152,18 @@ def spiral(seen: Signals) -> Kind | None:
     if seen.delta is None:
         return None
     for values, what, unit in ((seen.delta, "rudder angles", DEGREE), (seen.r, "rates of turn", DEGREE)):
-        reach = float(np.quantile(np.abs(values), 0.98))
+        reach = quantile(np.abs(values), 0.98)
         steps = seen.fine_holds if values is seen.delta else seen.held(values, 0.03 * reach, 0.5, finest=0.0)
         levels = np.array([one.level for one in steps])
         if levels.size < _LEVELS or not (levels.min() < -0.3 * reach and levels.max() > 0.3 * reach):
             continue
         held = sum(seen.lasts(one) for one in steps) / seen.duration
-        turned = float(np.median([abs(seen.turned(one.first, one.last)) for one in steps]))
+        turned = median([abs(seen.turned(one.first, one.last)) for one in steps])
         ways = 1 + int(np.sum(np.diff(np.sign(np.diff(levels))) != 0))
-        small = float(np.median(np.abs(np.diff(levels)))) < 0.5 * reach
+        small = median(np.abs(np.diff(levels))) < 0.5 * reach
         if ways <= _WAYS and small and held > _MOST and turned > _STEADY:
             between = f"{levels.min() / unit:.2g} and {levels.max() / unit:.2g} deg{'/s' if values is seen.r else ''}"
-            return Kind("spiral", {"rudder": float(np.quantile(np.abs(seen.delta), 0.98))},
+            return Kind("spiral", {"rudder": quantile(np.abs(seen.delta), 0.98)},
                         (f"{levels.size} {what} held one after another between {between}",
                          f"they rise and fall {ways} times in all")).doubting(
                         "by rates of turn: a reverse spiral" if values is seen.r else "")  # fmt: skip
@@ -228,7 +229,7 @@ def _both_sides(seen: Signals, helm: Sequence[Hold]) -> Kind | None:
     turns = [one for one in helm if abs(seen.turned(one.first, one.last)) > _TURN]
     if len(turns) != 2 or len(helm) > 4 or turns[0].level * turns[1].level > 0 or not _alike(turns):
         return None
-    rudder = float(np.median(np.abs([one.level for one in turns])))
+    rudder = median(np.abs([one.level for one in turns]))
     settings = {"rudder": _round(rudder), "side": math.copysign(1.0, turns[0].level)}
     told = tuple(f"{seen.helm(one.level)} for {seen.turned(one.first, one.last) / DEGREE:.0f} deg of "
                  "heading" for one in turns)  # fmt: skip
@@ -271,10 +272,10 @@ def _midships_after(seen: Signals, turn: Hold) -> Hold | None:
         return None
     if seen.by_thrust and seen.pair is not None:
         rests = np.max(np.abs(seen.pair)[:, after.first : after.last + 1], axis=0)
-        if float(np.median(rests)) < 0.05 * float(np.quantile(np.abs(seen.pair), 0.99)):
+        if median(rests) < 0.05 * quantile(np.abs(seen.pair), 0.99):
             return None  # without thrust it coasts
     if seen.n is not None:
-        held, then = (float(np.median(seen.n[one.first : one.last + 1])) for one in (turn, after))
+        held, then = (median(seen.n[one.first : one.last + 1]) for one in (turn, after))
         if abs(then - held) > 0.2 * abs(held):
             return None
     return after

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from ...core.ranks import median
 from ...core.values import dataclass
 from .. import Array, Trial
 
@@ -151,7 +152,7 @@ def _tame(columns: Array, values: Array) -> tuple[Array, Array]:
     weights, off = _filter(columns, values)
     # of a log without noise the median is what rounding leaves, and many rows are far off that
     rounding = _ROUND * float(np.sqrt(np.mean(values**2)))
-    kept = np.abs(off) <= max(_WILD * float(np.median(np.abs(off))), rounding)
+    kept = np.abs(off) <= max(_WILD * median(np.abs(off)), rounding)
     return _filter(columns[kept], values[kept]) if 0.9 < kept.mean() < 1.0 else (weights, off)
 
 
@@ -232,5 +233,5 @@ def _noise(around: _Around, name: str) -> tuple[float, float, float]:
 def _rounding(values: Array) -> float:
     """What rounding leaves of a reading, root mean square, with a fifth more; that of a single float at least."""
     steps = np.diff(np.unique(values))
-    step = float(np.median(steps[steps <= 1.5 * steps.min()])) if 1 < steps.size < 0.5 * values.size else 0.0
+    step = median(steps[steps <= 1.5 * steps.min()]) if 1 < steps.size < 0.5 * values.size else 0.0
     return max(1.2 * step / math.sqrt(12.0), 1e-7 * float(np.sqrt(np.mean(values**2))))

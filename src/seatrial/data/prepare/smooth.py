@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...core.ranks import median
 from .. import Array, DataError, Trial, unwrapped
 from .axes import to_body, to_earth
 from .made import SOURCES, marked
@@ -97,7 +98,7 @@ def sensor_noise(values: Array) -> float:
     if third.size == 0:
         return math.nan
     # the variance of the third difference of white noise is 20 times its own
-    return float(1.4826 * np.median(np.abs(third)) / math.sqrt(20.0))
+    return float(1.4826 * median(np.abs(third)) / math.sqrt(20.0))
 
 
 def _axis(t: Array, position: Array, velocity: Array, sd: float | None, rate_sd: float | None) -> _Axis:
@@ -118,7 +119,7 @@ def _likely_jerk(t: Array, z: Array, r: tuple[float, float]) -> float:
     span = float(np.nanstd(z[rows, 0])) or 1.0
     # a signal that swings by `span` in a time s has a jerk intensity of span^2/s^5
     part = t[rows]
-    slow, fast = float(part[-1] - part[0]), 3.0 * float(np.median(np.diff(part)))
+    slow, fast = float(part[-1] - part[0]), 3.0 * median(np.diff(part))
     low, high = (2.0 * math.log10(span) - 5.0 * math.log10(s) for s in (slow, fast))
 
     def unlikely(log_q: float) -> float:

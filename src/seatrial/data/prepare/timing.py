@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...core.ranks import median
 from .. import Array, DataError, Trial, unwrapped
 from .cutting import LEAP
 
@@ -145,7 +146,7 @@ def at_one_rate(trial: Trial, names: Sequence[str]) -> Trial:
 def _usual(at: Array) -> float:
     """Mean step between readings without those over gaps [s]; infinite for fewer than three readings."""
     steps = np.diff(at)
-    return float(np.mean(steps[steps <= 2.5 * np.median(steps)])) if steps.size > 1 else math.inf
+    return float(np.mean(steps[steps <= 2.5 * median(steps)])) if steps.size > 1 else math.inf
 
 
 def _between(t: Array, values: Array, new: Array, step: float) -> Array:
@@ -202,7 +203,7 @@ def _resampled(t: Array, values: Array, new: Array) -> Array:
     weight = (new - t[left]) / (t[right] - t[left])
     out = (1 - weight) * values[left] + weight * values[right]
     # nothing is known between rows with others missing
-    out[t[right] - t[left] > LEAP * float(np.median(np.diff(t)))] = np.nan
+    out[t[right] - t[left] > LEAP * median(np.diff(t))] = np.nan
     # exactly on a good sample, a gap beside it does not matter
     for on, side in ((weight < _ON, left), (weight > 1.0 - _ON, right)):
         out[on] = values[side[on]]
@@ -216,9 +217,9 @@ def _averaged(t: Array, values: Array, width: float) -> Array:
     counts = np.concatenate([[0], np.cumsum(good)])
     # an even window about each sample, narrower at the ends, keeps straight lines straight
     k = np.arange(t.size)
-    half = max(int(0.5 * width / float(np.median(np.diff(t)))), 0)
+    half = max(int(0.5 * width / median(np.diff(t))), 0)
     # (and beside a leap of time, across which nothing is averaged)
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(t) > LEAP * float(np.median(np.diff(t)))) + 1, [t.size]])
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(t) > LEAP * median(np.diff(t))) + 1, [t.size]])
     run = np.searchsorted(edges, k, "right") - 1
     half = np.minimum(np.minimum(k - edges[run], edges[run + 1] - 1 - k), half)
     a, b = k - half, k + half + 1

@@ -14,7 +14,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from ...core.parameters import values
 from ...data import Array, Trial
@@ -415,6 +414,8 @@ def _widened(
     """
     if not diagnosis.lacking:
         return covariance, 0.0
+    from scipy.special import ndtri, stdtrit  # a quarter of a second, for what few ask
+
     wide, count, form = covariance.copy(), len(vector), 0.0
     for group in (np.arange(len(trial)), trial):
         if (groups := len(np.unique(group))) > 1:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....core.constants import GRAVITY
+from ....core.ranks import median, quantile
 from ....core.values import dataclass
 from ... import Array, Trial
 from ...prepare import Remedy, Step, integral, shifted
@@ -153,7 +154,7 @@ def stuck_faults(trials: Sequence[Trial]) -> Iterator[Fault]:
         order = np.argsort(lengths)
         longest, next_one = int(lengths[order[-1]]), int(lengths[order[-2]])
         # The longest of a thousand flickers is a matter of chance; that most are short is not.
-        usual = float(np.quantile(lengths, 0.9))
+        usual = quantile(lengths, 0.9)
         k = int(starts[order[-1]])
         if longest > max(30, 4 * next_one) and usual < _FLICKER and noise > 0 and _step_at(delta, k) < _COARSE * noise:
             since, until = float(trial.t[k]), float(trial.t[k + longest])
@@ -227,8 +228,8 @@ class Lag:
 
 def rudder_lag(trials: Sequence[Trial]) -> Lag | None:
     """When the rudder must have moved for the yaw that followed: r bends where the rudder moves; None of few moves."""
-    dt = float(np.median([trial.dt for trial in trials]))
-    ship_time = float(np.median([_ship_time(trial) for trial in trials]))
+    dt = median([trial.dt for trial in trials])
+    ship_time = median([_ship_time(trial) for trial in trials])
     reach = _REACH * ship_time
     lags = np.linspace(-reach, reach, 2 * math.ceil(reach / (0.2 * ship_time)) + 1)
     found = [_misfit(trial, moves, np.append(lags, 0.0)) for trial in trials if (moves := _moves(trial))]
@@ -340,7 +341,7 @@ def held_angles(trial: Trial) -> list[float]:
     for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         part = delta[a : b + 1]
         if b - a >= least and np.ptp(part) < 1.0 * _DEG:
-            levels.append(float(np.median(part)))
+            levels.append(median(part))
     return levels
 
 
@@ -398,7 +399,7 @@ class Helm:
     @property
     def ahead(self) -> float:
         """The angle that goes straight; NaN where no log begins so."""
-        return float(np.median(self.straight)) if self.straight else math.nan
+        return median(self.straight) if self.straight else math.nan
 
     @property
     def offset(self) -> float | None:
@@ -407,7 +408,7 @@ class Helm:
         if not pairs.size:
             return self._offset_of_some
         more = pairs[:, 0] - pairs[:, 1]
-        offset = 0.5 * float(np.median(more))
+        offset = 0.5 * median(more)
         agree = abs(self.ahead - offset) < 0.5 * _OFFSET if self.straight else len(pairs) > 1
         return offset if agree and float(np.ptp(more)) < 2.0 * _EVEN and abs(offset) > _OFFSET else None
 
@@ -419,7 +420,7 @@ class Helm:
             return None
         apart = np.subtract.outer(np.array(self.starboard), np.array(self.port))
         shared, alike = ((np.abs(apart - 2.0 * one) < 2.0 * _EVEN) for one in (self.ahead, 0.0))
-        return 0.5 * float(np.median(apart[shared])) if shared.sum() == fewer > alike.sum() else None
+        return 0.5 * median(apart[shared]) if shared.sum() == fewer > alike.sum() else None
 
 
 def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
@@ -430,9 +431,9 @@ def _balance(trials: Sequence[Trial]) -> Iterator[Fault]:
     parts = pairs[:, 0] / pairs[:, 1] - 1.0 if len(pairs) else np.zeros(0)
     if offset is not None:
         yield _offset(offset, f"{words}; straight ahead at {ahead / _DEG:+.2f} deg")
-    elif (parts.size and abs(float(np.median(parts))) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN
+    elif (parts.size and abs(median(parts)) > _SIDES and float(np.ptp(parts)) < 0.03 and abs(ahead) < _EVEN
           and max(_roundness(starboard), _roundness(port)) > _ORDERED):
-        yield _sided(float(np.median(parts)), words, _roundness(starboard) <= _roundness(port))
+        yield _sided(median(parts), words, _roundness(starboard) <= _roundness(port))
     elif len(straight) >= 3 and abs(ahead) > _NEUTRAL and float(np.ptp(straight)) < _NEUTRAL:
         yield _offset(ahead, f"straight ahead at {ahead / _DEG:+.2f} deg in {len(straight)} trials; or a neutral angle")
     elif (scale := _round_scale([*starboard, *port])) is not None:
@@ -456,7 +457,7 @@ _ORDERED = 0.1 * _DEG
 
 def _roundness(levels: Sequence[float]) -> float:
     """How far the held angles of one side are from multiples of five degrees [rad], the median."""
-    return float(np.median([abs(x - 5.0 * _DEG * round(x / (5.0 * _DEG))) for x in levels]))
+    return median([abs(x - 5.0 * _DEG * round(x / (5.0 * _DEG))) for x in levels])
 
 
 def _sided(part: float, words: str, port: bool) -> Fault:

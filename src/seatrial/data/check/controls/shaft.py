@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ....core.ranks import median, quantile
 from ... import Trial
 from ..relations import length_of
 from ..repairs import step, times
@@ -35,37 +36,37 @@ def _one(trials: Sequence[Trial], name: str) -> Iterator[Fault]:
     if not every.any():
         yield Fault(
             "error", name, "no revolutions, and the ship keeps its speed",
-            f"0 1/s in {len(steady)} trials at {np.median(speeds):.3g} m/s",
+            f"0 1/s in {len(steady)} trials at {median(speeds):.3g} m/s",
             step("drop", name, text="take the column of the shaft"), "quality", "zeros",
         )  # fmt: skip
         return
     if every.max() <= 0:
         yield Fault(
             "error", name, "revolutions are negative, and the ship goes ahead",
-            f"{np.median(turns):.3g} 1/s at {np.median(speeds):.3g} m/s ahead",
+            f"{median(turns):.3g} 1/s at {median(speeds):.3g} m/s ahead",
             times(-1.0, name), "sign", "sign",
         )  # fmt: skip
         return
     known = (turns > 0) & np.isfinite(lengths)
     if not known.any():
-        far = float(np.median(speeds / greatest))
+        far = median(speeds / greatest)
         if far > _SCREWED:
             yield Fault(
                 "error", name, "revolutions are too few for the speed: converted from rpm, or a share of the most",
-                f"{np.median(greatest):.3g} 1/s at {np.median(speeds):.3g} m/s: {far:.3g} m a revolution",
+                f"{median(greatest):.3g} 1/s at {median(speeds):.3g} m/s: {far:.3g} m a revolution",
                 "give the unit in the mapping; a share of the greatest revolutions is no channel", "unit", "unit",
             )  # fmt: skip
         return
     # A berthing coasts with its propeller near rest: revolutions are too few only if the greatest ones are.
-    small = float(np.median(speeds[known] / (greatest[known] * lengths[known]))) > _MOST
+    small = median(speeds[known] / (greatest[known] * lengths[known])) > _MOST
     told = greatest if small else turns
-    advance = float(np.median(speeds[known] / (told[known] * lengths[known])))
+    advance = median(speeds[known] / (told[known] * lengths[known]))
     if not small and advance > _LEAST:
         return
     yield Fault(
         "error", name, "revolutions are in 1/s that were converted from rpm" if small
         else "revolutions are in rpm, or in percent",
-        f"{np.median(told[known]):.3g} 1/s at {np.median(speeds[known]):.3g} m/s: {advance:.2g} lengths "
+        f"{median(told[known]):.3g} 1/s at {median(speeds[known]):.3g} m/s: {advance:.2g} lengths "
         f"a revolution ({_LEAST:g} to {_MOST:g} for ships)",
         times(60.0, name, text='unit = "1/s" in the mapping') if small
         else times(1.0 / 60.0, name, text='unit = "rpm" in the mapping'), "unit", "unit",
@@ -78,12 +79,12 @@ def _ahead(trial: Trial, name: str) -> tuple[float, float, float, float] | None:
     good = np.isfinite(u) & np.isfinite(n)
     if good.sum() < 20:
         return None
-    top = float(np.quantile(u[good], 0.95))
+    top = quantile(u[good], 0.95)
     fast = good & (u > 0.4 * top)
     length = length_of(trial)
     lasts = fast.mean() * trial.duration * top / (length or 100.0)
-    if top <= 0 or lasts < 4.0 or float(np.median(u[good])) < 0.3 * top:
+    if top <= 0 or lasts < 4.0 or median(u[good]) < 0.3 * top:
         return None
     turns = n[fast]
-    greatest = float(np.quantile(np.abs(n[good]), 0.95))
-    return float(np.median(u[fast])), float(np.median(turns)), greatest, length if length else float("nan")
+    greatest = quantile(np.abs(n[good]), 0.95)
+    return median(u[fast]), median(turns), greatest, length if length else float("nan")

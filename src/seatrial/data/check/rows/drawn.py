@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....core.constants import GRAVITY
+from ....core.ranks import median, quantile
 from ... import Array, Trial
 from ...prepare import BREAK, Remedy, Step
 from ..relations import length_of
@@ -98,7 +99,7 @@ def _on_grid(steps: Array) -> Flags:
     """
     sizes = np.abs(steps)
     moved = sizes[sizes > 0]
-    digit = float(np.quantile(moved, 0.05)) if moved.size else 0.0
+    digit = quantile(moved, 0.05) if moved.size else 0.0
     if digit <= 0.0:
         return np.zeros(steps.size, dtype=np.bool_)
     count = np.round(sizes / digit)
@@ -112,4 +113,4 @@ def _noisy(values: Array, bent: Flags) -> bool:
     whole = bent[1:] & bent[:-1]
     if whole.sum() < _FEWEST:
         return False
-    return bool(np.median(np.abs(third[whole])) > _NOISY * np.median(np.abs(second[bent])))
+    return bool(median(np.abs(third[whole])) > _NOISY * median(np.abs(second[bent])))

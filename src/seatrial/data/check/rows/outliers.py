@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ....core.ranks import median, quantile
 from ... import Array, Trial
 from ...prepare import ANGLES
 from ...prepare.cutting import LEAP
@@ -101,7 +102,7 @@ def _aloof(trial: Trial, name: str) -> Flags:
             break
         outside = values <= rising[k] if 2 * (k + 1) < values.size else values > rising[k]
         rest = values[~outside]
-        middle = 0.0 if name in ("x", "y") else abs(float(np.median(rest)))
+        middle = 0.0 if name in ("x", "y") else abs(median(rest))
         span = max(float(np.ptp(rest)), middle, _LEAST_SPAN[name])
         if outside.mean() > _MINORITY or far < _ALOOF * span:
             break
@@ -146,7 +147,7 @@ def _beyond(trial: Trial, name: str, values: Array, out: Array) -> Flags:
     if name in ("x", "y"):
         least = _SPAN * (length_of(trial) or 10.0)
     else:
-        low, high = np.quantile(values, [0.05, 0.95])
+        low, high = quantile(values, 0.05), quantile(values, 0.95)
         least = max(_SPAN * (min(float(high - low), math.pi) if name in ANGLES else float(high - low)), 1e-9)
     far = out > least
     # the noise is dear, and seldom asked for
@@ -165,7 +166,7 @@ def _spikes(trial: Trial, name: str) -> Flags:
     out = np.where(there * back < 0, np.minimum(np.abs(there), np.abs(back)), 0.0)
     out = np.where(np.abs(there + back) < 0.5 * out, out, 0.0)
     far = _beyond(trial, name, values, out)
-    if not far.any() or not (far := far & (out > _KINKS * float(np.quantile(out, 1.0 - _SHARE)))).any():
+    if not far.any() or not (far := far & (out > _KINKS * quantile(out, 1.0 - _SHARE))).any():
         return bad
     rest = out[~far]
     # a control that moves all the time is not spoilt by it, nor is a sensor by a peak whose flanks are as steep
@@ -203,7 +204,7 @@ def _blocks(trial: Trial, name: str) -> Flags:
     repeats = (first > 0) & (last < at.size) & (last - first > 1) & (last - first < _LONGEST * at.size)
     if repeats.any():  # that leap in and out by more than most steps of the channel
         steps = np.abs(_differences(name, values))
-        usual = float(np.quantile(steps, 0.95))
+        usual = quantile(steps, 0.95)
         into, out = steps[np.maximum(first - 1, 0)], steps[np.minimum(last - 1, steps.size - 1)]
         repeats &= np.minimum(into, out) > 8.0 * usual
     if not repeats.any():

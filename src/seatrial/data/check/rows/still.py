@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ....core.ranks import median, quantile
 from ... import Trial
 from ...prepare import Remedy, Step, integral
 from ..sensors import MEASURED, Fault, gaps_of
@@ -185,14 +186,14 @@ def _by_digits(trial: Trial, name: str) -> bool:
     shown = np.degrees(values) if name == "psi" else values
     moved = np.abs(np.diff(shown))
     moved = moved[moved > 0]
-    if moved.size and (digit := _digit(shown)) and float(np.median(moved)) < 2.5 * digit:
+    if moved.size and (digit := _digit(shown)) and median(moved) < 2.5 * digit:
         return True
     at = np.flatnonzero(np.diff(values) != 0)
     leaps, lasts = np.abs(np.diff(values))[at[1:]], np.diff(at)
     leaps, lasts = leaps[lasts > 1], lasts[lasts > 1]
     if lasts.size < 10 or not np.isfinite(leaps).all():
         return False
-    spreads = [float(np.ptp(np.quantile(one, [0.1, 0.9])) / np.median(one)) for one in (leaps, lasts)]
+    spreads = [float(np.ptp(np.quantile(one, [0.1, 0.9])) / median(one)) for one in (leaps, lasts)]
     return spreads[0] < spreads[1]
 
 
@@ -233,7 +234,7 @@ def _made_of_psi(trial: Trial) -> bool:
 
 def _usual(values: NDArray[np.float64]) -> float:
     good = np.abs(values[np.isfinite(values)])
-    return float(np.quantile(good, 0.95)) if good.size else 0.0
+    return quantile(good, 0.95) if good.size else 0.0
 
 
 def _digit(values: NDArray[np.float64]) -> float:
