@@ -2,8 +2,10 @@
 
 A wrong line is one change that a tired author makes: a sign, a product for a quotient, a term left out, a constant, a
 bound, a comparison turned, two arguments exchanged, a minimum for a maximum, an angle not wrapped, degrees for radians.
-The change is made in a copy of the package; the tests that reach the line run there, the quickest first, until one
-fails.  Which tests reach which line is measured once (`--map`), by the unit and slow tiers under coverage.
+The change is made in a copy of the package; the unit tests that reach the line run there, the quickest first, until one
+fails.  Which tests reach which line is measured once (`--map`), by the unit tier under coverage.  A line that none of
+them notices is tried with slow tests: those named like the module, those that import it, those of its room, in this
+order.
 
     python tests/planted.py --map                # once; some minutes
     python tests/planted.py --seed 1             # all rooms; results/planted.json
@@ -17,28 +19,35 @@ from __future__ import annotations
 
 import argparse
 import ast
+import compileall
 import json
 import os
+import py_compile
 import random
+import re
 import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
 import tempfile
+import time
 import tomllib
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from importlib import import_module
+from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from tiers import left_out
+
 REPOSITORY = Path(__file__).parents[1]
 PACKAGE = REPOSITORY / "src" / "seatrial"
 RESULTS = REPOSITORY / "benchmarks" / "results" / "planted.json"
-LINES_A_PLANT, LEAST = 800, 4
+LINES_A_PLANT, LEAST = 1200, 4
 LIBRARIES = [
     "numpy", "casadi", "scipy.optimize", "scipy.interpolate", "scipy.signal", "scipy.stats", "pandas", "polars",
     "torch", "matplotlib.pyplot", "xarray", "click",
@@ -241,7 +250,8 @@ def drawn(seed: int, room: str, count: int | None = None) -> list[Plant]:
     keys = sorted(by_line)
     chance.shuffle(keys)
     chosen = [chance.choice(by_line[key]) for key in keys]
-    return [plant for plant in chosen if plant.name not in EQUIVALENT and _differs(plant) and _parses(plant)][:wanted]
+    sound = (plant for plant in chosen if plant.name not in EQUIVALENT and _differs(plant) and _parses(plant))
+    return list(islice(sound, wanted))
 
 
 def _differs(plant: Plant) -> bool:
@@ -290,12 +300,12 @@ def _bit(bits: bytes, line: int) -> bool:
 
 
 def map_tests(folder: Path) -> None:
-    """Run both tiers under coverage, a context a test."""
+    """Run the unit tier under coverage, a context a test."""
     folder.mkdir(parents=True, exist_ok=True)
     settings = folder / "coveragerc"
     settings.write_text("[run]\nsource_pkgs = seatrial\nparallel = true\n")
     command = [
-        sys.executable, "-m", "pytest", "-q", "-n", "auto", "--dist", "loadfile", "-m", "not long", "--cov=seatrial",
+        sys.executable, "-m", "pytest", "-q", "-n", "1", "-m", "not slow and not long", "--cov=seatrial",
         f"--cov-config={settings}", "--cov-context=test", "--cov-report=", "--durations=0", "-p", "no:cacheprovider",
     ]  # fmt: skip
     surroundings = os.environ | {"COVERAGE_FILE": str(folder / "map"), "PYTHONPATH": str(REPOSITORY / "src")}
@@ -316,30 +326,101 @@ def reach(folder: Path) -> Reach:
     return Reach(folder / "map", seconds, frozenset(broken))
 
 
-def noticed(plant: Plant, known: Reach, budget: float, also: list[str]) -> str | None:
+def compiled(folder: Path) -> Path:
+    """A copy of the package with its bytecode, of which each wrong line's is made by links."""
+    base = folder / "base"
+    shutil.copytree(REPOSITORY / "src", base, ignore=shutil.ignore_patterns("__pycache__"))
+    compileall.compile_dir(base, quiet=1, invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH)
+    return base
+
+
+def noticed(plant: Plant, base: Path, known: Reach, budget: Budget, also: list[str]) -> str | None:
     """The test that notices the line, or None.
 
     Args:
-        budget: how many seconds of tests may run [s].
+        base: the package that `compiled` made.
+        budget: how long tests may run.
         also: tests newer than the map, which run first.
     """
     with tempfile.TemporaryDirectory(prefix="planted") as scratch:
         overlay = Path(scratch) / "src"
-        shutil.copytree(REPOSITORY / "src", overlay, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(base, overlay, copy_function=os.link)
         path = overlay / "seatrial" / plant.file
         source = path.read_bytes()
+        path.unlink()
         path.write_bytes(source[: plant.start] + plant.now.encode() + source[plant.end :])
+        for stale in (path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
+            stale.unlink()
         seen: set[str] = set()
         if also and (found := _first_failure(also, overlay, Path(scratch))):
             return found
         for whole_file in (False, True):
             names = [name for name in known.tests(plant, whole_file) if name not in seen]
-            names = _within(names, known, budget)
+            names = _within(names, known, budget.unit)
             seen.update(names)
-            found = _first_failure(names, overlay, Path(scratch)) if names else None
+            for some in _nearest_first(names, plant.file):
+                found = _first_failure(some, overlay, Path(scratch))
+                if found:
+                    return found
+        end = time.monotonic() + budget.slow
+        for module in slow_modules(plant.file) if budget.slow else []:
+            marks = ["-m", "slow and not long", str(module.relative_to(REPOSITORY))]
+            found = _first_failure(marks, overlay, Path(scratch), end - time.monotonic())
             if found:
                 return found
+            if time.monotonic() > end:
+                break
     return None
+
+
+def _in_common(one: tuple[str, ...], other: tuple[str, ...]) -> int:
+    return next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How long the tests of a line may run [s]: unit tests by the map's times (twice), slow tests by the clock."""
+
+    unit: float
+    slow: float
+
+
+def slow_modules(file: str) -> list[Path]:
+    """Modules with slow tests that may reach a file of the package, the nearest first."""
+    dotted = "seatrial." + file.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    parent, _, name = dotted.rpartition(".")
+    imports = re.compile(
+        rf"^\s*(?:from {re.escape(dotted)}(?:\.\w+)* import|import {re.escape(dotted)}\b"
+        rf"|from {re.escape(parent)} import .*\b{name}\b)", re.M,
+    )  # fmt: skip
+    tests, room = REPOSITORY / "tests", Path(file).parent.parts
+    near: list[tuple[int, int, Path]] = []
+    for path in sorted(tests.rglob("test_*.py")):
+        text = path.read_text()
+        if ("mark.slow" not in text and "slow_but" not in text) or left_out(text, "not long"):
+            continue
+        shared = _in_common(path.relative_to(tests).parent.parts, room)
+        alike = room and shared == len(room) and path.stem == f"test_{name}"
+        order = 0 if alike else 1 if imports.search(text) else 2 if room and shared == len(room) else 3 if shared else 4
+        if order < 4:
+            near.append((order, path.stat().st_size, path))
+    return [path for _, _, path in sorted(near)]
+
+
+def _nearest_first(names: list[str], file: str) -> list[list[str]]:
+    """The tests of the three modules nearest to a file, and the others: to collect a module costs more than a test."""
+    room, stem = Path(file).parent.parts, Path(file).stem
+    by_module: dict[str, list[str]] = {}
+    for name in names:
+        by_module.setdefault(name.partition("::")[0], []).append(name)
+
+    def near(module: str) -> tuple[bool, int, int]:
+        at = Path(module.removeprefix("tests/"))
+        return at.stem == f"test_{stem}", _in_common(at.parent.parts, room), -len(by_module[module])
+
+    ordered = sorted(by_module, key=near, reverse=True)
+    parts = (ordered[:3], ordered[3:])
+    return [[name for module in part for name in by_module[module]] for part in parts if part]
 
 
 def _within(names: list[str], known: Reach, budget: float) -> list[str]:
@@ -352,23 +433,24 @@ def _within(names: list[str], known: Reach, budget: float) -> list[str]:
     return kept
 
 
-def _first_failure(names: list[str], overlay: Path, scratch: Path) -> str | None:
+def _first_failure(names: list[str], overlay: Path, scratch: Path, limit: float | None = None) -> str | None:
+    """The first that fails; None if all pass, or if `limit` [s] ends first (without one, what hangs has failed)."""
     listed, told = scratch / "tests.txt", scratch / "told.txt"
     listed.write_text("\n".join(names) + "\n")
     child = get_context("forkserver").Process(target=_tested, args=(listed, told, overlay))
     child.start()
-    child.join(_HANGS)
+    child.join(_HANGS if limit is None else max(limit, 1.0))
     if child.exitcode is None:
         os.killpg(child.pid or 0, signal.SIGKILL)
         child.join()
-        return "hangs"
+        return "hangs" if limit is None else None
     if child.exitcode in (0, 5):
         return None
     lines = told.read_text(errors="replace").splitlines()
     gone = {line.rpartition("/tests/")[2] for line in lines if line.startswith("ERROR: not found:")}
     kept = [name for name in names if name.removeprefix("tests/") not in gone]
     if child.exitcode == 4 and len(kept) < len(names):  # tests that were renamed since the map was made
-        return _first_failure(kept, overlay, scratch) if kept else None
+        return _first_failure(kept, overlay, scratch, limit) if kept else None
     failed = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
     return failed[0].split(" ", 1)[1].split(" - ")[0] if failed else f"pytest ends with {child.exitcode}"
 
@@ -383,21 +465,51 @@ def _tested(listed: Path, told: Path, overlay: Path) -> None:
     sys.dont_write_bytecode = True
     os.environ |= {"PYTHONPATH": str(overlay), "PYTHONDONTWRITEBYTECODE": "1"}
     sys.path.insert(0, str(overlay))
-    options = ["-q", "-x", "-n0", "-p", "no:cacheprovider", "--no-header"]
+    options = ["-q", "-x", "-n0", "-p", "no:cacheprovider", "--no-header", "--assert=plain"]
     os._exit(int(import_module("pytest").main([*options, f"@{listed}"])))
 
 
 def judge(
-    wanted: list[tuple[str, Plant]], known: Reach, budget: float, workers: int, also: list[str]
+    wanted: list[tuple[str, Plant]], base: Path, known: Reach, budget: Budget, workers: int, also: list[str], left: Path
 ) -> list[dict[str, object]]:
     def one(item: tuple[str, Plant]) -> dict[str, object]:
         room, plant = item
-        found = noticed(plant, known, budget, also)
+        found = noticed(plant, base, known, budget, also)
         print("caught" if found else "LIVES ", room, plant.line, plant.kind, plant.name, "|", found or "", flush=True)
-        return {"room": room, **asdict(plant), "noticed_by": found}
+        row = {"room": room, **asdict(plant), "noticed_by": found}
+        with left.open("a") as stream:
+            stream.write(json.dumps(row) + "\n")
+        return row
 
+    done = [json.loads(line) for line in left.read_text().splitlines()] if left.is_file() else []
+    known_rows = {(row["room"], _key(row)) for row in done}
+    ahead = [(room, plant) for room, plant in wanted if (room, plant.name) not in known_rows]
+    random.Random(len(wanted)).shuffle(ahead)  # that what is judged first is a fair part
     with ThreadPoolExecutor(workers) as pool:
-        return list(pool.map(one, wanted))
+        return sorted([*done, *pool.map(one, ahead)], key=lambda row: (row["room"], row["file"], row["line"]))
+
+
+def living(rows: list[dict[str, object]]) -> list[tuple[str, Plant]]:
+    """The lines of an earlier run that lived, where they stand now (a line that is gone is left out)."""
+    found: list[tuple[str, Plant]] = []
+    for row in rows:
+        if not row["noticed_by"]:
+            lines = (row["was_line"], row["now_line"])
+            same = [p for p in plants(PACKAGE / str(row["file"])) if (p.was_line, p.now_line) == lines][:1]
+            found += [(str(row["room"]), plant) for plant in same if plant.name not in EQUIVALENT]
+    return found
+
+
+def since(earlier: list[dict[str, object]], again: list[dict[str, object]]) -> dict[str, Any]:
+    """Rows of an earlier run with what has noticed its living lines since; equivalents are no lines any more."""
+    now = {_key(row): row["noticed_by"] for row in again}
+    rows = [row | {"noticed_since": now.get(_key(row))} for row in earlier if _key(row) not in EQUIVALENT]
+    after = [row | {"noticed_by": row["noticed_by"] or row["noticed_since"]} for row in rows]
+    return {"caught": summary(rows), "caught_since": summary(after), "lines": rows}
+
+
+def _key(row: dict[str, object]) -> str:
+    return f"{row['file']}: {str(row['was_line']).strip()} -> {str(row['now_line']).strip()}"
 
 
 def summary(rows: list[dict[str, object]]) -> dict[str, str]:
@@ -417,7 +529,9 @@ def main() -> None:
     reading.add_argument("--map", action="store_true", help="measure which tests reach which line")
     reading.add_argument("--list", action="store_true", help="only show the lines")
     reading.add_argument("--folder", type=Path, default=REPOSITORY / "build" / "planted", help="where the map lies")
-    reading.add_argument("--budget", type=float, default=60.0, help="seconds of tests a line, twice")
+    reading.add_argument("--budget", type=float, default=60.0, help="seconds of unit tests a line, twice")
+    reading.add_argument("--slow", type=float, default=120.0, help="seconds of slow tests a line; 0 for none")
+    reading.add_argument("--from", dest="earlier", type=Path, help="only the lines that live in this result")
     reading.add_argument("--also", nargs="*", default=[], help="tests newer than the map, to run first")
     reading.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     reading.add_argument("-o", type=Path, default=RESULTS)
@@ -426,7 +540,11 @@ def main() -> None:
         map_tests(asked.folder)
         return
     names = asked.room or sorted(rooms())
-    wanted = [(room, plant) for room in names for plant in drawn(asked.seed, room, asked.lines)]
+    earlier = json.loads(asked.earlier.read_text()) if asked.earlier else None
+    if earlier:
+        wanted = living(earlier["lines"])
+    else:
+        wanted = [(room, plant) for room in names for plant in drawn(asked.seed, room, asked.lines)]
     if asked.list:
         for room, plant in wanted:
             print(room, plant.line, plant.kind, plant.name)
@@ -440,10 +558,17 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="planted") as scratch:
         if sound and (failed := _first_failure(sound, REPOSITORY / "src", Path(scratch))):
             reading.error(f"{failed} on the lines as they are: nothing can be said of wrong ones")
-    rows = judge(wanted, known, asked.budget, asked.workers, asked.also)
+        budget = Budget(asked.budget, asked.slow)
+        part = asked.o.with_suffix(".part")
+        rows = judge(wanted, compiled(Path(scratch)), known, budget, asked.workers, asked.also, part)
     table = summary(rows)
     print(json.dumps(table, indent=1))
-    asked.o.write_text(json.dumps({"seed": asked.seed, "caught": table, "lines": rows}, indent=1) + "\n")
+    result = {"seed": asked.seed, "caught": table, "lines": rows}
+    if earlier:
+        result = earlier | since(earlier["lines"], rows)
+        print(json.dumps(result["caught_since"], indent=1))
+    asked.o.write_text(json.dumps(result, indent=1) + "\n")
+    part.unlink()
 
 
 if __name__ == "__main__":

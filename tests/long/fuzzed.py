@@ -11,6 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from fuzzed_cases import CASES
+from fuzzed_logs import LOGS
 
 from calibrated_run import calibrated
 from fitted_run import PATHS, covariance, saved, trial
@@ -294,7 +296,8 @@ def _state(folder: Path) -> Path:
     return next(path for path in sorted((folder / "twin").glob("*.json")) if "seatrial-twin" in path.read_text())
 
 
-SLOW = ("state of a twin", "operators, netCDF", "coefficients", "coefficients, netCDF 3", "campaign", "campaign, rare")
+SLOW = ("state of a twin", "operators, netCDF", "coefficients", "coefficients, netCDF 3", "campaign", "campaign, rare",
+        "case", "case, weather and sensors", "case, rare", "case, levels")  # fmt: skip
 """Kinds of which a tenth as many mutations are tried: each takes seconds."""
 
 MORE: dict[str, Kind] = {
@@ -333,4 +336,6 @@ MORE: dict[str, Kind] = {
     "weights": (_network, lambda file, _: ["show", str(file.with_name("net.toml")), "--json"]),
     "state of a twin": (_state, lambda file, _: ["twin", SHIP, "--trial", str(file.parents[1] / "log.csv"), "-o",
                                                  str(file.parent), "--json"]),
+    **LOGS,
+    **CASES,
 }  # fmt: skip

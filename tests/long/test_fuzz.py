@@ -42,8 +42,10 @@ ROOT = Path(__file__).parents[2]
 DATA = Path(os.environ.get("SEATRIAL_DATA", ROOT / ".." / "shared" / "data"))
 COUNT = int(os.environ.get("SEATRIAL_FUZZ", "12"))
 SEED = int(os.environ.get("SEATRIAL_FUZZ_SEED", "1"))
-LONGEST = 30
-"""Seconds after which a command counts as one that hangs."""
+LONGEST, WAITED = 10.0, 120.0
+"""Seconds of processor time, and by the clock, after which a command counts as one that hangs."""
+MEMORY, DISK = 500.0, 500e6
+"""More that a command may take for a file of less than a megabyte: memory [MB], and what it writes [bytes]."""
 
 ABSURD = (
     "nan", "inf", "-inf", "1e308", "-1e308", "1e-320", "1e999", "0", "-1", "-0.0", "9" * 400, "9" * 5000, "true", '""',
@@ -97,22 +99,44 @@ def _swap(data: bytes, rng: random.Random) -> bytes:
 
 
 @contextmanager
-def no_longer_than(seconds: int) -> Iterator[None]:
+def no_longer_than(seconds: float, waited: float) -> Iterator[None]:
+    """Processor time of this process, and time by the clock [s]."""
+
     def ring(*_: object) -> None:
         raise TimeoutError
 
-    held = signal.signal(signal.SIGALRM, ring)
-    signal.alarm(seconds)
+    timers = ((signal.SIGALRM, signal.ITIMER_REAL, waited), (signal.SIGPROF, signal.ITIMER_PROF, seconds))
+    held = [signal.signal(number, ring) for number, _, _ in timers]
+    for _, timer, limit in timers:
+        signal.setitimer(timer, limit)
     try:
         yield
     finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, held)
+        for (number, timer, _), before in zip(timers, held, strict=True):
+            signal.setitimer(timer, 0.0)
+            signal.signal(number, before)
 
 
-def run(arguments: list[str]) -> tuple[int, str]:
+def used(peak: bool) -> float:
+    """Memory of this process, now or at most since `forgotten` [MB]."""
+    name = "VmHWM:" if peak else "VmRSS:"
+    said = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith(name))
+    return int(said.split()[1]) / 1024.0
+
+
+def forgotten() -> float:
+    """Begin to watch the most memory anew; what is used now [MB]."""
+    Path("/proc/self/clear_refs").write_text("5")
+    return used(peak=False)
+
+
+def size(folder: Path) -> int:
+    return sum(one.stat().st_size for one in folder.rglob("*") if one.is_file())
+
+
+def run(arguments: list[str], quick: bool = True) -> tuple[int, str]:
     said, out = io.StringIO(), io.StringIO()
-    with no_longer_than(LONGEST), redirect_stderr(said), redirect_stdout(out):
+    with no_longer_than(LONGEST if quick else WAITED, WAITED), redirect_stderr(said), redirect_stdout(out):
         status = main(arguments)
     return status, said.getvalue()
 
@@ -364,16 +388,20 @@ def test_mutations_end_in_a_result_or_in_one_line(kind: str, tmp_path: Path, mon
         out = tmp_path / f"out{k}"
         data = mutated(whole, rng) if k else whole
         file.write_bytes(data)
-        arguments = command(file, out)
+        arguments, before, written = command(file, out), forgotten(), size(tmp_path)
         try:
-            status, said = run(arguments)
+            status, said = run(arguments, quick=kind not in SLOW and k > 0)
         except TimeoutError:
-            wrong.append(f"{k}: over {LONGEST} s")
+            wrong.append(f"{k}: over {LONGEST} s of processor time, or {WAITED} s")
             continue
         except Exception as error:
             wrong.append(f"{k}: {type(error).__name__}: {error}")
             continue
         finally:
+            if k and (taken := used(peak=True) - before) > MEMORY:  # the first loads libraries
+                wrong.append(f"{k}: {taken:.0f} MB of memory")
+            if (taken := size(tmp_path) - written) > DISK:
+                wrong.append(f"{k}: writes {taken} bytes")
             (tmp_path / "last").write_bytes(data)
             shutil.rmtree(out, ignore_errors=True)
         errors = [line for line in said.splitlines() if not line.startswith(("warning:", "note:", "wrote"))]

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import base64
 import math
 import struct
-from collections.abc import Callable
-from datetime import UTC, datetime
-from functools import reduce
-from operator import xor
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
+from n2k_lines import EPOCH, HEADING, LAYOUTS, spaced
 
 from seatrial.data import DataError
 from seatrial.data.formats import n2k
@@ -20,48 +17,6 @@ from seatrial.data.n2k.groups import said
 from seatrial.data.n2k.layouts import Packets, frame_of
 from seatrial.data.nmea.ship import Fittings
 from seatrial.realtime.links.n2k import GROUPS, SOURCE, identifier
-
-EPOCH = 1795694400.25
-HEADING = bytes.fromhex("07f342ff7fcc02fc")
-"""1.7139 rad true, and a variation of 0.0716 rad, which is not to be added."""
-
-
-def _iso(t: float, mark: str = "T") -> str:
-    return datetime.fromtimestamp(t, UTC).strftime(f"%Y-%m-%d{mark}%H:%M:%S.%f")
-
-
-def _spaced(data: bytes, mark: str = " ") -> str:
-    return mark.join(f"{one:02x}" for one in data)
-
-
-def _clock(t: float) -> str:
-    return _iso(t)[11:]
-
-
-def _pcdin(t: float, pgn: int, data: bytes) -> str:
-    body = f"PCDIN,{pgn:06X},{round((t - EPOCH) * 1000):08X},23,{data.hex().upper()}"
-    return f"${body}*{reduce(xor, body.encode()):02X}"
-
-
-LAYOUTS: dict[str, Callable[[float, int, bytes], str]] = {
-    "plain": lambda t, pgn, d: f"{_iso(t)}Z,2,{pgn},35,255,{len(d)},{_spaced(d, ',')}",
-    "plain, old": lambda t, pgn, d: f"{_iso(t, '-')},2,{pgn},35,255,{len(d)},{_spaced(d, ',')}",
-    "candump -l": lambda t, pgn, d: f"({t:.6f}) can0 {identifier(pgn):08X}#{d.hex().upper()}",
-    "candump -ta": lambda t, pgn, d: f" ({t:.6f})  can0  {identifier(pgn):08X}   [{len(d)}]  {_spaced(d).upper()}",
-    "candump -tA": lambda t, pgn, d: f" ({_iso(t, ' ')})  can0  {identifier(pgn):08X}   [{len(d)}]  {_spaced(d)}",
-    "yacht devices": lambda t, pgn, d: f"{_clock(t)} R {identifier(pgn):08X} {_spaced(d).upper()}",
-    "actisense": lambda t, pgn, d: f"A{_clock(t).replace(':', '')} 23FF2 {pgn:05X} {d.hex().upper()}",
-    "ikonvert": lambda t, pgn, d: f"!PDGY,{pgn},2,35,255,{t - EPOCH:.6f},{base64.b64encode(d).decode().rstrip('=')}",
-    "seasmart": _pcdin,
-    "airmar": lambda t, pgn, d: f"{_iso(t)} - {pgn} {identifier(pgn):08x} {_spaced(d, ',')}",
-    "pcan": lambda t, pgn, d: f"  2)  {(t - EPOCH) * 1000:.1f}  Rx  {identifier(pgn):08X}  {len(d)}  {_spaced(d)}",
-    "vector": lambda t, pgn, d: f"{t - EPOCH:11.6f} 1  {identifier(pgn):X}x       Rx   d {len(d)} {_spaced(d).upper()}",
-    "vector, told more": lambda t, pgn, d: f"{t - EPOCH:11.6f} 1  {identifier(pgn):X}x  Tx   d {len(d)} {_spaced(d)} "
-                                           f" Length = 273910 BitCount = 141 ID = {identifier(pgn)}x",
-    "savvycan": lambda t, pgn, d: f"{round((t - EPOCH) * 1e6)},{identifier(pgn):08X},true,Rx,0,8,{_spaced(d, ',')},",
-    "savvycan, old": lambda t, pgn, d: f"{round((t - EPOCH) * 1e6)},{identifier(pgn):08X},true,0,8,{_spaced(d, ',')},",
-    "python-can": lambda t, pgn, d: f"{t:.6f},0x{identifier(pgn):x},1,0,0,8,{base64.b64encode(d).decode()}",
-}  # fmt: skip
 
 
 def _heading(units: int, reference: int = 0, source: int = SOURCE, k: float = 0.0) -> str:
@@ -199,7 +154,7 @@ def test_a_fast_packet_with_a_lost_frame_is_left_out() -> None:
 
 def test_times_between_lines_and_clocks_that_go_back_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="no time"):
-        n2k.read(_written(tmp_path / "n.n2k", [f" can0  {identifier(127250):08X}   [8]  {_spaced(HEADING)}"] * 3))
+        n2k.read(_written(tmp_path / "n.n2k", [f" can0  {identifier(127250):08X}   [8]  {spaced(HEADING)}"] * 3))
     steps = [0.1, 0.01, 0.1, 0.02, 0.1, 0.03]
     with pytest.raises(DataError, match="between lines"):
         n2k.read(_written(tmp_path / "d.n2k", [LAYOUTS["candump -ta"](t, 127250, HEADING) for t in steps]))

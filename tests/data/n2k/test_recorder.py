@@ -7,40 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from n2k_records import clock, fix, heading, record
 
 from seatrial.data.formats import n2k
 from seatrial.data.n2k.layouts import frame_of
 from seatrial.data.n2k.recorder import lines
-from seatrial.realtime.links.n2k import SOURCE, identifier
+from seatrial.realtime.links.n2k import SOURCE
 
 SERVICE = struct.pack("<I", 0xFFFFFFFF) + b"YDVR v05"
 ORDER = struct.pack("<I", 0x18EAFF23) + bytes.fromhex("14f001")
 """An order for group 126996 to all."""
-NOON = 1795694400.0
-
-
-def record(t: float, body: bytes, step: float = 60.0) -> bytes:
-    return struct.pack("<H", round(t % step * 1000.0)) + body
-
-
-def heading(units: int) -> bytes:
-    return struct.pack("<I", identifier(127250)) + struct.pack("<BHhhB", 1, units, 0x7FFF, 0x7FFF, 0xFC)
-
-
-def clock(t: float) -> bytes:
-    now = NOON + t
-    data = struct.pack("<BBHI", 1, 0xF0, int(now // 86400), round(now % 86400 * 1e4))
-    return struct.pack("<I", identifier(126992)) + data
-
-
-def fix(latitude: float, longitude: float, t: float) -> bytes:
-    """129029 as a recorder has it: the sequence, the length and all bytes."""
-    now = NOON + t
-    data = struct.pack("<BHIqqqBBBhhiB", 1, int(now // 86400), round(now % 86400 * 1e4), round(latitude * 1e16),
-                       round(longitude * 1e16), 0, 0x10, 0xFC, 12, 90, 150, 0, 0)  # fmt: skip
-    return struct.pack("<I", identifier(129029)) + bytes([0x40, len(data)]) + data
-
-
 def of(raw: bytes) -> list[tuple[float, int, bytes]]:
     """Stamps, groups and bytes of the frames in the lines."""
     found = [frame_of(line.decode()) for block in lines(raw) for line in block.splitlines()]
