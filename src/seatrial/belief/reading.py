@@ -22,6 +22,7 @@ from .posterior import Posterior
 from .power import Power
 
 HOW = "seatrial identify STUDY.toml -o RUN writes RUN/model.toml with its posterior beside"
+"""What a message adds where a model has no posterior."""
 
 
 def posterior(model: str | Path, *, weighed: bool = True) -> Posterior:

@@ -12,6 +12,7 @@ from ..simulate.lanes import Steps, given, run
 from .timing import best
 
 MODULE = "python_vehicle_simulator.vehicles.tanker"
+"""Where the Python Vehicle Simulator keeps its tanker."""
 LANES, STEPS, DT, DELTA = 128, 2000, 0.1, 0.1
 RPM, DEEP = 80.0, 1e9
 

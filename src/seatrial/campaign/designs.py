@@ -17,6 +17,7 @@ from ..data import Array
 
 Design = Literal["random", "sobol", "latin-hypercube", "saltelli", "grid"]
 DESIGNS: tuple[Design, ...] = get_args(Design)
+"""The ways to spread the runs over the space of what varies."""
 
 # Numbers of one counter of Philox4x64.
 _WORDS = 4

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     import polars as pl
 
 SCHEMA = "seatrial-campaign-folder/3"
+"""What a folder of a campaign says of itself; other versions are refused."""
 MANIFEST, SEAL = "campaign.json", "seal"
 PARTS, TRACKS = "parts", "tracks"
 _A_FOLDER = 1000

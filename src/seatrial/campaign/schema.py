@@ -10,6 +10,7 @@ from ..core.values import dataclass
 from .designs import Design
 
 SCHEMA = "seatrial-campaign/1"
+"""The first key of a campaign's file."""
 
 Numbers = list[float]
 Open = Annotated[float, Limits(infinite=True)]

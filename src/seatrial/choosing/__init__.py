@@ -44,6 +44,7 @@ def table(name: str) -> dict[str, Any]:
 
 
 CAPABILITIES = tuple(Capability(key, about) for key, about in table("families.toml")["capabilities"].items())
+"""What a family may do for its user, as `families.toml` names it."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from . import options as o
 from .fits import Terminal, end, show
 
 DESK_PORT = 8030
+"""Where `open` listens if the user names no port."""
 _STUDY = Path("study.toml")
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..workflow.judging import AnotherScale
 
 HEAD = ("number", "value", "unit", "formula", "sigma")
+"""Columns of the table of an estimate."""
 
 
 def ships(check: o.ShipToCheck = None, out: o.Report = None, json: bool = False) -> None:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 DEGREE = math.pi / 180.0
 TWIN_PORT = 8022
+"""Where `twin` listens if the user names no port."""
 
 
 def simulate(

@@ -42,6 +42,7 @@ _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+"""
 _DEEP = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:\.[ \t]*+{_PART}){{{_PARTS},}}+")
 _LEAST, _MOST = 1e-30, 1e30
 REACH = f"magnitudes lie between {_LEAST:g} and {_MOST:g}"
+"""Which numbers a file may hold, as a message says it."""
 _MODE = 0o666  # less what the umask takes
 # Longest name [bytes]: scratch files add to it, and file systems take 255.
 _LONGEST = 180

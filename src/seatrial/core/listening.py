@@ -8,6 +8,7 @@ import socket
 from .errors import RequestError
 
 HERE = "127.0.0.1"
+"""This machine alone: nothing listens further unless it is asked to."""
 
 
 def listen(host: str, port: int, anywhere: bool) -> socket.socket:

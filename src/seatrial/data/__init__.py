@@ -160,3 +160,4 @@ UNITS: Mapping[str, str] = MappingProxyType({
     "phi": "rad", "p": "rad/s", "theta": "rad", "depth": "m",
     "H_S": "m", "T_W": "s", "gamma_W": "rad",
 })  # fmt: skip
+"""By channel its unit; angles are in radians."""

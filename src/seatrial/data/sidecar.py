@@ -25,6 +25,7 @@ from .geodesy import Datum
 from .table import within
 
 SCHEMA = "manoeuvre-trial/1"
+"""What the sidecar of a trial says of itself."""
 
 CONVENTIONS: Mapping[str, str] = MappingProxyType(
     {"reference_point": "midship", "frame": "NED", "delta_positive": "starboard_turn"}

@@ -30,6 +30,7 @@ from .shelf import inside, place_of, shelf
 from .view import cut, drawn
 
 STATIC = Path(__file__).with_name("static")
+"""The page's own files; nothing is fetched from elsewhere."""
 
 _COOKIE = "seatrial-open"
 _PIECE = 4 * 2**20

@@ -28,6 +28,7 @@ from ..core.errors import CompilerError as CompilerError
 from .compilers import Compiler, compiler
 
 DIGEST = 32
+"""Bytes of a SHA-256, which stands behind each kernel in the cache."""
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 # Seconds after which a folder of a build that was killed is cleared away; no compilation lasts an hour.
 _ABANDONED = 7200.0

@@ -24,8 +24,11 @@ LANES = 16
 """Lanes of a block: two vectors of AVX-512, four of AVX2; every array is padded to it."""
 
 BINARY = {"OP_ADD": "+", "OP_SUB": "-", "OP_MUL": "*", "OP_DIV": "/"}
+"""Operations of CasADi that C writes between its operands."""
 CALLS = ("sin", "cos", "exp", "log", "tanh", "asin", "acos", "atan", "atan2", "pow")
+"""Functions that the mathematical library of C has under the same name, and that the vector kernels replace."""
 CALL = {f"OP_{name.upper()}": name for name in CALLS} | {"OP_FABS": "fabs", "OP_FLOOR": "floor", "OP_SQRT": "sqrt", "OP_CONSTPOW": "pow"}
+"""Operations of CasADi that C calls by a function's name."""
 FORM = {
     "OP_ASSIGN": "{0}", "OP_NEG": "-{0}", "OP_SQ": "{0}*{0}", "OP_TWICE": "{0}+{0}", "OP_INV": "1.0/{0}",
     "OP_LT": "({0}<{1}?1.0:0.0)", "OP_LE": "({0}<={1}?1.0:0.0)", "OP_EQ": "({0}=={1}?1.0:0.0)",
@@ -34,8 +37,10 @@ FORM = {
     "OP_IF_ELSE_ZERO": "({0}!=0.0?{1}:0.0)", "OP_SIGN": "({0}>0.0?1.0:({0}<0.0?-1.0:0.0))",
     "OP_FMIN": "({0}<{1}?{0}:{1})", "OP_FMAX": "({0}>{1}?{0}:{1})",
 }  # fmt: skip
+"""Operations that are written out; comparisons give 1.0 or 0.0, as CasADi's do."""
 
 HEADER = Path(__file__).with_name("kernel.h").read_text(encoding="utf-8")
+"""What stands before each kernel: vector types and the functions above for them."""
 
 
 @cache

@@ -24,7 +24,9 @@ from .chart import Area, Chart, Lane, Points, Spot
 
 DEPTHS, SOLID = ("DEPARE", "DRGARE", "UNSARE"), ("LNDARE", "FLODOC", "HULKES", "PONTON", "SLCONS")
 DANGERS = ("OBSTRN", "WRECKS", "UWTROC")
+"""Object classes of S-57 that a keel may strike: obstructions, wrecks, rocks."""
 MARKS = ("BOYLAT", "BOYCAR", "BOYISD", "BOYSAW", "BOYSPP", "BCNLAT", "BCNCAR", "BCNISD", "BCNSAW", "BCNSPP")
+"""Object classes of S-57 of buoys and beacons."""
 LANES, TRACKS = ("TSSLPT", "FAIRWY"), ("RECTRC", "NAVLNE")
 
 # EXPSOU: within the range of depth of the area around, or deeper.

@@ -93,6 +93,7 @@ class OchiShin:
 SPECTRA: Mapping[str, Spectrum] = {
     "davenport": Davenport(), "harris": Harris(), "froya": Froya(), "ochi-shin": OchiShin(),
 }  # fmt: skip
+"""Spectra of gusts by name."""
 # Two in a hundred of its frequency is the width of a band, so the gusts do not repeat within a run.
 _LINES = 400
 _ROWS = 4096

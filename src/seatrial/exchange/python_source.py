@@ -18,6 +18,7 @@ PYTHON = Language({
     "OP_SIGN": "(1.0 if {0} > 0.0 else -1.0 if {0} < 0.0 else 0.0)", "OP_FMIN": "{0} if {0} < {1} else {1}",
     "OP_FMAX": "{0} if {0} > {1} else {1}",
 }, "nan", "inf")  # fmt: skip
+"""Operations of CasADi as Python writes them."""
 _TEMPLATE = "plant.py.txt"
 _MATH = ("sin", "cos", "exp", "log", "tanh", "asin", "acos", "atan", "atan2", "pow", "fabs", "floor", "sqrt", "inf",
          "nan")

@@ -31,6 +31,7 @@ ABOUT = {
     "wave_x": "significant height times cosine of where the waves come from", "wave_y": "the same with the sine",
     "wave_T": "mean period of the waves, 0 without waves", "per_depth": "one over the water depth, 0 in deep water",
 }  # fmt: skip
+"""What the header of an exported source says of each state."""
 _MOST_WAITING = 1000
 _ANY = (-math.inf, math.inf)
 _UNITS = {"wind": "m/s", "current": "m/s", "wave_T": "s", "wave": "m", "per_depth": "1/m"}

@@ -22,6 +22,7 @@ from . import Index, Manoeuvre, Settings
 from .reading import helm_channel, in_lengths, rms
 
 LEVELS = (2, 3, 5, 7)
+"""Numbers of levels for which a multi-level pseudo-random sequence exists here: primes."""
 # The longest sequence looked for; a longer one is longer than any trial.
 _LONGEST = 2400
 # A level lasts so many L/U: long against rudder and yaw, short against the speed.

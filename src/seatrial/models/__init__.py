@@ -43,6 +43,7 @@ UNITS = {"x": "m", "y": "m", "psi": "rad", "u": "m/s", "v_m": "m/s", "r": "rad/s
          "phi": "rad", "p": "rad/s", "n_P": "1/s", "delta": "rad",
          "z": "m", "w": "m/s", "theta": "rad", "q": "rad/s",
          "slow_wind_x": "m/s", "slow_wind_y": "m/s", "slow_n": "1/s", "lead": "rad/s^2"}  # fmt: skip
+"""By state its unit."""
 _PREFIXES = {"n": "1/s", "throttle": "-", "delta": "rad", "alpha": "rad", "f": "N", "X": "N", "Y": "N", "N": "N m"}
 
 

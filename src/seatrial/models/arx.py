@@ -18,8 +18,11 @@ from . import STATES, STEERING, UNITS, Sampled
 from .common import Surroundings
 
 OUTPUTS = STATES[3:]
+"""What the regression predicts."""
 INPUTS = STEERING
+"""What it is driven by."""
 CONSTANT = "constant"
+"""The name of the regressor that is one."""
 _NAME = re.compile(r"^(u|v_m|r)_(u|v_m|r|n_P|delta)_([1-9][0-9]*)$|^(u|v_m|r)_constant$")
 
 

@@ -32,6 +32,7 @@ FACTORS = {
 """Letters of the factors; a capital is the magnitude."""
 
 ODD = "vrdb"
+"""Letters of factors that change sign in the mirror about the centre plane."""
 # Longest published terms of a polynomial hull have five factors; a longer name is a slip.
 _HIGHEST = 5
 BIAS = "0"

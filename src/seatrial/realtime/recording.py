@@ -37,6 +37,7 @@ from ..simulate.run import SIMULATED
 from .plant import Plant
 
 SCHEMA = "seatrial-orders/1"
+"""What a recording of orders says of itself."""
 
 
 def orders_path(path: Path) -> Path:

@@ -23,6 +23,7 @@ _AGAIN = 0.5
 """Time between two attempts to open a line that was lost [s]."""
 
 BAUDS = (4800, 9600, 19200, 38400, 57600, 115200)
+"""Rates that NMEA 0183 (4800), its high-speed form (38400) and devices in use have."""
 
 
 def is_serial(text: str) -> bool:

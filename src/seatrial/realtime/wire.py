@@ -462,6 +462,7 @@ class Authority:
 
 
 ANYBODY = Authority()
+"""No address is named, so anybody may steer."""
 
 
 def _ipv4(host: str) -> ipaddress.IPv4Address | None:

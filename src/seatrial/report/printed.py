@@ -11,6 +11,7 @@ from ..core.values import dataclass
 from .blocks import Body, number, table
 
 SAME = "as printed"
+"""What a table says of a figure that equals the paper's."""
 # Half a unit of the last digit, and a little for the rounding of binary numbers.
 _SHARE = 0.5 + 1e-6
 

@@ -266,6 +266,7 @@ def _of_range(r: Range) -> dict[str, Any]:
 
 
 UNTUNED = "untuned"
+"""The name of the model before the fit."""
 _LEAST = 1e-14
 
 

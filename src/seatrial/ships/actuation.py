@@ -13,7 +13,9 @@ from ..models import Model, unit
 from . import Ship, ShipError
 
 KINDS = {"Actuator": actuators.Actuator, "Azimuth": actuators.Azimuth, "Shaft": actuators.Shaft}
+"""Kinds of actuator by the name in a ship's file."""
 USUAL = "Actuator"
+"""The kind where the file names none."""
 
 
 class Reading(Protocol):

@@ -29,8 +29,11 @@ from .writing import OWN, save, to_toml
 __all__ = ["library", "load", "save", "to_toml", "variants"]
 
 SCHEMA = "seatrial-ship/1"
+"""The first key of a ship's file."""
 FOLDER = Path(__file__).parent
+"""Where the ships of the library lie."""
 TOP = ("schema", "like", "name", "of", "family", "model", "particulars", "approach", "actuators", "validity", "notes")
+"""Keys of the first level, in the order in which they are written."""
 
 # Ships of the library that are kept.
 _KEPT = 64
@@ -131,6 +134,7 @@ def _find(name_or_path: str | Path) -> Path:
 
 
 ROLES = {"ForceModule": "force", "PropellerModule": "propeller", "RudderModule": "rudder"}
+"""The key of a module in a ship's file by its protocol."""
 
 
 def role_of(cls: type) -> str:

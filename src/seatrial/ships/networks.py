@@ -18,6 +18,7 @@ from ..models.network import INPUTS, KINDS, Limits, Network
 from . import ShipError
 
 USUAL = "weights.npz"
+"""The file of weights where a ship's file names none."""
 _KEYS = {"kind": str, "layers": list, "wind": bool, "scale": list, "memory": int, "weights": str, "sha256": str,
          "limits": dict}  # fmt: skip
 _LIMITS = {"low": list, "high": list, "acceleration": list, "rate": (int, float)}

@@ -39,6 +39,7 @@ PARTICULARS = {
     "C_b": Spec("", "block coefficient", 0.0, 1.0),
     "volume": Spec("m^3", "displaced volume", 0.0),
 }
+"""Particulars of a ship with unit, meaning and the range beyond which a value is a mistake."""
 
 
 def read_document(path: Path, schema: str) -> dict[str, Any]:

@@ -147,6 +147,7 @@ class Judge:
 
 
 FINITE = Judge()
+"""A run ends where its states are no numbers any more."""
 
 
 def run(lanes: Lanes, steps: Steps, judge: Judge | None = FINITE, threads: int | None = None) -> Rollout:

@@ -235,7 +235,9 @@ def _scaled(path: Path, where: str, whole: Trial, ship: Ship) -> Trial:
 
 
 SCHEMA = "seatrial-sets/1"
+"""The first key of a file of sets."""
 MARK = "@"
+"""Begins a reference to a set in place of a file's name."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from .data import named_path
 from .schema import CaptiveTable
 
 KEYS = ("prior", "ratio", "low", "high", "start", "sigma", "floor")
+"""What a study may say of a free parameter."""
 
 
 def stated(ship: Ship) -> dict[str, float]:

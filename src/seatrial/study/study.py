@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from .virtual import VirtualTrials
 
 SCHEMA = "seatrial-study/1"
+"""The first key of a study's file."""
 # A trial fills a window with this share of its length.
 _FILLED = 0.9
 # A time step of more than so many of the log is coarse.

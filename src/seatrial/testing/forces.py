@@ -185,3 +185,4 @@ Check = Callable[[Part], Any]
 FORCE_CHECKS: Mapping[str, Check] = {
     check.__name__: check for check in (declared, silent_at_rest, mirrored, finite, floats_equal_symbols)
 }
+"""The checks of a force by name."""

@@ -125,3 +125,4 @@ def refuses(log: Log) -> None:
 FORMAT_CHECKS: Mapping[str, Callable[[Log], None]] = {
     check.__name__: check for check in (complete, reads, possible, refuses)
 }
+"""The checks of a log format by name."""

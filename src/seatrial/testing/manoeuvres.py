@@ -116,3 +116,4 @@ Check = Callable[[type[Manoeuvre], Ship], str | None]
 MANOEUVRE_CHECKS: Mapping[str, Check] = {
     check.__name__: check for check in (named, shapes, floats_equal_symbols, runs)
 }  # fmt: skip
+"""The checks of a manoeuvre by name."""

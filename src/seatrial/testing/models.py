@@ -32,6 +32,7 @@ from .discovery import (
 )
 
 SIDES = (1, -1, -1, 1, -1, -1)
+"""What a mirror at the centre plane makes of x, y, psi, u, v_m, r."""
 # Physical channels that cannot be negative: the period of the waves, one over the depth.
 POSITIVE = [CHANNELS.index("wave_T"), CHANNELS.index("per_depth")]
 _AT_REST = "the model is not valid at rest"
@@ -298,3 +299,4 @@ SHIP_CHECKS: Mapping[str, Check] = {
         parameters_may_be_symbols, rates_in_a_current, motion_in_a_current,
     )
 }  # fmt: skip
+"""The checks of a ship by name."""

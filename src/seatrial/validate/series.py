@@ -30,6 +30,7 @@ TOGETHER = "together"
 """Label of the column in which all samples of all test trials count alike."""
 
 BASELINE = "constant velocity"
+"""The forecast that others are held against."""
 
 # Standard errors of a mean over seeds within which two models are indistinguishable.
 _APART = 2.0

@@ -94,6 +94,7 @@ class Silent(Sink):
 
 
 SILENT: Sink = Silent()
+"""Takes what a step says and shows none of it."""
 
 
 def figure(value: object, digits: int = 4) -> str:

@@ -32,6 +32,7 @@ from .request import Note
 from .sampling.drawing import check_sample, drawn_for
 
 CHECKPOINT = "checkpoint.npz"
+"""Where a fit that is cut off goes on."""
 
 _Ended = Fit | FitError | StudyError
 """A fit, or why there is none."""

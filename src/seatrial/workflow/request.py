@@ -34,6 +34,7 @@ Note = Callable[[str], object]
 """Takes a line for the user: a warning, or what is being done."""
 
 PAGES = (".html", ".htm")
+"""Endings of a file that is written as a page."""
 # From so long on the rest of some work is worth telling [s].
 _WORTH = 2.0
 

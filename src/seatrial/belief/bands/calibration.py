@@ -39,6 +39,7 @@ LEVEL = 0.95
 """At which a calibration is made; it serves every level."""
 
 HOW = "seatrial calibrate MODEL makes them from fits that leave trials out"
+"""What a message adds where a fit has no calibration."""
 # Spreads of the draws count by this power; the rest is the usual error at the horizon.
 SHARES = (0.0, 0.5, 1.0)
 # Bands grow with this power of a run's novelty, which has to make the interval score of other days so much better.

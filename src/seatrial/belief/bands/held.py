@@ -19,6 +19,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {"position": ("x", "y"), "heading": ("ps
 """States that are counted together."""
 
 ALL = "all kinds"
+"""The row of a table that pools the kinds of manoeuvre."""
 _STATES = np.arange(len(STATES))
 # Share of a horizon by which the reading that stands for it may be earlier.
 _EARLY = 0.2

@@ -29,7 +29,9 @@ from ..chunk import sailed_at
 from .subset import Level, Limit
 
 SCHEMA = "seatrial-campaign-rare/2"
+"""What a search for rare events says of itself; other versions are refused."""
 SEARCH = "search.json"
+"""The file that tells how far the search has come."""
 _KEY = "seatrial.rare"
 
 # Cumulated probabilities stay off 0 and 1, whose quantiles may be infinite.

@@ -22,6 +22,7 @@ COMPARED = MEASURED[:6]
 """Those of the motion, which a fit compares; it needs no value of them in every row."""
 
 EVERY = "all channels"
+"""What a finding names that concerns the whole log."""
 
 _DIRECTIONS = ("gamma_T", "gamma_A", "gamma_C")
 # No thruster turns faster than this [rad/s], except one in degrees read as radians.

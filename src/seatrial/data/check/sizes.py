@@ -204,3 +204,4 @@ FITTED: tuple[tuple[tuple[str, ...], Make], ...] = (
     (("north_stretch",), _stretched("x")),
     (("east_stretch",), _stretched("y")),
 )
+"""Errors of instruments whose size is fitted, the keys of the instruments that each tells, and the fit."""

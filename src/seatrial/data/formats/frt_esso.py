@@ -23,6 +23,7 @@ COLUMNS = MappingProxyType({
     "wind_velo_relative_mid [m/s]": "U_A", "wind_dir_relative_mid [rad]": "gamma_A",
     "wind_velo_true [m/s]": "U_T", "wind_dir_true [rad]": "gamma_T",
 })  # fmt: skip
+"""Names in the published files and ours; the velocities there are at midship, as ours."""
 
 META = MappingProxyType({
     "ship": "esso_osaka_3m", "scale": 108.33, "L_pp": 3.0, **CONVENTIONS, "water_density": 998.0,
@@ -30,6 +31,7 @@ META = MappingProxyType({
               "and doi:10.1007/s00773-022-00889-3",
     "licence": "CC BY-NC-SA 4.0",
 })  # fmt: skip
+"""What the README of the set says of all its trials."""
 
 _KINDS = MappingProxyType({"turn": "turning", "zigzag": "zigzag", "random": "random", "berthing": "berthing"})
 

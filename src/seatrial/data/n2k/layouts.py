@@ -149,8 +149,10 @@ _LOGGED = re.compile(r"\d{13};A;")
 _HEX = r"((?:[0-9A-Fa-f]{2}[ ,]?)*)\s*"
 _ID = r"([0-9A-Fa-f]{8})"
 CANBOAT = re.compile(_ISO + r",(\d),(\d{5,6}),(\d{1,3}),(\d{1,3}),(\d{1,3}),?" + _HEX + "$")
+"""A line of canboat: stamp, priority, PGN, source, destination, length, bytes."""
 CANDUMP = re.compile(r"\((\d+\.\d+)\) [^\s\d]*(\d{0,3})\S* " + _ID + r"#([0-9A-Fa-f]*)(?: [RT])?\s*$")
 RAW = re.compile(r"(\d\d:\d\d:\d\d(?:\.\d+)?) [RT] " + _ID + " ?" + _HEX + "$")
+"""A line of Yacht Devices RAW: time of day, received or transmitted, CAN identifier, bytes."""
 _LAYOUTS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Frame | None]], ...] = (
     # PLAIN and FAST of canboat
     (CANBOAT, _canboat),

@@ -24,7 +24,9 @@ _SURE, _HELD = 18, 2**53
 WIDEST = 24
 """Bytes of a number that are looked at."""
 TENS: Array = np.power(10.0, np.arange(WIDEST + 1))
+"""Powers of ten by which digits behind the point are scaled."""
 WHOLE_TENS: Places = 10 ** np.minimum(np.arange(WIDEST + 1), 18).astype(np.int64)
+"""The same as integers; 10^18 is the last that 64 bits hold."""
 
 NOUGHTS = bytes(ord("0") if chr(k).isascii() and chr(k).isdigit() else k for k in range(256))
 """A table for `mapped`: every digit is a nought."""

@@ -44,6 +44,7 @@ U_A, gamma_A; U_T, gamma_T_bow; transducer [m], its depth, and below, from it to
 """
 
 NULL_ISLAND = Datum(0.0, 0.0)
+"""Zero latitude, zero longitude: what a receiver without a fix may send, and never a place of a trial."""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from .made import SOURCES, derived, marked
 from .timing import interpolate_gaps, resample, shifted
 
 SCHEMA = "seatrial-steps/1"
+"""What a file of steps says of itself."""
 # Stretches that a sentence names; the file has all of them.
 _NAMED = 2
 # Steps that it names.

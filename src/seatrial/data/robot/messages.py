@@ -27,7 +27,9 @@ ODOMETRY, FIX, TWIST, NUMBER = (
 """Message types that are written, and read besides those of `READ`."""
 
 POSE = ("x", "y", "psi")
+"""Channels that tell where the vessel is and points."""
 VELOCITY = ("u", "v_m", "r")
+"""Channels that tell how it moves, in its own axes."""
 
 FRAMES: Mapping[str, str] = MappingProxyType({"earth": "map", "ship": "base_link", "antenna": "gnss"})
 """Default names of the frames: earth, midship, antenna."""

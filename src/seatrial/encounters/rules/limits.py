@@ -23,7 +23,9 @@ L_REFERENCE = 300.0
 
 DEG = math.pi / 180.0
 PRACTICE = "rule of practice, no figure in COLREG"
+"""The source of a threshold that no rule states in figures."""
 HAGEN = "Hagen et al. 2023, Ocean Eng. 288, 115991"
+"""The source of the thresholds by which manoeuvres are judged as apparent."""
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,7 @@ PLATFORMS = (
     Platform("aarch64-darwin", "", ".dylib", "aarch64-macos"),
     Platform("aarch64-windows", "", ".dll", "aarch64-windows-gnu"),
 )
+"""What an FMU may run on: our name, FMI 2's folder, ending, and the target of the compiler."""
 _PROCESSORS = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64", "ARM64": "aarch64"}
 
 

@@ -32,11 +32,13 @@ PLACES = {
     "phi": ("ned_position.roll", "rad", "heel, starboard side down"),
     "p": ("body_velocity.roll", "rad/s", "roll rate, starboard side down"),
 }
+"""States as variables of an FMU: name, unit, what it is."""
 RATES = (
     ("body_acceleration.surge", "m/s^2", "rate of body_velocity.surge"),
     ("body_acceleration.sway", "m/s^2", "rate of body_velocity.sway"),
     ("body_acceleration.yaw", "rad/s^2", "rate of body_velocity.yaw"),
 )
+"""Their derivatives, which model exchange wants."""
 _SOURCES = {"thrust": "propellers, rudders and thrusters", "wind_forces": "the wind", "wave_forces": "the waves",
             "external_forces": "tugs, lines and all else"}  # fmt: skip
 _AXES = (("surge", "N", "force ahead"), ("sway", "N", "force to starboard"),

@@ -21,6 +21,7 @@ from .filtered import Filtered
 from .filtering import Kalman
 
 RIVALS = (STAYING, CONSTANT_VELOCITY)
+"""What a forecast must beat: staying where it is, and going on as before."""
 # Readings of the last second give the constant velocity.
 _LAST = 1.0
 # Readings of so many seconds before the start [s] tell how well the model explains what goes on.

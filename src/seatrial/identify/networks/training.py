@@ -43,6 +43,7 @@ else:
     Tensor = Any
 
 EXTRA = "pip install 'seatrial[neural]'"
+"""What a message says where PyTorch is not installed."""
 
 # Limits of a trained network: its inputs may leave the range of the training files by this share of it, its
 # answers their largest by this factor.

@@ -47,6 +47,7 @@ EXCITES = (
     ("hull.C_", "crabbing and turning on the spot, at little or no way"),
     ("hull.", "turns and zigzags at small and large rudder angles"),
 )
+"""By the beginning of a parameter's path the manoeuvre that would tell it, for the advice of a verdict."""
 
 
 def manoeuvre_for(path: str) -> str:

@@ -60,6 +60,7 @@ TESTS = (
     ("kappa", "rudder angles at other propeller loads"),
     ("epsilon", "rudder angles with the normal force measured"), ("v", "drift to both sides"), ("d", "rudder angles"),
 )  # fmt: skip
+"""By the end of a parameter's path the captive test that tells it."""
 
 
 @dataclass(frozen=True)

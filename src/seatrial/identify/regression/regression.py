@@ -33,6 +33,7 @@ from ..vector import Vector
 from ..watch import tell, with_values
 
 VELOCITIES = STATES[3:]
+"""The states whose rates the regression explains."""
 # Passes over the weights of the channels; the second already knows the residuals.
 _PASSES = 3
 

@@ -21,6 +21,7 @@ from ..pages import application as page
 from .deck import PERIOD, Deck
 
 STATIC = Path(__file__).with_name("static")
+"""The page's own files; nothing is fetched from elsewhere."""
 
 _NAMES = 200
 """Largest number of browsers that are recognised when they return."""

@@ -26,6 +26,7 @@ FITTING, REPORTING, DONE, FAILED, STOPPED = "fitting", "writing the report", "do
 WAITING, BEFORE = "waiting", "done before"
 
 STATIC = Path(__file__).with_name("static")
+"""The page's own files; nothing is fetched from elsewhere."""
 
 _QUIET = 2.0
 """Time after which a browser is told that there is no news [s]."""

@@ -32,6 +32,7 @@ from ..loop import Loop
 from ..range.stage import Stage
 
 SOURCE = 35
+"""Our address on the bus."""
 _APPARENT, _TRUE_BOAT = 2, 3  # reference of PGN 130306: apparent; true, from the bow
 _NO_ORDER = 0x7FFF
 _FORWARD, _NEUTRAL, _REVERSE = range(3)

@@ -12,6 +12,7 @@ from ...data.nmea.ais import Status, Type
 from ...encounters.sensing import Sensing
 
 SCHEMA = "seatrial-scenario/1"
+"""The first key of a scenario's file."""
 
 Heading = Annotated[float, Limits(least=-360.0, most=360.0)]
 Mmsi = Annotated[int, Limits(least=200_000_000, most=799_999_999)]

@@ -78,3 +78,4 @@ CAPTION = (
     "Tested together: states and controls that the trials of the fit had at one time (filled, their convex hull), "
     "within the ranges of each by itself (dashed). Between the two no trial went"
 )
+"""What stands below the figure of tested states."""

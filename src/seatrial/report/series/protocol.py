@@ -21,6 +21,7 @@ from ..printed import side_by_side
 ALL = "all"
 """Key of the printed settings that every column has."""
 UNTOLD = "not printed"
+"""What a table says of a setting that the paper does not state."""
 # Where and on what a fit runs is not what it computes.
 _MACHINE = ("device", "threads", "seeds")
 _FORM = ("kind", "hidden", "layers", "memory")

@@ -27,7 +27,9 @@ ONE_SCREW: Limits = {"screws": (1.0, 1.0)}
 """Of what a rudder or propeller on the centre line does to the hull, and the hull to it."""
 
 UNPUBLISHED = "range not found in print; that of KVLCC2, KCS and Esso Osaka, where it was compared, is used"
+"""The basis of a formula whose range is our own comparison."""
 NONE = "range not found in print"
+"""The basis of a formula that no range limits."""
 
 
 def table(name: str) -> list[dict[str, str]]:

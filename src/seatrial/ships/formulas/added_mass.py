@@ -49,3 +49,4 @@ FORMULAS = (
     Formula(name="Soeding 1982", source="soeding1982, as coded in MSS addedMassSurge.m @736a3d1", gives=soeding),
     Formula(name="Clarke 1983", source="clarke1983, as coded in MSS clarke83.m @736a3d1", gives=clarke),
 )
+"""Formulas for added masses, the first that the particulars allow is used."""

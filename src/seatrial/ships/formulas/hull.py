@@ -8,10 +8,12 @@ from . import Formula, Limits, Particulars
 from .added_mass import motora, twentieth
 
 YOSHIMURA: Limits = {"L/B": (2.6, 7.1), "d/B": (0.25, 0.46), "C_b": (0.51, 0.65)}
+"""Limits of its non-linear coefficients."""
 YOSHIMURA_BASIS = (
     "range of the paper's database, quoted by a public code (marine merchant and fishing ships); its authors hold "
     "the linear terms good for full ships too"
 )
+"""Where those limits come from."""
 
 
 def _linear(ship: Particulars) -> dict[str, float]:
@@ -107,3 +109,4 @@ FORMULAS = (
         source="hasegawa1980; form as on MARSIM 2003, C_m = 1.66 C_b - 0.432 recalled, not read", gives=hasegawa,
     ),
 )  # fmt: skip
+"""Formulas for the hull's damping, the first that the particulars allow is used."""

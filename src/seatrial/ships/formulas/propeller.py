@@ -78,3 +78,4 @@ FORMULAS = (
         basis="range of the series",
     ),
 )  # fmt: skip
+"""Formulas for wake and thrust deduction, the first that the particulars allow is used."""

@@ -18,7 +18,9 @@ from .propeller import straight_wake
 from .stability import waterplane
 
 SCHEMA = "seatrial-particulars/1"
+"""The first key of a file of particulars."""
 TOP = ("schema", "name", "title", "particulars", "wind", "given", "notes")
+"""Keys of the first level of a file of particulars."""
 
 MEANING, AIR = (
     {row["name"]: Spec(row["unit"], row["about"], float(row["low"]), float(row["high"]))

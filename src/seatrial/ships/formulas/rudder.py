@@ -82,3 +82,4 @@ FORMULAS = (
         limits={}, basis="none needed",
     ),
 )  # fmt: skip
+"""Formulas for the rudder's force, the first that the particulars allow is used."""

@@ -98,6 +98,7 @@ COLLISION_AVOIDANCE = _numbered(
     ("Wind and waves carry the ship off or turn it", weather.wind_and_waves),
     *_ACTUATORS_AND_TIME,
 )
+"""What a simulator for collision avoidance must show (sawada2024, Section 6), numbered."""
 BERTHING = _numbered(
     ("Left alone, the ship comes to rest", hull.rest_is_stable),
     (_RESISTANCE, partial(hull.resistance, at_rest=True)),
@@ -107,6 +108,7 @@ BERTHING = _numbered(
     ("Wind carries the ship off or turns it", weather.wind),
     *_ACTUATORS_AND_TIME,
 )
+"""What a simulator for berthing must show (sawada2024, Section 6), numbered."""
 
 
 def _open_source(p: Probe) -> Judgement:

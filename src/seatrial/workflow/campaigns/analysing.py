@@ -25,6 +25,7 @@ from . import beside
 from .reading import campaign_of, read_campaign
 
 REPORT = "report.html"
+"""The page in a campaign's folder."""
 
 
 def report(where: str | Path, out: Path | None = None) -> Path:

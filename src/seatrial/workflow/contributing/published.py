@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 Group = TypeVar("Group", Orders, Approach, Span, Around)
 SETTINGS = ("rudder", "heading", "side", "speed", "rps", "steer", "throttle", "duration", "depth")
+"""What a published figure may say of how it was measured."""
 _BY = ("trial", "model test", "code")
 _KEYS = ("by", "manoeuvre", *SETTINGS, "index", "value", "unit", "over_L", "within", "source")
 _DEGREES = math.degrees(1.0)

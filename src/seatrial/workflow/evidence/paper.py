@@ -37,6 +37,7 @@ REPORTS = Path("studies") / "reports"
 """Where the scripts are, below the working folder."""
 
 PAPERS = ("sawada2024", "suyama2023", "wakita2022", "you2023")
+"""The papers whose tables `paper` makes again."""
 _JUDGED = {"collision-avoidance": "kvlcc2", "berthing": "esso_osaka_3m_harbour"}
 _L_PP, _FROUDE, _WAKITA = 3.0, 0.05, 65
 _TABLES = re.compile(r"\bTab(?:le)?s?\.? (\d+(?:(?:, | and | to )\d+)*)")

@@ -48,6 +48,7 @@ BASELINE = "constant velocity"
 FIRST = "new:"
 """Before the name of a ship: the study that `study new` writes for it and the training trials."""
 RESULT = "seatrial-yardstick-result/1"
+"""What the file of a result says of itself."""
 
 Answers = Sequence[Trial | None]
 Method = Callable[[Task, Sequence[Trial]], Answers]

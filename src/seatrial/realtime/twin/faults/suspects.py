@@ -54,8 +54,11 @@ STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED = "stuck", "lazy", "lost", "reverse
 grows; on the water, which takes the ship along as it grows; on the place of the antenna; on the time between rows; on a
 control (holds, lags, has no effect, has the opposite one, is logged off by a constant or by a share)."""
 ELSEWHERE = "antenna elsewhere than stated"
+"""The cause of an antenna that is not where the ship's file has it."""
 OF_SENSOR = frozenset({JUMP, RAMP, LATE, SHARE})
+"""Kinds that are a fault of what measures."""
 OF_CONTROL = frozenset({STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED})
+"""Kinds that are a fault of what steers or drives."""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from ..follow import Follower
 from ..live import Live
 
 STATIC = Path(__file__).with_name("static")
+"""The page's own files; nothing is fetched from elsewhere."""
 
 # Time between two pictures by the clock, and between two forecasts [s].
 _PERIOD, _AGAIN = 0.25, 2.0
