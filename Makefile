@@ -6,7 +6,7 @@ DEFINITIONS := pyproject.toml constraints.txt
 
 PART ?=
 
-.PHONY: demo test test-slow test-long test-all notebooks docs lint types bench clean
+.PHONY: demo test test-slow test-long test-all notebooks docs pdf versions lint types bench clean
 
 demo: .venv/core.stamp
 	$(BIN)/seatrial demo -o demo
@@ -39,6 +39,13 @@ docs: .venv/docs.stamp
 	$(BIN)/python docs/site/links.py build/site
 	$(BIN)/python docs/site/man.py build/man
 	$(BIN)/python docs/site/sbom.py build/sbom.json all
+
+# All pages as one PDF, printed by a Chromium; the site of the working tree beside that of every tag.
+pdf: .venv/docs.stamp
+	$(BIN)/python docs/site/whole.py build/seatrial.pdf
+
+versions: .venv/docs.stamp
+	$(BIN)/python docs/site/whole.py --versions build/versions
 
 lint: .venv/test.stamp
 	$(BIN)/ruff check .

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -21,8 +22,12 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 html_show_sphinx = False
+# Other versions of the site beside this one, told by docs/site/whole.py: plain links, which work from a folder too.
+html_context = {"versions": os.environ.get("SEATRIAL_DOCS", "").split()}
+templates_path = ["site"]
 html_theme_options = {"navigation_with_keys": False, "show_toc_level": 2, "secondary_sidebar_items": ["page-toc"],
-                      "search_bar_text": "Search", "footer_end": []}  # fmt: skip
+                      "search_bar_text": "Search", "footer_end": [],
+                      "navbar_end": ["theme-switcher", *["versions"] * bool(html_context["versions"])]}  # fmt: skip
 myst_enable_extensions = ["colon_fence", "dollarmath", "attrs_block"]
 myst_heading_anchors = 4
 myst_dmath_allow_labels = False

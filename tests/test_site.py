@@ -151,5 +151,17 @@ def test_the_page_of_a_ship_has_the_commands_of_its_figures_and_what_they_are_he
         assert float(ours) == pytest.approx(float(said), rel=1.01 * float(within) / 100.0), what
 
 
+def test_versions_are_the_tags_of_releases_the_newest_first() -> None:
+    released = importlib.import_module("whole").released
+    assert released("v0.9.2\nv0.10.0\nnightly v1.0 v0.2.0rc1\nv0.3.0") == ["0.10.0", "0.9.2", "0.3.0"]
+
+
+def test_each_page_links_to_the_other_versions_from_where_it_lies() -> None:
+    template = pytest.importorskip("jinja2").Template((SITE / "versions.html").read_text(encoding="utf-8"))
+    page = template.render(versions=["latest", "0.3.0", "0.2.0"], content_root="../")
+    assert re.findall(r'href="([^"]+)"', page) == ["../../0.3.0/index.html", "../../0.2.0/index.html"]
+    assert re.search("<summary>(.*)</summary>", page)[1] == "latest"
+
+
 def test_tools_of_the_site_shadow_no_module() -> None:
     assert not {path.stem for path in SITE.glob("*.py")} & set(sys.stdlib_module_names)
