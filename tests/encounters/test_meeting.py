@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from seatrial.core.errors import RequestError
-from seatrial.encounters.meeting import Ranges, dnv, drawn, imazu, on_bearing, together
+from seatrial.encounters.meeting import Ranges, dnv, drawn, imazu, on_bearing, seen_from, shared, together
 from seatrial.encounters.rules import Role
 
 U, T = 7.0, 900.0
@@ -134,3 +134,21 @@ def test_a_meeting_that_cannot_be_is_one_line(call: object, message: str) -> Non
     with pytest.raises(RequestError, match=message) as found:
         call()  # type: ignore[operator]
     assert "\n" not in str(found.value)
+
+
+def test_a_meeting_is_shared_by_ships_that_each_have_it_as_the_own_one() -> None:
+    """Places of all ships are the same whoever has it, roles are opposite, and the others stand in their order."""
+    met = drawn([Role.GIVE_WAY, Role.HEAD_ON, Role.STAND_ON], 5, 8.0, 4)
+    runs, start = shared(met, 3)
+    assert (start[::3] == 0.0).all()
+    x, y, psi = seen_from(runs, *start.T)
+    own, rest = (0.0, 0.0, 0.0), (met.x, met.y, met.psi)
+    for k in range(3):
+        for value, first, one, at in zip((x, y, psi), own, rest, start.T, strict=True):
+            whole = np.column_stack([np.full(5, first), one])
+            assert value[k::3] == pytest.approx(np.delete(whole, k, axis=1), abs=1e-9)
+            assert at[k::3] == pytest.approx(whole[:, k])
+    assert (runs.roles[1::3, 0] == Role.STAND_ON).all()
+    assert (runs.roles[2::3, 0] == Role.HEAD_ON).all()
+    assert runs.U[1::3] == pytest.approx(met.U_target[:, 0])
+    assert runs.U_target[1::3, 0] == pytest.approx(np.full(5, 8.0))

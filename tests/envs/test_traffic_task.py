@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,7 +16,8 @@ import seatrial.envs.traffic as module
 from seatrial.core.errors import RequestError, TaskError
 from seatrial.encounters.conduct import Orders, Scene
 from seatrial.encounters.learning import MOST, SIZE
-from seatrial.encounters.rules import judge
+from seatrial.encounters.meeting import Meeting
+from seatrial.encounters.rules import Role, judge
 from seatrial.encounters.sailing import Sea, sail
 from seatrial.encounters.sensing import Sensing
 from seatrial.envs.traffic import BROKEN, CONTACT, KEPT, OFF, EncounterVectorEnv
@@ -113,7 +115,70 @@ def test_ships_are_drawn_from_a_posterior(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.mark.slow
+def test_own_ships_of_one_encounter_meet_each_other_and_are_judged_each_by_itself() -> None:
+    """Two on opposite courses and a third that keeps on: who holds on breaks Rule 14; where one turns, nobody does."""
+    some = EncounterVectorEnv("kvlcc2_l7", 6, own=2, roles=("head-on", "give-way"), traffic=("ignores",))
+    total, broken = episode(some, 0.0)
+    met = some.meeting
+    assert met.x.shape == (6, 2)
+    assert met.U_target[:, 0] == pytest.approx(np.full(6, met.U[0]))  # the other own ship has its speed
+    assert (met.roles[:, 0] == Role.HEAD_ON).all()
+    assert all("14" in one and "contact" in one for one in broken)
+    x, y = some._sailing.scene.x, some._sailing.scene.y
+    for k in range(0, 6, 2):  # both runs of an encounter have the same three ships
+        assert (x[k, [1, 0, 2]] == x[k + 1]).all()
+        assert (y[k, [1, 0, 2]] == y[k + 1]).all()
+    seen, _ = some.reset(seed=3)
+    assert seen[:, 4:22].any(axis=1).all()
+    total, over, info = np.zeros(6), np.zeros(1, dtype=bool), {}
+    while not over.any():
+        turned = np.tile([[0.4, 1.0], [0.0, 1.0]], (3, 1))  # the first of each turns
+        seen, reward, _, over, info = some.step(turned)
+        total += reward
+    assert all(one == () for one in info["broken"])  # the other one is relieved before the deadline
+    assert total[::2] == pytest.approx(np.full(3, KEPT + 0.4 * OFF))
+    assert total[1::2] == pytest.approx(np.full(3, KEPT))
+
+
+@pytest.mark.slow
+def test_an_own_ship_sails_as_it_does_alone() -> None:
+    """Who is beside it changes what is seen of it, not how it moves: the same orders from its own start."""
+    some = EncounterVectorEnv("kvlcc2_l7", 2, own=2, roles=("give-way",), traffic=("ignores",))
+    some.reset(seed=8)
+    for _ in range(6):
+        some.step(np.array([[0.3, 1.0], [-0.2, 0.0]]))
+    kept = np.stack(some._kept, axis=-1)
+    start = kept[:3, 1, 0, 0]
+    away = Meeting(some.meeting.U[1:], *(np.array([[one]]) for one in (-1e6, 0.0, 3.0, 1.0)))
+
+    class Turned:
+        def look(self, scene: Scene) -> Orders:
+            return Orders(np.array([start[2] - 0.2 * MOST]), np.array([0.75]))
+
+    alone = sail(load("kvlcc2_l7"), away, Sea(120.0, 10.0, start=start[None]), lambda _: Turned(), ("ignores",)).tracks
+    assert kept[:2, 1, 0] == pytest.approx(np.array([alone.x[0, 0], alone.y[0, 0]]), abs=1e-6)
+    assert (kept[:, 0, 1] == kept[:, 1, 0]).all()  # as the first one sees it
+
+
+@pytest.mark.slow
+def test_one_ship_that_leaves_its_model_ends_the_evidence_of_its_encounter() -> None:
+    ship = load("kvlcc2_l7")
+    slow = replace(ship, validity={"u": (0.9 * ship.speed, 2.0 * ship.speed)})
+    some = EncounterVectorEnv(slow, 4, own=2, roles=("give-way",), traffic=("ignores",))
+    some.reset(seed=1)
+    over, info = np.zeros(1, dtype=bool), {}
+    while not over.any():
+        _, _, _, over, info = some.step(np.array([[0.0, 1.0], [0.0, -1.0], [0.0, 1.0], [0.0, 1.0]]))
+    assert [one is None for one in info["broken"]] == [True, True, False, False]
+
+
+@pytest.mark.slow
 def test_what_it_cannot_be_is_refused() -> None:
+    for own, ships, said in ((2, 3, "multiple of own"), (0, 2, "from 1 on"), (3, 3, "2 roles at least")):
+        with pytest.raises(TaskError, match=said):
+            EncounterVectorEnv("kvlcc2_l7", ships, own=own)
+    with pytest.raises(RequestError, match="no encounter of overtaking"):
+        EncounterVectorEnv("kvlcc2_l7", 2, own=2, roles=("overtaking",)).reset(seed=1)
     for period in (0.0, 15.0, -20.0):
         with pytest.raises(TaskError, match="whole number of 10 s"):
             EncounterVectorEnv("kvlcc2_l7", 2, period=period)

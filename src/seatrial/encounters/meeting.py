@@ -74,6 +74,29 @@ class Meeting:
         return np.select(list(cases.values()), [int(role) for role in cases], int(Role.NONE))
 
 
+def shared(meeting: Meeting, own: int) -> tuple[Meeting, Array]:
+    """One meeting as each of some ships has it: the own one, and the first of the targets.
+
+    Args:
+        meeting: arrays of shape (encounters, targets).
+        own: how many ships.
+
+    Returns:
+        A meeting of ``own`` runs an encounter, side by side, in which the other ones of these are the first targets,
+        and from where each has it: north, east [m] and course [rad], shape (runs, 3).
+    """
+    count = len(meeting.x)
+    ships = [np.column_stack([np.broadcast_to(first, (count,)), one]) for first, one in (
+        (0.0, meeting.x), (0.0, meeting.y), (0.0, meeting.psi), (meeting.U, meeting.U_target))]  # fmt: skip
+    start = np.stack([one[:, :own] for one in ships[:3]], axis=-1).reshape(-1, 3)
+    x, y, psi, U = (np.stack([np.delete(one, k, axis=1) for k in range(own)], axis=1).reshape(count * own, -1)
+                    for one in ships)  # fmt: skip
+    north, east, course = start.T[..., None]
+    c, s = np.cos(course), np.sin(course)
+    return Meeting(ships[3][:, :own].ravel(), (x - north) * c + (y - east) * s, (y - east) * c - (x - north) * s,
+                   psi - course, U), start  # fmt: skip
+
+
 def seen_from(meeting: Meeting, north: Array, east: Array, course: Array) -> tuple[Array, Array, Array]:
     """Places north and east [m] and courses [rad] of the targets, of an own ship at a place on a course.
 

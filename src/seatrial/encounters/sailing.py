@@ -77,6 +77,8 @@ class Sea:
         start: place of the own ship north and east [m] and its course [rad], shape (runs, 3), or one row for all; the
             meeting is as seen from there.
         place: the chart on which it feels depth and banks; None in open water.
+        own: how many own ships are in one encounter: of each as many runs, side by side, are one encounter, each as
+            another own ship has it, whose first others are the own ships of the runs beside it, in order.
     """
 
     duration: float
@@ -87,6 +89,7 @@ class Sea:
     ranks: tuple[int, ...] = ()
     start: Array = field(default_factory=lambda: np.zeros((1, 3)))
     place: Place | None = None
+    own: int = 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,14 +155,14 @@ class Sailing:
     ) -> None:  # fmt: skip
         known = [_conduct(one) for one in traffic]
         runs, targets = np.atleast_2d(meeting.x).shape
-        L = np.array([ship.L_pp, *[sea.L or ship.L_pp] * targets], dtype=np.float64)
+        L = np.array([*[ship.L_pp] * sea.own, *[sea.L or ship.L_pp] * (targets + 1 - sea.own)], dtype=np.float64)
         self.fleet = fleet = _Fleet(ship, meeting, L, sea, draws or {})
         self.scene = scene = fleet.scene(0.0)
-        self._L, self._breadth = L, float(ship.model.breadth) or _BREADTH * ship.L_pp
+        self._L, self._own, self._breadth = L, sea.own, float(ship.model.breadth) or _BREADTH * ship.L_pp
         if chosen is None:
             chosen = np.random.default_rng(seed).integers(len(known), size=(runs, targets))
         self._watches = [Watch(known, chosen[:, k], k + 1, scene, fleet.first[:, k + 1], sea.limits)
-                         for k in range(targets)]  # fmt: skip
+                         for k in range(sea.own - 1, targets)]  # fmt: skip
         self._every = round(stepped(paced(ship.L_pp)) / STEP)
         self._phase = int(np.random.default_rng((seed, 1)).integers(self._every))
         self._k, self._orders = 0, Orders(scene.psi[:, 0].copy(), np.ones(runs))
@@ -169,8 +172,8 @@ class Sailing:
         """One step under orders of the own ship; the others look when it is their time."""
         self._k += 1
         if (self._k + self._phase) % self._every == 0 or self._k == 1:
-            for number, watch in enumerate(self._watches):
-                self.fleet.order(number + 1, watch.look(self.scene))
+            for number, watch in enumerate(self._watches, self._own):
+                self.fleet.order(number, watch.look(self.scene))
         given = np.isfinite(orders.psi) & np.isfinite(orders.speed)
         if not given.all():
             self.silent = np.where(given, self.silent, np.fmin(self.silent, self.scene.t))
@@ -183,8 +186,9 @@ class Sailing:
     def ended(self, t: Array, motion: Array) -> Sailed:
         """What became of the runs, from their motion at times, shape (5, runs, ships, rows)."""
         x, y, psi, u, v_m = motion
-        good = np.isfinite(x).all(axis=(1, 2)) & self.fleet.valid
-        B = np.array([self._breadth, *(_BREADTH * self._L[1:])])
+        good = (np.isfinite(x).all(axis=(1, 2)) & self.fleet.valid).reshape(-1, self._own).all(axis=1)
+        good = np.repeat(good, self._own)
+        B = np.array([*[self._breadth] * self._own, *(_BREADTH * self._L[self._own :])])
         tracks = Tracks(t, x[good], y[good], psi[good], u[good], v_m[good], self._L, B)
         return Sailed(tracks, np.flatnonzero(good), np.flatnonzero(~good), self.silent[good])
 
@@ -303,7 +307,7 @@ class _Fleet:
         self.first = np.column_stack([speed, places[3]])
         self.valid = np.ones(runs, dtype=bool)
         steps, U = substeps(ship, STEP), float(speed[0])
-        self._L, self._ranks, self._turns = L, sea.ranks, approach(ship, U)[1]
+        self._L, self._ranks, self._own, self._turns = L, sea.ranks, sea.own, approach(ship, U)[1]
         policy, system, values, compiled = _loop(ship, others, U, self._turns, STEP / steps, tuple(draws), sea.place)
         at = self._buffers = Buffers.of(system, -(-runs // LANES), len(draws), np.array(values))
         self._step = stepping(compiled, at, STEP / steps, steps, threads=1)
@@ -351,7 +355,13 @@ class _Fleet:
         motion = np.zeros((5, ships, blocks, LANES))
         motion[:, 0] = state[:, :5].swapaxes(0, 1)
         motion[:4, 1:] = memory.reshape(blocks, ships - 1, 5, LANES)[:, :, :4].transpose(2, 1, 0, 3)
-        self.motion = motion.reshape(5, ships, -1)[:, :, :runs].swapaxes(1, 2)
+        motion = motion.reshape(5, ships, -1)[:, :, :runs]
+        if (own := self._own) > 1:  # all that are in one encounter are where they are in one of its runs
+            steered = motion[:, 0].reshape(5, -1, own).copy()
+            for k in range(own):
+                motion[:, 1:own, k::own] = np.delete(steered, k, axis=2).swapaxes(1, 2)
+                motion[:, own:, k::own] = motion[:, own:, ::own]
+        self.motion = motion.swapaxes(1, 2)
 
     def scene(self, t: float) -> Scene:
         """All ships now, as they are."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from ..belief.reading import posterior
 from ..core.errors import TaskError
 from ..data import Array
 from ..encounters.learning import ACTIONS, SIZE, Sight
-from ..encounters.meeting import Meeting, Ranges, drawn, role
+from ..encounters.meeting import Meeting, Ranges, drawn, role, shared, together
 from ..encounters.rules import Limits, judge
 from ..encounters.sailing import STEP, Sailing, Sea
 from ..encounters.sensing import Eyes, Sensing
@@ -45,27 +46,34 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
     def __init__(
         self, ship: str | Ship = "kvlcc2", num_envs: int = 1, *, roles: Sequence[str] = ("give-way",),
         traffic: Sequence[str] = ("rules", "ignores"), fit: str | Path | None = None, sensing: Sensing | None = None,
-        period: float = 20.0, length: float | None = None,
+        period: float = 20.0, length: float | None = None, own: int = 1,
     ) -> None:  # fmt: skip
         """Prepare encounters.
 
         Args:
             ship: a ship, the name of one, or a fit's model.toml.
-            num_envs: number of own ships.
-            roles: of the own ship towards each other one, such as "give-way".
+            num_envs: number of own ships, those of one encounter side by side.
+            roles: of the own ship towards each other one, such as "give-way"; of several own ships that of the first
+                towards the others, own ones before all, which have its speed.
             traffic: conducts of the others, drawn for each.
             fit: a run whose posterior the own ship is drawn from, anew in each episode.
             sensing: radar and AIS between it and the others; None: it sees everybody as they are.
             period: time between two actions [s], a whole number of tens.
             length: of the other ships [m]; that of the own one unless given.
+            own: own ships in one encounter.
 
         Raises:
-            TaskError: a period that is none.
+            TaskError: a period that is none, or own ships that do not fit.
             RequestError: a role or a conduct that is none.
         """
         super().__init__()
         if not (period >= _ROW and abs(period / _ROW - round(period / _ROW)) < 1e-9):
             raise TaskError(f"period is {period:g} s; it is a whole number of {_ROW:g} s")
+        if own < 1 or num_envs % own:
+            raise TaskError(f"{num_envs} own ships, {own} in an encounter: num_envs is a multiple of own, from 1 on")
+        if own - 1 > len(roles):
+            raise TaskError(f"{own} own ships meet in {own - 1} roles at least, of the first to each; "
+                            f"{len(roles)} are given")  # fmt: skip
         self.metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
         self.num_envs, self.render_mode = num_envs, None
         self.single_observation_space: Any = Box(-1.0, 1.0, (SIZE,), np.float32)
@@ -78,7 +86,7 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
         limits, longest = Limits(), max(self._ship.L_pp, length or 0.0)
         self._ranges = Ranges(apart=float(limits.passing.of(np.array(longest))))
         self._actions = math.ceil(_LONG * self._ranges.T[1] / period)
-        self._sea = Sea(self._actions * period, _ROW, length, limits)
+        self._sea = Sea(self._actions * period, _ROW, length, limits, own=own)
         self._each, self._rng, self._done = round(period / STEP), np.random.default_rng(), -1
 
     @property
@@ -97,17 +105,31 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
 
     def _begun(self) -> Observation:
         first, runs = int(self._rng.integers(2**31)), self.num_envs
-        U = approach(self._ship)[0]
-        met = drawn(self._roles, runs, U, first, self._ranges)
-        self._meeting = Meeting(np.full(runs, U), met.x, met.y, met.psi, met.U_target)
+        self._meeting, start = shared(self._drawn(first, runs // self._sea.own), self._sea.own)
         held = self._posterior
         draws = None if held is None else dict(zip(held.names, held.draws(runs, first).T, strict=True))
-        self._sailing = Sailing(self._ship, self._meeting, self._sea, self._traffic, first, draws)
+        self._sailing = Sailing(self._ship, self._meeting, replace(self._sea, start=start), self._traffic, first, draws)
         scene = self._sailing.scene
         self._eyes = None if self._sensing is None else Eyes(self._sensing, scene, np.random.default_rng((first, 3)))
         self._kept, self._done = [self._sailing.fleet.motion], 0
         self._sight = Sight(scene if self._eyes is None else self._eyes.look(scene), self._sea.limits)
         return self._seen()
+
+    def _drawn(self, seed: int, count: int) -> Meeting:
+        """As many encounters in which nobody begins near an own ship."""
+        own, U, asked = self._sea.own, approach(self._ship)[0], count
+        alike = replace(self._ranges, k=dict.fromkeys(self._ranges.k, (1.0, 1.0)))
+        while True:
+            some = [drawn(roles, asked, U, first, ranges) for roles, first, ranges in (
+                (self._roles[: own - 1], seed + 2**31, alike), (self._roles[own - 1 :], seed, self._ranges)) if roles]
+            met = together(some)
+            x, y = (np.column_stack([np.zeros(asked), one]) for one in (met.x, met.y))
+            far = np.hypot(x[:, :own, None] - x[:, None], y[:, :own, None] - y[:, None])
+            far[:, np.arange(own), np.arange(own)] = np.inf
+            apart = np.flatnonzero((far >= self._ranges.apart).all(axis=(1, 2)))[:count]
+            if len(apart) == count:
+                return Meeting(U, *(getattr(met, name)[apart] for name in ("x", "y", "psi", "U_target")))
+            asked *= 2
 
     def _seen(self) -> Observation:
         scene = self._sailing.scene
