@@ -1,11 +1,12 @@
 """An autopilot that keeps clear, learned among traffic by an evolution strategy, and judged as any other stack.
 
     pip install 'seatrial[gym]'
-    python examples/learned_among_traffic.py [GENERATIONS]
+    python examples/learned_among_traffic.py [GENERATIONS [RUN/model.toml]]
     seatrial case examples/cases/kvlcc2_learned.toml -o case
 
 A network of 31 inputs and six hidden units says how far to turn.  All candidates of a generation sail side by side,
-each in encounters of its own; the mean of the search is kept in examples/cases/learned.npy, which the case reads.
+each in encounters of its own, in which two ships have the same candidate on board and a third keeps on.  The mean of
+the search is kept in examples/cases/learned.npy, which the case reads.  Of a fit each ship is drawn from its posterior.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from cmaes import SepCMA
 
 import seatrial as st
 
-HIDDEN, CANDIDATES, EACH = 6, 12, 32
+HIDDEN, CANDIDATES, EACH, OWN = 6, 12, 32, 2
 KEPT = Path(__file__).parent / "cases" / "learned.npy"
 
 
@@ -41,8 +42,9 @@ def sailed(envs: st.envs.EncounterVectorEnv, weights: np.ndarray, seed: int) -> 
     return total, np.array([bool(one) for one in info["broken"]])
 
 
-def main(generations: int) -> None:
-    envs = st.envs.EncounterVectorEnv("kvlcc2", CANDIDATES * EACH, roles=("give-way",), traffic=("ignores",))
+def main(generations: int, fit: str | None = None) -> None:
+    envs = st.envs.EncounterVectorEnv(fit or "kvlcc2", CANDIDATES * EACH, fit=fit, own=OWN, roles=("give-way",) * OWN,
+                                      traffic=("ignores",))  # fmt: skip
     size = envs.single_observation_space.shape[0] * HIDDEN + 2 * HIDDEN + 1
     search = SepCMA(mean=np.zeros(size), sigma=0.5, population_size=CANDIDATES, seed=1)
     before = sailed(envs, np.zeros((envs.num_envs, size)), 10_000)
@@ -60,4 +62,4 @@ def main(generations: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 30)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 30, *sys.argv[2:3])

@@ -44,7 +44,8 @@ def test_its_verdicts_are_those_of_the_same_encounters_sailed_and_judged() -> No
         def look(self, scene: Scene) -> Orders:
             return Orders(np.full(6, 0.3 * MOST), np.ones(6))
 
-    sea = Sea(some._sea.duration, 10.0)
+    sea = Sea(some._sea.duration, 1.5)  # 10 s by the root of 7/300
+    assert sea.duration == pytest.approx(2.2 * 1200.0 * (7.0 / 300.0) ** 0.5, abs=3.0)
     found = sail(load("kvlcc2_l7"), some.meeting, sea, lambda _: Turned(), ("ignores", "rules"), first)
     own = judge(found.tracks, own=True)
     for k in range(6):
@@ -82,7 +83,7 @@ def test_without_sensors_nobody_is_seen() -> None:
 
 @pytest.mark.slow
 def test_it_is_an_environment_of_gymnasium() -> None:
-    one: Any = gymnasium.make(envs.AMONG, ship="kvlcc2_l7", period=600.0)
+    one: Any = gymnasium.make(envs.AMONG, ship="kvlcc2_l7", period=90.0)
     check_env(one.unwrapped, skip_render_check=True)
     over, info = False, {}
     one.reset(seed=2)
@@ -155,7 +156,7 @@ def test_an_own_ship_sails_as_it_does_alone() -> None:
         def look(self, scene: Scene) -> Orders:
             return Orders(np.array([start[2] - 0.2 * MOST]), np.array([0.75]))
 
-    alone = sail(load("kvlcc2_l7"), away, Sea(120.0, 10.0, start=start[None]), lambda _: Turned(), ("ignores",)).tracks
+    alone = sail(load("kvlcc2_l7"), away, Sea(18.0, 1.5, start=start[None]), lambda _: Turned(), ("ignores",)).tracks
     assert kept[:2, 1, 0] == pytest.approx(np.array([alone.x[0, 0], alone.y[0, 0]]), abs=1e-6)
     assert (kept[:, 0, 1] == kept[:, 1, 0]).all()  # as the first one sees it
 
@@ -179,8 +180,8 @@ def test_what_it_cannot_be_is_refused() -> None:
             EncounterVectorEnv("kvlcc2_l7", ships, own=own)
     with pytest.raises(RequestError, match="no encounter of overtaking"):
         EncounterVectorEnv("kvlcc2_l7", 2, own=2, roles=("overtaking",)).reset(seed=1)
-    for period in (0.0, 15.0, -20.0):
-        with pytest.raises(TaskError, match="whole number of 10 s"):
+    for period in (0.0, 20.0, -3.0):
+        with pytest.raises(TaskError, match=r"whole number of 1\.5 s"):
             EncounterVectorEnv("kvlcc2_l7", 2, period=period)
     with pytest.raises(RequestError, match="head"):
         EncounterVectorEnv("kvlcc2_l7", 2, roles=("ahead",))

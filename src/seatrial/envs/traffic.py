@@ -26,15 +26,15 @@ from ..data import Array
 from ..encounters.learning import ACTIONS, SIZE, Sight
 from ..encounters.meeting import Meeting, Ranges, drawn, role, shared, together
 from ..encounters.rules import Limits, judge
-from ..encounters.sailing import STEP, Sailing, Sea
+from ..encounters.sailing import STEP, Sailing, Sea, paced, stepped
 from ..encounters.sensing import Eyes, Sensing
 from ..ships import Ship
 from ..ships.files import load
 from ..simulate.approach import approach
 
 Observation = NDArray[np.float32]
-_LONG, _ROW = 2.2, 10.0
-"""An episode over the latest meeting, and the time between rows of its tracks [s]: those of a safety case."""
+_LONG = 2.2
+"""An episode over the latest meeting: that of a safety case."""
 KEPT, BROKEN, CONTACT, OFF = 1.0, -1.0, -10.0, -0.5
 """Rewards: at the end for keeping every rule, for each rule that is broken and for contact; on the way for a whole
 episode at the greatest alteration of course."""
@@ -46,7 +46,7 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
     def __init__(
         self, ship: str | Ship = "kvlcc2", num_envs: int = 1, *, roles: Sequence[str] = ("give-way",),
         traffic: Sequence[str] = ("rules", "ignores"), fit: str | Path | None = None, sensing: Sensing | None = None,
-        period: float = 20.0, length: float | None = None, own: int = 1,
+        period: float | None = None, length: float | None = None, own: int = 1,
     ) -> None:  # fmt: skip
         """Prepare encounters.
 
@@ -58,7 +58,8 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
             traffic: conducts of the others, drawn for each.
             fit: a run whose posterior the own ship is drawn from, anew in each episode.
             sensing: radar and AIS between it and the others; None: it sees everybody as they are.
-            period: time between two actions [s], a whole number of tens.
+            period: time between two actions [s], a whole number of rows of the tracks, which are 10 s apart, of a ship
+                of less than 300 m less, by the root of its length, as when it meets others; two of them unless given.
             length: of the other ships [m]; that of the own one unless given.
             own: own ships in one encounter.
 
@@ -67,8 +68,11 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
             RequestError: a role or a conduct that is none.
         """
         super().__init__()
-        if not (period >= _ROW and abs(period / _ROW - round(period / _ROW)) < 1e-9):
-            raise TaskError(f"period is {period:g} s; it is a whole number of {_ROW:g} s")
+        self._ship = load(ship) if isinstance(ship, str) else ship
+        row = stepped(paced(self._ship.L_pp))
+        period = 2.0 * row if period is None else period
+        if not (period >= row and abs(period / row - round(period / row)) < 1e-9):
+            raise TaskError(f"period is {period:g} s; it is a whole number of {row:g} s")
         if own < 1 or num_envs % own:
             raise TaskError(f"{num_envs} own ships, {own} in an encounter: num_envs is a multiple of own, from 1 on")
         if own - 1 > len(roles):
@@ -80,13 +84,13 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
         self.single_action_space: Any = Box(-1.0, 1.0, (len(ACTIONS),), np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._ship = load(ship) if isinstance(ship, str) else ship
         self._posterior = None if fit is None else posterior(fit)
         self._roles, self._traffic, self._sensing = [role(one) for one in roles], tuple(traffic), sensing
         limits, longest = Limits(), max(self._ship.L_pp, length or 0.0)
-        self._ranges = Ranges(apart=float(limits.passing.of(np.array(longest))))
+        soon, late = (paced(self._ship.L_pp, T) for T in Ranges().T)
+        self._ranges = Ranges((soon, late), apart=float(limits.passing.of(np.array(longest))))
         self._actions = math.ceil(_LONG * self._ranges.T[1] / period)
-        self._sea = Sea(self._actions * period, _ROW, length, limits, own=own)
+        self._sea = Sea(self._actions * period, row, length, limits, own=own)
         self._each, self._rng, self._done = round(period / STEP), np.random.default_rng(), -1
 
     @property
@@ -153,7 +157,7 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
         orders = self._sight.ordered(given)
         for k in range(1, self._each + 1):
             self._sailing.advance(orders)
-            if k % round(_ROW / STEP) == 0:
+            if k % round(self._sea.every / STEP) == 0:
                 self._kept.append(self._sailing.fleet.motion)
         self._done += 1
         reward, info = OFF * np.abs(np.clip(given[:, 0], -1.0, 1.0)) / self._actions, dict[str, Any]()
@@ -164,7 +168,7 @@ class EncounterVectorEnv(VectorEnv[Observation, Observation, Any]):
 
     def _judged(self) -> tuple[Array, dict[str, Any]]:
         """Rewards of the verdicts; which rules were broken, in `broken`; a run whose model failed has none of both."""
-        t: Array = _ROW * np.arange(len(self._kept), dtype=np.float64)
+        t: Array = self._sea.every * np.arange(len(self._kept), dtype=np.float64)
         sailed = self._sailing.ended(t, np.stack(self._kept, axis=-1))
         reward, broken = np.zeros(self.num_envs), np.full(self.num_envs, None, dtype=object)
         if len(sailed.runs):
