@@ -45,7 +45,8 @@ class Table:
 
     Attributes:
         words: columns to align left, besides the first.
-        wide: its words are wrapped, so that it needs no scrolling.
+        wide: its words are wrapped, and on a narrow screen each row of many columns stands as lines, so that it needs
+            no scrolling.
         folded: a page shows it only on request.
         title: one line above it, of a table that stands alone.
         notes: lines below it.

@@ -40,6 +40,8 @@ _STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
 _SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 _NAME = 60
 """Letters of the name of a file of numbers."""
+_ABREAST = 4
+"""Columns that a narrow screen has room for side by side."""
 
 
 @dataclass(frozen=True)
@@ -162,11 +164,13 @@ def _lines(block: Lines) -> str:
 def _table(block: Table) -> str:
     kinds = ["text" if k in block.words else "" for k in range(len(block.head))]
     top = "".join(f"<th{_class(kind)}>{text(name)}</th>" for name, kind in zip(block.head, kinds, strict=True))
-    lines = ("".join(_cell(cell(one), kind) for one, kind in zip(row, kinds, strict=True)) for row in block.rows)
+    stacked = block.wide and len(block.head) > _ABREAST
+    over = block.head if stacked else ("",) * len(block.head)
+    lines = ("".join(map(_cell, map(cell, row), kinds, over)) for row in block.rows)
     body = "".join(f"<tr>{line}</tr>" for line in lines)
     drawn = f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
     if block.wide:
-        drawn = f'<div class="wrap">{drawn}</div>'
+        drawn = f'<div class="wrap{" stack" if stacked else ""}">{drawn}</div>'
     if block.folded:
         drawn = f"<details><summary>{len(block.rows)} rows</summary>{drawn}</details>"
     title = f"<div><b>{text(block.title)}</b></div>" if block.title else ""
@@ -178,10 +182,10 @@ def _figure(block: Figure) -> str:
     line, (drawing, data) = text(block.caption), taken(block.svg)
     name = re.sub(r"[^a-z0-9]+", "-", block.caption.lower()).strip("-")[:_NAME] or "figure"
     link = f' <a class="data" download="{name}.csv.gz" href="{data}">data (CSV)</a>' if data else ""
+    if block.least and not block.most:  # the drawing scrolls, its caption does not
+        drawing = f'<div class="scroll"><div style="min-width:{block.least}px">{drawing}</div></div>'
     drawn = f'<figure><div role="img" aria-label="{line}">{drawing}</div><figcaption>{line}{link}</figcaption></figure>'
-    if block.most:
-        return f'<div style="max-width:{block.most}px;margin:1rem 0">{drawn}</div>'
-    return f'<div class="scroll"><div style="min-width:{block.least}px">{drawn}</div></div>' if block.least else drawn
+    return f'<div style="max-width:{block.most}px;margin:1rem 0">{drawn}</div>' if block.most else drawn
 
 
 def _group(block: Group | Fields) -> str:
@@ -209,9 +213,11 @@ def provenance(shown: Mapping[str, str]) -> Section:
     return Section("Provenance", fields({"provenance": dict(shown)}, entries(shown)))
 
 
-def _cell(shown: str, kind: str) -> str:
+def _cell(shown: str, kind: str, head: str) -> str:
+    """A cell, with its heading for screens on which that is not above it."""
     best = shown.startswith("*")
-    return f"<td{_class(' '.join(filter(None, (kind, 'best' if best else ''))))}>{text(shown[best:])}</td>"
+    of = f' data-of="{text(head)}"' if head else ""
+    return f"<td{_class(' '.join(filter(None, (kind, 'best' if best else ''))))}{of}>{text(shown[best:])}</td>"
 
 
 def _class(kind: str) -> str:

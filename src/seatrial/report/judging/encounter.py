@@ -61,7 +61,7 @@ def verdicts(tracks: Tracks, judged: Sequence[Judged], where: Where = ()) -> Bod
     rows = [_row(tracks, one, where) for one in judged if one.met.exists[where] or one.contact[where]]
     head = ("ship", "verdict", "part", "breaks", "risk from [min]", "acts [min]", "turns [°]", "slows [%]",
             "closest [m]", "hulls [m]")  # fmt: skip
-    return table(head, rows, words=(0, 1, 2, 3))
+    return table(head, rows, words=(0, 1, 2, 3, 6), wide=True)
 
 
 def _row(tracks: Tracks, one: Judged, where: Where) -> tuple[str, ...]:

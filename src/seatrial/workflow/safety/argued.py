@@ -74,7 +74,7 @@ def results(found: Case) -> Body:
         name = rule if rule in (CONTACT, MUTE, AGROUND, CONTOUR) else f"Rule {rule}"
         interval = f"{number(100.0 * low, 3)} to {_percent(high)}"
         rows.append((name, f"{one.hits} of {one.runs}", _percent(one.value), interval))
-    body = table(("", "broken in runs", "share", "95 % interval"), rows) + bullets(_split(found))
+    body = table(("", "broken in runs", "share", "95 % interval"), rows, wide=True) + bullets(_split(found))
     asked = found.file.rare
     return body + told(found.rarely, asked) if found.rarely and asked else body
 
@@ -222,7 +222,7 @@ def _failed(found: Case) -> Body:
             for kind, runs in kinds[:_KINDS]]  # fmt: skip
     left = len(kinds) - len(rows)
     more = soft(f"And {left} more combinations; all runs are in the numbers beside this page.") if left > 0 else ()
-    return table(("rules broken together", "runs", "numbers, from 0"), rows, words=(0, 2)) + more
+    return table(("rules broken together", "runs", "numbers, from 0"), rows, words=(0, 2), wide=True) + more
 
 
 def _not_tried(found: Case, tried: Space, waters: Waters, felt: bool = False) -> list[str]:

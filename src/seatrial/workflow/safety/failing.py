@@ -246,7 +246,8 @@ def search(path: Path, out: Path, runs: int, *, sink: Sink = SILENT) -> Outcome[
     body = lead(f"{found.runs} runs searched: {len(kept)} kinds of failure" if kept else
                 f"no failure found in {found.runs} runs; that shows no more than that")  # fmt: skip
     if kept:
-        body += table(("broken", "found in run", "in its simplest form", "ships", "file"), kept, words=(0, 2, 4))
+        body += table(("broken", "found in run", "in its simplest form", "ships", "file"), kept, words=(0, 2, 4),
+                      wide=True)  # fmt: skip
     return Outcome(found, fields(said, body))
 
 

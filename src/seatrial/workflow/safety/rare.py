@@ -181,7 +181,8 @@ def told(found: Rarely, asked: Seldom) -> Body:
     what = asked.breach if asked.breach == "contact" else f"Rule {asked.breach}"
     said.append("a probability by encounter as drawn here, by subset simulation; its interval held in 90 "
                 "of 100 repetitions of known cases")  # fmt: skip
-    return table((f"probability of {what}", "a run", "from", "to (95 %)", "runs"), rows, words=(0,)) + bullets(said)
+    head = (f"probability of {what}", "a run", "from", "to (95 %)", "runs")
+    return table(head, rows, words=(0,), wide=True) + bullets(said)
 
 
 def _row(name: str, one: Reached) -> tuple[str, ...]:
