@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,12 +14,14 @@ from fitted_run import saved, trial
 from seatrial.core.parameters import values
 from seatrial.data.trialfile import write_trials
 from seatrial.environment import Environment
+from seatrial.identify import StudyError
 from seatrial.realtime.plant import Plant
 from seatrial.realtime.range.stage import OWN, Stage
 from seatrial.ships.files import load
 from seatrial.workflow.afloat.scenarios import read_scenario
 from seatrial.workflow.asked import Orders, Predicting
-from seatrial.workflow.request import grounds_of
+from seatrial.workflow.judging import imo, requirements
+from seatrial.workflow.request import grounds_of, ship_of
 from seatrial.workflow.simulation import simulate
 from seatrial.workflow.validate import predict
 
@@ -63,6 +67,25 @@ def test_another_model_beside_the_fit_has_no_grounds_and_says_so(model: Path, tm
     heard = Heard()
     assert grounds_of(edited, heard.note) is None
     assert heard.lines[0].startswith("warning: what its trials tested is not known: ")
+
+
+def test_a_fitted_ship_that_was_changed_is_refused_by_whatever_takes_a_ship(model: Path, tmp_path: Path) -> None:
+    for name in ("model.toml", "fit.json"):
+        (tmp_path / name).write_text((model.parent / name).read_text())
+    edited = tmp_path / "model.toml"
+    changed = re.sub(r"(?m)^(N_r = .*?)-0\.0", r"\1-0.1", edited.read_text(), count=1)
+    assert changed != edited.read_text()
+    edited.write_text(changed)
+    readers: tuple[Callable[[], object], ...] = (
+        lambda: simulate(str(edited), "turning"), lambda: requirements(str(edited), "collision-avoidance"),
+        lambda: imo(str(edited)), lambda: ship_of(edited),
+    )  # fmt: skip
+    for read in readers:
+        with pytest.raises(StudyError, match=r"model\.toml: was changed after the fit that fit\.json"):
+            read()
+    elsewhere = tmp_path / "edited.toml"
+    elsewhere.write_text(changed)
+    assert ship_of(elsewhere).model != ship_of(model).model, "a copy is a ship of its own"
 
 
 def test_a_ship_that_was_read_has_the_grounds_of_its_file_until_it_is_changed(model: Path) -> None:

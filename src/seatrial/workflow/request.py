@@ -59,10 +59,21 @@ def left(begun: float, done: int, every: int) -> str:
 
 
 def ship_of(ship: str | Path | Ship) -> Ship:
-    """A ship of the library by name, a ship file, or a ship as it is."""
+    """A ship of the library by name, a ship file, or a ship as it is.
+
+    Raises:
+        ShipError: no such ship, or its file is wrong.
+        StudyError: a fitted ship whose file, or the fit beside it, was changed after the fit.
+    """
     from ..ships.files import load
 
-    return ship if isinstance(ship, Ship) else load(str(ship))
+    if isinstance(ship, Ship):
+        return ship
+    if Path(ship).with_name(SUMMARY).is_file():
+        from ..study.store import summary_beside
+
+        summary_beside(ship)
+    return load(str(ship))
 
 
 def grounds_of(ship: str | Path | Ship, note: Note) -> Grounds | None:

@@ -10,11 +10,10 @@ from ...core.parameters import unknown
 from ...data.folder import read_folder
 from ...data.trialfile import write_trials
 from ...report.blocks import fields, joined, line, table
-from ...ships.files import load
 from ...study.drafting.draft import Draft, draft
 from .. import SILENT, Outcome, RequestError, Sink
 from ..asked import Foreign
-from ..request import check_output, make_folder
+from ..request import check_output, make_folder, ship_of
 
 
 def new_study(
@@ -38,7 +37,7 @@ def new_study(
         raise RequestError(f"{out}: is there already; choose another file with -o, or delete it")
     read = read_folder(folder, logs.format, logs.mapping)
     named = os.path.relpath(Path(ship).resolve(), out.resolve().parent) if ship.endswith(".toml") else ship
-    made = draft(named, load(ship), read, out, logs.mapping)
+    made = draft(named, ship_of(ship), read, out, logs.mapping)
     if made.cut:
         parts = out.with_name(f"{out.stem}_trials")
         make_folder(parts)
