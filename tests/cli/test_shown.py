@@ -7,7 +7,7 @@ import math
 import re
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -19,6 +19,8 @@ from seatrial.cli.app import app, main
 from seatrial.core.parameters import walk
 from seatrial.manoeuvres import Index
 from seatrial.manoeuvres.zigzag import Zigzag
+from seatrial.realtime.afloat import Voyage
+from seatrial.realtime.range.judge import Judged
 from seatrial.report.blocks import Line, Table, document, fields
 from seatrial.ships.files import library, load
 from seatrial.simulate.run import approach
@@ -245,10 +247,10 @@ def test_a_scenario_is_shown_by_ships_and_criteria(capsys: Said) -> None:
 
 @pytest.mark.parametrize("met", [True, False])
 def test_a_range_names_what_was_not_met(met: bool, monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
-    judged = [SimpleNamespace(name="least_distance", where="other", met=False),
-              SimpleNamespace(name="arrival", where="", met=False),
-              SimpleNamespace(name="speed", where="", met=True)]  # fmt: skip
-    ran = SimpleNamespace(met=met, failure=None, judged=judged, document=lambda: {"met": met})
+    judged = (Judged("least_distance", 1.0, 2.0, "m", met, "other"), Judged("arrival", None, 1.0, "s", met),
+              Judged("speed", 1.0, 2.0, "m/s", True))  # fmt: skip
+    ran = Voyage(cast("Any", None), {}, judged, (), None)
+    monkeypatch.setattr(Voyage, "document", lambda self: {"met": self.met})
     monkeypatch.setattr("seatrial.workflow.afloat.sail", lambda *_, **__: ran)
     monkeypatch.setattr(simulation, "_judged", lambda ran, document: fields(document))
     assert main(["range", "x.toml", "--json"]) == (0 if met else 1)

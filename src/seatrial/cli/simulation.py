@@ -206,9 +206,11 @@ def range_(
                printed=_printed(json))  # fmt: skip
     answer(_judged(ran, ran.document()), json)
     if not ran.met:
-        missed = [f"{one.name}{f' of {one.where}' if one.where else ''}" for one in ran.judged if not one.met]
-        fault(f"error: {ran.failure or 'not met: ' + ', '.join(missed)}")
+        fault(f"error: {ran.wanting}")
         raise Exit(1)
+
+
+_JUDGED: Mapping[bool | None, str] = {True: "met", False: "not met", None: "not judged: the run was cut off"}
 
 
 def _judged(ran: Voyage, document: Mapping[str, Any]) -> Body:
@@ -220,7 +222,7 @@ def _judged(ran: Voyage, document: Mapping[str, Any]) -> Body:
     if rows:
         body += table(("ship", "passes at m", "after s", "time in hand s", "own part", "breaks"), rows, words=(4, 5))
     rows = [(one["name"].replace("_", " "), one["ship"] or "", figure(one["value"], 5), figure(one["limit"], 5),
-             one["unit"], "met" if one["met"] else "not met") for one in document["criteria"]]  # fmt: skip
+             one["unit"], _JUDGED[one["met"]]) for one in document["criteria"]]  # fmt: skip
     if rows:
         body += table(("criterion", "of", "value", "limit", "unit", ""), rows, words=(1, 4, 5))
     arrived = document["arrived"]

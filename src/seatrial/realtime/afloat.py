@@ -27,6 +27,7 @@ from .links.wiring import Note, Wiring, gone, opened, running_beside, tell_place
 from .loop import Clock, Loop
 from .on_wire import Lockstep
 from .plant import Plant
+from .range.alerts import PILOT
 from .range.judge import Judged
 from .range.panel import Panel
 from .range.scenario import Scenario
@@ -88,6 +89,7 @@ class Voyage:
         judged: the criteria, where the run is judged.
         written: recorded trial files.
         failure: why the run failed or ended early; None if it did not.
+        silence: when the autopilot on the wire of a judged run was silent; empty where it never was.
     """
 
     stage: Stage
@@ -95,6 +97,7 @@ class Voyage:
     judged: tuple[Judged, ...]
     written: tuple[Path, ...]
     failure: str | None
+    silence: str = ""
 
     @property
     def plant(self) -> Plant:
@@ -108,8 +111,15 @@ class Voyage:
 
     @property
     def met(self) -> bool:
-        """Whether the run reached its end and every criterion is met."""
-        return self.failure is None and all(one.met for one in self.judged)
+        """Whether the run reached its end, steered all the time, and every criterion is met."""
+        return self.failure is None and not self.silence and all(one.met for one in self.judged)
+
+    @property
+    def wanting(self) -> str:
+        """What the run lacks, for a line; empty where nothing."""
+        missed = [f"{one.name}{f' of {one.where}' if one.where else ''}" for one in self.judged if not one.met]
+        said = [self.silence, f"not met: {', '.join(missed)}" if missed else ""]
+        return self.failure or "; ".join(filter(None, said))
 
     def document(self) -> dict[str, Any]:
         """Indices and criteria; metres, seconds and degrees."""
@@ -122,26 +132,27 @@ class Voyage:
         error = stage.judge.heading_error
         return {
             "scenario": scenario.title, "ship": scenario.own.ship.name, "time": loop.t, "arrived": stage.judge.arrived,
-            "steered_by": stage.handover.holder, "met": self.met, "failure": self.failure,
+            "steered_by": stage.handover.holder, "met": self.met, "failure": self.failure or self.silence or None,
             "indices": {
                 "passing": passed, "cross_track_max": stage.judge.cross_track,
                 "cross_track_rms": stage.judge.cross_track_rms,
                 "heading_error_max": None if error is None else error / DEGREE,
                 "under_keel": stage.judge.under_keel if math.isfinite(stage.judge.under_keel) else None,
             },
-            "criteria": [_criterion(one) for one in self.judged], "alarms": stage.alarms.told(),
-            "events": stage.told(), "state": stage.digest, "written": self.written,
+            "criteria": [_criterion(one, self.failure is not None) for one in self.judged],
+            "alarms": stage.alarms.told(), "events": stage.told(), "state": stage.digest, "written": self.written,
             "wire": None if stage.on_wire is None else
             {"orders": dict(stage.on_wire.conning.counts), "counts": dict(stage.on_wire.wire.counts)},
         }  # fmt: skip
 
 
-def _criterion(one: Judged) -> dict[str, Any]:
+def _criterion(one: Judged, cut: bool) -> dict[str, Any]:
+    """A criterion; met is None where the run ended before it could be broken."""
     angle = one.unit == "rad"
     scale, unit = (1.0 / DEGREE, "deg") if angle else (1.0, one.unit)
     value = None if one.value is None or not math.isfinite(one.value) else one.value * scale
     return {"name": one.name, "ship": one.where or None, "value": value, "limit": one.limit * scale, "unit": unit,
-            "met": one.met}  # fmt: skip
+            "met": None if cut and one.met else one.met}  # fmt: skip
 
 
 def afloat(
@@ -194,7 +205,8 @@ def afloat(
         written = [*_ended(recording), *([] if deck is None else deck.close())]
     passed = stage.wakes.passed(scenario.limits.cpa, scenario.limits.tcpa)
     judged = stage.judge.judged(passed) if judge else ()
-    return Voyage(stage, passed, judged, tuple(written), _failure(stage, recording, step, port))
+    failure = _failure(stage, recording, step, port)
+    return Voyage(stage, passed, judged, tuple(written), failure, _silence(stage) if judge else "")
 
 
 class _Screen:
@@ -352,6 +364,14 @@ def reporter(note: Note) -> Callable[[Loop], None]:
         reported = counted
 
     return report
+
+
+def _silence(stage: Stage) -> str:
+    """When the autopilot on the wire did not answer any more, by the alarm that this raises."""
+    if (alarm := stage.alarms.alarms.get((PILOT, 1))) is None:
+        return ""
+    spans = [f"from {begin:.0f} s" + (f" to {end:.0f} s" if end else "") for begin, end in alarm.spans]
+    return f"the autopilot on the wire was silent {', '.join(spans)}"
 
 
 def _failure(stage: Stage, record: Recording | None, step: Lockstep | None, port: Port | None) -> str | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -10,8 +11,10 @@ from scenes import DEG, FERRY, Criteria, Fault, Limits, Weather, on_wire, scene
 from seatrial.core.errors import LoopError, RefusalError, RunError
 from seatrial.data.nmea.sentences import Sentence, decode, encode
 from seatrial.environment import Uniform
+from seatrial.realtime.afloat import Voyage, _silence
 from seatrial.realtime.on_wire import Lockstep
 from seatrial.realtime.range.contacts import Contact, approach
+from seatrial.realtime.range.judge import Judged
 from seatrial.realtime.range.panel import Panel
 from seatrial.realtime.range.scenario import Other, Sailing, ordinary
 from seatrial.realtime.range.sky import Sky
@@ -253,6 +256,34 @@ def test_lost_instruments_a_stuck_rudder_and_a_silent_autopilot_raise_alarms():
     stage.loop.run(30.0)
     assert {one.cause.text for one in stage.alarms.standing()} == {
         "HEADING LOST", "POSITION LOST", "RUDDER RESPONSE", "AUTOPILOT SILENT"}  # fmt: skip
+
+
+@pytest.mark.slow
+def test_an_autopilot_that_was_silent_has_not_passed_whatever_the_criteria_say():
+    stage, wire = on_wire(scene(rate=2.0), hold=10.0)
+    assert _silence(stage) == "", "nobody has steered yet"
+    for wait, angle in ((8.0, 20.0), (4.0, 0.0), (28.0, 5.0)):
+        stage.loop.run(wait)
+        wire.waiting.append(order("ROR", stbdrudderorder=angle, stbdrudderstatus="A", portrudderstatus="V"))
+    stage.loop.run(5.0)
+    said = _silence(stage)
+    first, last = map(float, re.findall(r"\d+", said))
+    assert said == f"the autopilot on the wire was silent from {first:.0f} s to {last:.0f} s"
+    assert (first, last) == (pytest.approx(23.0, abs=1.0), pytest.approx(41.0, abs=1.0))
+    ran = Voyage(stage, {}, (Judged("cross_track", 1.0, 2.0, "m", True),), (), None, said)
+    assert (ran.met, ran.document()["met"], ran.document()["failure"]) == (False, False, said)
+    assert ran.document()["criteria"][0]["met"] is True, "the run went on to its end"
+    assert ran.wanting == said
+
+
+@pytest.mark.slow
+def test_what_a_run_that_was_cut_off_has_not_broken_is_not_judged():
+    stage, _ = on_wire(scene(rate=2.0))
+    judged = (Judged("cross_track", 1.0, 2.0, "m", True), Judged("time", None, 2.0, "s", False))
+    cut = Voyage(stage, {}, judged, (), "no answer within 5 s at 1 s")
+    assert [one["met"] for one in cut.document()["criteria"]] == [None, False]
+    assert cut.wanting == cut.document()["failure"] == "no answer within 5 s at 1 s"
+    assert Voyage(stage, {}, judged, (), None).wanting == "not met: time"
 
 
 @pytest.mark.slow
