@@ -22,7 +22,7 @@ from cuda_shim import Shim
 from makes import TRACED
 from seatrial.core.errors import RequestError
 from seatrial.data import Array
-from seatrial.engine import System, cache, trace
+from seatrial.engine import System, cache, csource, simd, trace
 from seatrial.engine.compilers import Compiler, compiler
 from seatrial.engine.cuda import DeviceError, gpu, lanes, source
 from seatrial.engine.cuda.named import device_of
@@ -54,14 +54,16 @@ def device(request: Any) -> Any:
 
 @pytest.fixture
 def plain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Both sources compiled without changing an operation, and printed with the divisions of the C printer."""
+    """Both sources compiled without changing an operation, and printed with all divisions."""
     monkeypatch.setattr(Compiler, "flags", property(lambda _: PLAIN))
-    monkeypatch.setattr(source, "shared_reciprocals", lambda found, scope: found)
-    lanes.rollout_code.cache_clear()
-    lanes.sensitivity_code.cache_clear()
+    for printer in (source, csource):
+        monkeypatch.setattr(printer, "shared_reciprocals", lambda found, scope: found)
+    kept = (lanes.rollout_code, lanes.sensitivity_code, simd._rollout_source, simd._sensitivity_source)
+    for one in kept:
+        one.cache_clear()
     yield
-    lanes.rollout_code.cache_clear()
-    lanes.sensitivity_code.cache_clear()
+    for one in kept:
+        one.cache_clear()
 
 
 def difference(a: Array, b: Array) -> float:

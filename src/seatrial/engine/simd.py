@@ -176,6 +176,7 @@ class SimdSensitivity:
         """Trace, differentiate, print, compile (or take from the cache) and load."""
         code = library(_sensitivity_source(system, free, lanewise))
         _declare(code.sensitivity, "lll d ll aa ll aaaa l a")
+        code.room.argtypes, code.room.restype = [], ctypes.c_long
         return SimdSensitivity(system, free, code)
 
     def run(
@@ -191,7 +192,7 @@ class SimdSensitivity:
         slopes = np.empty((count * LANES, rows, ns, columns))
 
         def job(first: int, last: int) -> None:
-            work = np.empty(3 * ns * columns * LANES)
+            work = np.empty(self.code.room())
             self.code.sensitivity(
                 first, last, steps, dt, every, int(rk4), Z.ctypes.data, *series.strides,
                 Q.ctypes.data, P.ctypes.data, out.ctypes.data, slopes.ctypes.data, rows, work.ctypes.data,

@@ -9,20 +9,19 @@ few macros make them a program of the processor too.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
 from ...core.symbolic import Function, alone
 from .. import System
-from ..csource import Statement, statements
+from ..csource import UNIFORM, Statement, scopes, shared_reciprocals, statements
 from ..trace import Jacobian
 
 BLOCK = 64
 """Threads of a block: small, so that registers go to as many warps as they hold."""
 
-UNIFORM, LANE, STEP, STAGE = range(4)
+LANE, STEP, STAGE = range(UNIFORM + 1, UNIFORM + 4)
 _SCOPES = ("UNIFORM_SCOPE", "LANE_SCOPE", "STEP_SCOPE", "STAGE_SCOPE")
 _TOKEN = re.compile(r"(?<![\w.])(?:([wi]\d[\d_]*)|(\d+\.?\d*(?:e[-+]?\d+)?))(?![\w.])")
 
@@ -60,8 +59,8 @@ class _Kernel:
             text[name] = value if scope[name] == UNIFORM else f"{mark}{name}"
             if scope[name] != UNIFORM:
                 self.lines[scope[name]].append(f"const real {mark}{name}={value};")
-        found = shared_reciprocals(found, _scopes(found, scope))
-        scope = _scopes(found, scope)
+        found = shared_reciprocals(found, scopes(found, scope))
+        scope = scopes(found, scope)
         read = {name for one in found if not one.name or scope[one.name] != UNIFORM for name in one.reads}
         outward = {one.name for one in found if one.name in read and scope[one.name] == UNIFORM}
         self._print(found, mark, scope, text, outward)
@@ -99,34 +98,6 @@ class _Kernel:
         sizes = {**sizes, "NP": max(self._parameters, 1), "NU": self.uniform, "BLOCK": BLOCK}
         head = "".join(f"#define {name} {size}\n" for name, size in sizes.items())
         return f"typedef {'float' if single else 'double'} real;\n{head}{_file('kernel.h')}{body}"
-
-
-def _scopes(found: list[Statement], inputs: Mapping[str, int]) -> dict[str, int]:
-    """Scopes of inputs, values and outputs: that in which the last of what they read changes."""
-    scope = dict(inputs)
-    for one in found:
-        scope[one.name or f"y{one.to}"] = max((scope.get(name, UNIFORM) for name in one.reads), default=UNIFORM)
-    return scope
-
-
-def shared_reciprocals(found: list[Statement], scope: Mapping[str, int]) -> list[Statement]:
-    """Divisions by what changes less often, or by one denominator, as products: a division is some 20 instructions.
-
-    A Jacobian of the standard MMG has 52 in every stage, by 11 denominators.
-    """
-    by = [one.reads[1] for one in found if one.name and one.expression == "/".join(one.reads)]
-    often, out, known = Counter(by), list[Statement](), dict[str, str]()
-    unused = 1 + max((int(one.name[1:]) for one in found if one.name), default=0)
-    for one in found:
-        below = one.reads[-1] if one.name and one.expression == "/".join(one.reads) else ""
-        if not below or (often[below] == 1 and scope[one.name] == scope.get(below, UNIFORM)):
-            out.append(one)
-            continue
-        if below not in known:
-            known[below] = f"w{unused + len(known)}"
-            out.append(Statement(known[below], f"1.0/{below}", (below,)))
-        out.append(Statement(one.name, f"{one.reads[0]}*{known[below]}", (one.reads[0], known[below])))
-    return out
 
 
 def _written(expression: str, names: Mapping[str, str]) -> str:
