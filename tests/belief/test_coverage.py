@@ -53,7 +53,7 @@ def test_a_slow_receiver_that_never_speaks_on_an_even_row_is_judged_by_the_rows_
 def test_more_of_the_same_is_inside(train):
     reference = Reference.of(train)
     shares = [coverage(reference, wandering(seed)).share for seed in range(20, 25)]
-    assert np.mean(shares) == pytest.approx(0.01, abs=0.02)
+    assert 0.0 < np.mean(shares) < 0.03  # one in a hundred is usual, and they come in runs
     assert coverage(reference, wandering(20)).verdict == "inside"
     assert coverage(reference, wandering(20)).channels == ()
 

@@ -256,7 +256,9 @@ def test_esso_has_no_errors(data_file):
 @pytest.mark.long
 def test_simman_read_rightly_has_no_errors_and_raw_has(data_file):
     for folder in ("kvlcc2_hsva_simman2008", "kvlcc2_marin_simman2008"):
-        for path in sorted(data_file(folder, "raw").glob("*.dat")):
+        files = sorted(data_file(folder, "raw").glob("*.dat"))
+        assert files
+        for path in files:
             trial = simman.read(path)
             assert [f for f in check(trial) if f.severity == "error"] == []
             raw: Trial = earth(trial).having(delta=-trial["delta"])

@@ -176,7 +176,9 @@ def test_esso(data_file, tmp_path):
     pytest.param("kvlcc2_hsva_simman2008", marks=pytest.mark.slow), "kvlcc2_marin_simman2008",
 ])
 def test_simman(data_file, folder):
-    for path in sorted(data_file(folder, "raw").glob("*.dat")):
+    files = sorted(data_file(folder, "raw").glob("*.dat"))
+    assert files
+    for path in files:
         trial = simman.read(path)
         u, v, psi = trial["u"], trial["v_m"], trial["psi"]
         slip = np.gradient(trial["x"], trial.t) - (u * np.cos(psi) - v * np.sin(psi))

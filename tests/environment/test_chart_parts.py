@@ -149,8 +149,10 @@ def test_charts_that_cannot_be(make: Any, about: str) -> None:
 
 
 def test_charts_at_the_bounds_can_be() -> None:
-    Chart("a", fairways=(np.zeros((5000, 2)),))
-    Chart("a", quays=(Quay(LINE, Fender(CURVES["cone"], 1.0, 1e6, 0.0501), bollards=0.0501),))
+    assert Chart("a", fairways=(np.zeros((5000, 2)),)).fairways[0].shape == (5000, 2)
+    (quay,) = Chart("a", quays=(Quay(LINE, Fender(CURVES["cone"], 1.0, 1e6, 0.0501), bollards=0.0501),)).quays
+    assert quay.fender is not None
+    assert (quay.fender.spacing, quay.bollards) == (0.0501, 0.0501)
 
 
 # --- fenders ---

@@ -52,12 +52,15 @@ def test_all_sections_are_there_and_well_formed(parts):
 
 def test_drawings_stay_within_their_frames(parts):
     fit, known, _, predicted, _ = parts
+    drawn = 0
     for section in sections(fit, known, predicted=predicted):
         for svg in re.findall(r"<svg.*?</svg>", section.html, re.DOTALL):
             width, height = map(float, re.search(r'viewBox="0 0 (\S+) (\S+)"', svg).groups())
             for pairs in re.findall(r'points="([^"]*)"', svg):
                 xy = np.array([pair.split(",") for pair in pairs.split()], dtype=float).reshape(-1, 2)
                 assert np.all((xy >= -1) & (xy <= [width + 1, height + 1]))
+                drawn += len(xy)
+    assert drawn > 20
 
 
 def test_only_what_is_given_is_shown(parts):

@@ -87,7 +87,7 @@ def test_a_trial_has_its_own_speed_duration_and_current_else_those_of_all() -> N
     assert (other.current_x, other.current_y) == pytest.approx((-0.2, 0.0), abs=1e-12)
     a, b = found.run()
     assert (a.duration, b.duration) == (pytest.approx(5.0), pytest.approx(3.0))
-    assert (a["u"][0], b["u"][0]) == (pytest.approx(0.9, abs=0.5), pytest.approx(0.9, abs=0.5))
+    assert (a["u"][0], b["u"][0]) == (pytest.approx(0.9, abs=1e-6), pytest.approx(0.9, abs=1e-6))
     assert np.diff(a.t) == pytest.approx(0.5)
     assert a.meta["source"] == "virtual trial of kvlcc2_l7, seed 3; controls as ordered"
     assert set(a.channels) == {"x", "y", "psi", "u", "v_m", "r", "n_P", "delta"}

@@ -47,7 +47,7 @@ def measured(withheld: Withheld) -> Calibration:
 def test_each_part_is_judged_by_what_the_other_lacks(withheld: Withheld, logs: list[Trial]) -> None:
     assert withheld.trials == (*logs[::2], *logs[1::2])
     assert withheld.dt == pytest.approx(0.5)
-    assert withheld.sigma == pytest.approx([NOISE[name] for name in STATES], rel=1.0)
+    assert withheld.sigma == pytest.approx([NOISE[name] for name in STATES], rel=0.15)
     assert withheld.horizons[-1] <= 20.0
     first, second = withheld.parts
     for lacks, other in zip(withheld.lacks, (second, first), strict=True):
