@@ -362,9 +362,9 @@ def noticed(plant: Plant, base: Path, known: Reach, budget: Budget, also: list[s
                 found = _first_failure(some, overlay, Path(scratch))
                 if found:
                     return found
-        end = time.monotonic() + budget.slow
+        end, tier = time.monotonic() + budget.slow, "slow and not long" if seen else "not long"  # what an import runs
         for module in slow_modules(plant.file) if budget.slow else []:
-            marks = ["-m", "slow and not long", str(module.relative_to(REPOSITORY))]
+            marks = ["-m", tier, str(module.relative_to(REPOSITORY))]
             found = _first_failure(marks, overlay, Path(scratch), end - time.monotonic())
             if found:
                 return found

@@ -7,7 +7,7 @@ import inspect
 import pickle
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_type_hints
 
 import pytest
 
@@ -232,3 +232,10 @@ def test_a_value_is_pickled() -> None:
     assert pickle.loads(pickle.dumps(Sent(5))) == Sent(5)
     assert Sent.__doc__ == "Sent(x)"
     assert Sent.__init__.__qualname__ == "Sent.__init__"
+
+
+@pytest.mark.parametrize("name", ["Plain", "Below", "Made"])
+def test_a_constructor_knows_the_names_of_its_module(name: str) -> None:
+    """So that what stands in its annotations as text can be found."""
+    hints = [get_type_hints(one[name].__init__) for one in (OURS, THEIRS)]
+    assert hints[0] == hints[1]

@@ -25,6 +25,7 @@ from seatrial.core.parameters import ParameterError, Parts
 from seatrial.engine import floats
 from seatrial.engine.rollout import simulator
 from seatrial.exchange import Equations, equations_of, save_c, save_casadi, save_fmu, save_python
+from seatrial.exchange.traced import _remembered
 from seatrial.manoeuvres.turning import Turning
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.models import Sampled
@@ -463,3 +464,11 @@ def test_the_python_file_takes_arrays_as_it_takes_lists(name: str, tmp_path: Pat
 def exported_memory(name: str) -> tuple[Any, ...]:
     servos: Any = equations_of(load(name), 0.1).servos
     return servos.memory
+
+
+@pytest.mark.parametrize(("name", "of"), [
+    ("n_P", "1/s"), ("n_P.pause_left", "s"), ("n_P.last_side", ""), ("n_P.order_0", "1/s"), ("delta", "rad"),
+    ("delta.order_1", "rad"), ("delta.pause_left", "s"),
+])  # fmt: skip
+def test_what_an_actuator_remembers_has_its_unit(name: str, of: str) -> None:
+    assert _remembered(name).unit == of

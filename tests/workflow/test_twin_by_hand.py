@@ -194,3 +194,13 @@ def test_rows_outside_of_the_complete_ones_and_gaps_within_are_counted() -> None
     assert "note: a: 4 rows outside of the complete ones are left out" in lines
     assert any("delta" in line and "3" in line for line in lines)
     assert not any("or the first after it at the start" in line for line in lines)
+
+
+def test_recordings_follow_one_another_from_the_start_of_the_first() -> None:
+    """Each begins at its own clock; a pause that lets its follower forget lies between them."""
+    t = np.array([100.0, 101.0, 102.0])
+    trials = [Trial(name, t + late, {"delta": np.zeros(3), "n_P": np.full(3, 10.0), "psi": np.zeros(3)}, {}, {})
+              for name, late in (("a", 0.0), ("b", 7.0))]  # fmt: skip
+    times = [t for t, _ in following._one_after_another(L7, trials, ())]
+    pause = following._APART * L7.L_pp / L7.speed
+    assert times == pytest.approx([0.0, 1.0, 2.0, 2.0 + pause, 3.0 + pause, 4.0 + pause])

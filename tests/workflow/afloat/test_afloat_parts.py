@@ -6,17 +6,20 @@ import copy
 import json
 import math
 import statistics
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from seatrial.cli.app import main
 from seatrial.core.listening import listen
 from seatrial.data.geodesy import Datum
+from seatrial.environment.chart import Chart
 from seatrial.realtime.range.stage import Stage
 from seatrial.ships.files import load
-from seatrial.workflow import RequestError
+from seatrial.workflow import RequestError, afloat
 from seatrial.workflow.afloat import cannot, drills, sail, situation_of
 from seatrial.workflow.afloat.scenarios import scenario_of
 from seatrial.workflow.afloat.scenes import alone, datum_of, other_of, varied
@@ -263,3 +266,15 @@ def test_a_scenario_is_judged_under_the_options_of_its_command(tmp_path: Path, c
     still, set_off = (one["indices"]["cross_track_max"] for one in found)
     assert still < 1.0
     assert set_off > 20.0
+
+
+def test_a_scenario_with_a_chart_has_the_page_that_shows_it(tmp_path: Path) -> None:
+    datum = Datum(63.0, 10.0)
+    chart = Chart("a", fairways=(np.array([[0.0, 0.0], [500.0, 0.0]]),))
+    given = {"schema": "seatrial-scenario/1", "duration": 10.0, "own": {"ship": "kvlcc2", "pilot": "none"}}
+    played = replace(scenario_of(given, tmp_path / "s.toml"), datum=datum, epoch=1.7e9, chart=chart)
+    kept, found = afloat._charted(played, tmp_path / "s.toml", None)
+    assert kept is played
+    assert (found.datum, found.epoch, found.shown.chart) == (datum, 1.7e9, chart)
+    with pytest.raises(RequestError, match=r"--chart is given by the scenario; leave it out, or change .*s\.toml"):
+        afloat._charted(played, tmp_path / "s.toml", "coast.geojson")

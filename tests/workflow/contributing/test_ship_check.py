@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from seatrial.cli.app import main
 from seatrial.ships.files import load
 from seatrial.workflow import RequestError
-from seatrial.workflow.contributing.published import published, reproduce
+from seatrial.workflow.contributing.published import Published, Reproduced, published, reproduce
 from seatrial.workflow.contributing.ship_check import check_ship_file
 
 # Advance and first overshoot of the independent reference tracks, see tests/golden/kvlcc2.toml.
@@ -150,3 +151,10 @@ def test_entries_of_one_run_share_it(tmp_path: Path, monkeypatch: pytest.MonkeyP
     found = load(ship(tmp_path, two))
     assert all(one.kept for one in reproduce(found, published(found)))
     assert counted == ["zigzag"]
+
+
+def test_a_value_at_its_tolerance_is_kept_and_one_beyond_is_not() -> None:
+    told = Published("trial", "turning", {}, "advance", -4.0, True, "m", 0.25, "a source")
+    kept = [Reproduced(told, value).kept for value in (-3.0, -5.0, -2.99, -5.01, 4.0, math.nan)]
+    assert kept == [True, True, False, False, False, False]
+    assert Reproduced(told, -3.0).ratio == 0.75
