@@ -16,7 +16,7 @@ from seatrial.data import Array, DataError
 from seatrial.data.guess.answers import Answer, Entry, listed, quoted, text_of
 from seatrial.data.guess.cells import _read, spoken
 from seatrial.data.guess.clock import Clock, _of_clock, _pattern, _seconds, clocks
-from seatrial.data.guess.entries import in_degrees
+from seatrial.data.guess.entries import angle_form, in_degrees
 from seatrial.data.guess.guessing import _once, _reaching, _repeats
 from seatrial.data.guess.layout import Layout, Table, decoded, is_value, number, read_text, split_line
 from seatrial.data.guess.logs import (
@@ -25,6 +25,7 @@ from seatrial.data.guess.logs import (
     _alike,
     _longest,
     _moved,
+    _of_sheet,
     _onto,
     _pieces,
     _shared_end,
@@ -469,3 +470,19 @@ def test_a_mapping_is_written_with_keys_before_tables() -> None:
     assert listed(["a", "b"]) == '["a", "b"]'
     assert Entry("", {"a": quoted("?"), "b": "1"}).asked == ("a",)
     assert TABLE.heads == ()
+
+
+@pytest.mark.parametrize(("values", "unit", "form"), [
+    ([0.6, 0.61], "rad", "rad"), ([-3.14, 3.1], "rad", "rad"), ([35.0, 35.1], "rad", "deg"), ([1.2, 1.3], "", "deg"),
+    ([351234567.0, 351234667.0], "", "1e-7 deg"), ([3559.99, 3600.01], "", "ddmm.mmm"),
+])  # fmt: skip
+def test_angles_of_a_place_are_in_what_their_size_allows(values: list[float], unit: str, form: str) -> None:
+    assert angle_form(signal("latitude", values, unit=unit)) == form
+
+
+def test_a_sheet_of_words_alone_is_no_table() -> None:
+    words = [["a", "b"], ["c", "d"], ["e", "f"], ["g", "h"]]
+    assert _of_sheet(Path("a.xlsx"), "", words) is None
+    found = _of_sheet(Path("a.xlsx"), "", [*words[:2], ["1", "2"], ["3", "4"]])
+    assert found is not None
+    assert (found.heads, found.columns) == (("c", "d"), (("1", "3"), ("2", "4")))

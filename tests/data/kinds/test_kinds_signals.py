@@ -312,3 +312,12 @@ def test_a_spike_ends_no_stretch_and_two_rows_do() -> None:
     assert _breaks(level, 1.0) == [0, 20, 22, 30]
     level[10:12] = -5.0
     assert _breaks(level, 1.0) == [0, 10, 12, 20, 22, 30]
+
+
+@pytest.mark.parametrize("speed", [0.5, 8.0])
+def test_way_at_the_end_of_a_berthing_is_a_share_of_the_greatest(speed: float) -> None:
+    both = np.where(T < 100.0, 1.0, -0.5)
+    for last, doubts in ((0.34, 0), (0.36, 1)):
+        found = berthing(seen(u=part(0.9, speed, last * speed), n=both))
+        assert found is not None
+        assert found.doubts == ("it still has way at the end",) * doubts

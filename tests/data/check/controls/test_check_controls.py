@@ -498,3 +498,12 @@ def test_a_yaw_that_is_explained_exactly_is_judged() -> None:
     assert found.left.min() == pytest.approx(1e-9)
     assert found.late == 0.0
     assert not found.opposed
+
+
+def test_angles_that_are_all_too_large_are_divided_by_as_much() -> None:
+    """Three angles to each side, 1.1 times round ones: no offset, no other side, no neutral."""
+    logs = [log(60, name=f"t{k}", delta=1.1 * side * degrees * DEGREE, r=side * 0.01, u=5.0)
+            for k, (side, degrees) in enumerate([(s, d) for s in (1, -1) for d in (10, 20, 30)])]  # fmt: skip
+    (found,) = _balance(logs)
+    assert (found.key, found.what) == ("rudder_scale", "rudder angles are +10.0 % off")
+    assert amount(found) == pytest.approx((1.0 / 1.1,), rel=3e-3)
