@@ -25,7 +25,7 @@ from seatrial.cli.app import main
 from seatrial.core.version import __version__
 from seatrial.exchange import save_fmu
 from seatrial.exchange.fmi.binaries import FLAGS
-from seatrial.exchange.fmi.fmu import FORCES, hull_of, slave
+from seatrial.exchange.fmi.fmu import FORCES, _zipped, hull_of, slave
 from seatrial.exchange.fmi.source import sources
 from seatrial.exchange.fmi.xml import exponents, osp_description
 from seatrial.manoeuvres import Policy
@@ -630,3 +630,15 @@ def test_seconds_since_1970_are_a_time(whole: Made, run: Run, host: Host) -> Non
     late.enterInitializationMode()
     late.exitInitializationMode()
     np.testing.assert_array_equal(stepped(late, whole, orders(whole), run.orders[:40], 1.7e9), wanted)
+
+
+def test_what_an_fmu_unpacks_to_is_readable_by_all_and_its_bytes_are_the_same_on_every_day() -> None:
+    content = {"modelDescription.xml": b"<a/>" * 99, "sources/a.c": b"int a;"}
+    packed = _zipped(content)
+    with zipfile.ZipFile(io.BytesIO(packed)) as archive:
+        entries = archive.infolist()
+        assert {one.filename: archive.read(one) for one in entries} == content
+    assert {one.external_attr >> 16 for one in entries} == {0o644}
+    assert {one.date_time for one in entries} == {(1980, 1, 1, 0, 0, 0)}
+    assert len(packed) < 700
+    assert _zipped(content) == packed
