@@ -463,14 +463,15 @@ def _tested(listed: Path, told: Path, overlay: Path) -> None:
     os.dup2(out, 2)
     os.chdir(REPOSITORY)
     sys.dont_write_bytecode = True
-    os.environ |= {"PYTHONPATH": str(overlay), "PYTHONDONTWRITEBYTECODE": "1"}
+    os.environ |= {"PYTHONPATH": str(overlay), "PYTHONDONTWRITEBYTECODE": "1", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     sys.path.insert(0, str(overlay))
-    options = ["-q", "-x", "-n0", "-p", "no:cacheprovider", "--no-header", "--assert=plain"]
+    options = ["-q", "-x", "-p", "no:cacheprovider", "--no-header", "--assert=plain"]
     os._exit(int(import_module("pytest").main([*options, f"@{listed}"])))
 
 
 def judge(
-    wanted: list[tuple[str, Plant]], base: Path, known: Reach, budget: Budget, workers: int, also: list[str], left: Path
+    wanted: list[tuple[str, Plant]], base: Path, known: Reach, budget: Budget, workers: int, also: list[str],
+    left: Path, most: int | None,
 ) -> list[dict[str, object]]:
     def one(item: tuple[str, Plant]) -> dict[str, object]:
         room, plant = item
@@ -483,8 +484,8 @@ def judge(
 
     done = [json.loads(line) for line in left.read_text().splitlines()] if left.is_file() else []
     known_rows = {(row["room"], _key(row)) for row in done}
-    ahead = [(room, plant) for room, plant in wanted if (room, plant.name) not in known_rows]
-    random.Random(len(wanted)).shuffle(ahead)  # that what is judged first is a fair part
+    shuffled = random.Random(len(wanted)).sample(wanted, len(wanted))  # so that what is judged first is a fair part
+    ahead = [(room, plant) for room, plant in shuffled if (room, plant.name) not in known_rows][:most]
     with ThreadPoolExecutor(workers) as pool:
         return sorted([*done, *pool.map(one, ahead)], key=lambda row: (row["room"], row["file"], row["line"]))
 
@@ -534,6 +535,7 @@ def main() -> None:
     reading.add_argument("--from", dest="earlier", type=Path, help="only the lines that live in this result")
     reading.add_argument("--also", nargs="*", default=[], help="tests newer than the map, to run first")
     reading.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    reading.add_argument("--most", type=int, help="lines now; the next run goes on with the others")
     reading.add_argument("-o", type=Path, default=RESULTS)
     asked = reading.parse_args()
     if asked.map:
@@ -560,7 +562,10 @@ def main() -> None:
             reading.error(f"{failed} on the lines as they are: nothing can be said of wrong ones")
         budget = Budget(asked.budget, asked.slow)
         part = asked.o.with_suffix(".part")
-        rows = judge(wanted, compiled(Path(scratch)), known, budget, asked.workers, asked.also, part)
+        rows = judge(wanted, compiled(Path(scratch)), known, budget, asked.workers, asked.also, part, asked.most)
+    if len(rows) < len(wanted):
+        print(f"{len(rows)} of {len(wanted)} lines are judged; run it again to go on")
+        return
     table = summary(rows)
     print(json.dumps(table, indent=1))
     result = {"seed": asked.seed, "caught": table, "lines": rows}

@@ -26,6 +26,7 @@ from seatrial.identify.filters.ahead import (
     _surprise,
     joined,
 )
+from seatrial.identify.filters.filtering import begin
 from seatrial.identify.filters.forecast import forecasts
 from seatrial.identify.filters.kalman import over, substeps
 from seatrial.identify.filters.measurement import Antenna, Heading, Log, Rate, Track
@@ -214,3 +215,29 @@ def test_surprise_is_the_innovation_per_reading_of_the_last_seconds() -> None:
     found: Any = SimpleNamespace(innovation_t=t, nis=np.where(t > 20, 6.0, 99.0), innovations=innovations)
     assert _surprise(found, 30.0) == pytest.approx(10 * 6.0 / 28)
     assert _surprise(found, 200.0) == 0.0
+
+
+@pytest.mark.parametrize(("delay", "silent"), [(0.0, 0), (0.6, 0), (0.0, 3), (0.6, 3)])
+def test_a_ship_that_turns_steadily_begins_where_it_was_though_its_instruments_are_late_and_silent_at_first(
+    delay: float, silent: int
+) -> None:
+    ship, dt, r, U = load("kvlcc2_l7"), 0.2, 0.05, 1.5
+    t = 7.0 + dt * np.arange(40)
+    then = t - 7.0 - delay  # what the instruments show is so old
+    psi, heard = 0.8 + r * then, np.where(np.arange(40) < silent, np.nan, 1.0)
+    place = np.array([U * math.cos(0.8) * then + 30.0, U * math.sin(0.8) * then - 20.0])
+    trial = Trial("a", t, {"psi": psi * heard, "x": place[0] * heard, "y": place[1] * heard}, {}, {})
+    sensors = [Heading(1e-3, delay=delay), Antenna(0.1, delay=delay)]
+    names = ("x", "y", "psi", "u", "v_m", "r")
+    mean, sd = begin(ship, trial, sensors, names, {})
+    assert mean == pytest.approx([30.0, -20.0, 0.8, U, 0.0, r], abs=1e-9)
+    assert (sd > 0.0).all()
+
+
+def test_what_no_instrument_shows_begins_at_rest_within_what_the_ship_can_do() -> None:
+    ship = load("kvlcc2_l7")
+    trial = Trial("a", np.arange(9.0), {}, {}, {})
+    mean, sd = begin(ship, trial, [], ("x", "y", "psi", "u", "v_m", "r"), {"psi": (0.4, 0.1)})
+    U, L = ship.speed, ship.L_pp
+    assert mean == pytest.approx([0.0, 0.0, 0.4, U, 0.0, 0.0])
+    assert sd == pytest.approx([L, L, 0.1, U, U, U / L])

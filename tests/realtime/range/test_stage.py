@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -20,6 +21,7 @@ from seatrial.realtime.range.scenario import Other, Sailing, ordinary
 from seatrial.realtime.range.sky import Sky
 from seatrial.realtime.range.stage import Stage
 from seatrial.realtime.recording import rerun
+from seatrial.ships.files import load
 
 
 def order(kind: str, **fields: object) -> bytes:
@@ -405,3 +407,14 @@ def test_a_sky_is_only_set_where_it_changes():
     sky = Sky(stage.loop, stage.scenario)
     stage.loop.run(3.0)
     assert sky.at(2.0) == sky.at(0.0)
+
+
+def test_a_ship_without_a_rudder_is_refused_a_route_and_a_conduct_and_else_drifts():
+    raft = Other("raft", load("otter"), Sailing(500.0, 0.0, 0.0, 0.0))
+    stage = Stage(scene(raft))
+    assert [one.text for one in stage.loop.events if one.kind == "drifts"] == [
+        "otter has no rudder to steer; it drifts freely"
+    ]
+    for more in ({"sailing": replace(raft.sailing, route=((900.0, 0.0),))}, {"conduct": "rules"}):
+        with pytest.raises(LoopError, match="raft: otter has no rudder to follow a route with"):
+            Stage(scene(replace(raft, **more)))
