@@ -18,7 +18,7 @@ from seatrial.campaign.analysis.sensitivity import Effect, Sensitivity
 from seatrial.campaign.analysis.spread import Histogram
 from seatrial.core.parameters import Free
 from seatrial.data import Trial
-from seatrial.report import figures, identifiability
+from seatrial.report import figures, identifiability, tuning
 from seatrial.report.campaign import distribution, rare, shares
 from seatrial.report.campaign.shown import Unit
 from seatrial.report.canvas.frame import Frame
@@ -392,3 +392,24 @@ def test_widths_of_bands_are_told_in_degrees_and_shares_in_percent() -> None:
     assert fans.words([row], 0.9) == (
         "bands of 90 % held at least in 50 % (21–89) at 60 s (turning); that is less often than they say")  # fmt: skip
     assert not fans.words([row], 0.85).endswith("say")
+
+
+def test_tracks_of_a_tuning_lie_north_over_east_each_in_its_colour() -> None:
+    """At equal scale; the untuned model is grey, and no line is drawn of what was not predicted."""
+    t = np.arange(5.0)
+    zero = dict.fromkeys(("psi", "v_m", "r", "delta"), 0.0 * t)
+    measured = Trial("a", t, {**zero, "x": 10.0 * t, "y": 0.0 * t, "u": 1.0 + zero["r"]}, {}, {"L_pp": 7.0})
+    ways = {"10 %": 2.0, tuning.UNTUNED: -3.0}
+
+    def drawn(*names: str) -> dict[str, np.ndarray]:
+        svg = tuning.tracks(measured, {name: measured.having(y=ways[name] * t) for name in names})
+        found = re.findall(r'<path d="M([-\d. l]+)" fill="none" stroke="(#\w+)" stroke-width="1.3"', svg)
+        return {colour: np.array([float(v) for v in re.findall(r"-?[\d.]+", path)]).reshape(-1, 2)[1:].sum(axis=0)
+                for path, colour in found if path.count(" ") > 4}  # a legend's have two points
+
+    found = drawn("10 %", tuning.UNTUNED)
+    assert set(found) == {figures.LINES[0][0], figures.GREY}
+    for name, colour in (("10 %", figures.LINES[0][0]), (tuning.UNTUNED, figures.GREY)):
+        across, down = found[colour]
+        assert across / -down == pytest.approx(4.0 * ways[name] / 40.0, abs=5e-3)
+    assert set(drawn(tuning.UNTUNED)) == {figures.GREY}

@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from seatrial import forces
+from seatrial.forces import body, hull, propeller, rudder, thruster
 from seatrial.ships import ShipError
 from seatrial.ships.classes import _listed, find_class
+from seatrial.ships.files import role_of
 
 
 @pytest.fixture
@@ -37,3 +39,18 @@ def test_two_modules_of_one_stem_are_refused(beside: Path) -> None:
     )
     with pytest.raises(ShipError, match=f"({names}).* have one name.*rename one"):
         find_class("rudder:Standard", "forces", "[rudder]")
+
+
+@pytest.mark.parametrize(("cls", "role"), [
+    (hull.Polynomial, "force"), (propeller.Standard, "propeller"), (rudder.Standard, "rudder"),
+    (thruster.Tunnel, "thruster"), (body.Body, ""), (int, ""),
+])  # fmt: skip
+def test_what_a_part_is_follows_from_what_its_force_takes_and_gives(cls: type, role: str) -> None:
+    assert role_of(cls) == role
+
+
+def test_what_acts_by_its_own_control_is_derived_from_a_thruster() -> None:
+    class Sail:
+        def force(self, flow: object, control: object) -> None: ...
+
+    assert role_of(Sail) == "class not derived from forces.ThrusterModule"
