@@ -133,7 +133,7 @@ class Standing:
         eq25: standardised error over all rows of all answers (Wakita 2022 Eq. 25); NaN where states are not predicted.
         count, failed: questions, and those without an answer in numbers.
         own: whether the bands are the method's own.
-        seconds: to learn and to answer, wall clock.
+        seconds: of processor, to learn and to answer.
     """
 
     method: str

@@ -117,6 +117,18 @@ def test_a_program_that_fails_is_told_and_the_others_are_measured(task: Path, tm
 
 
 @pytest.mark.slow
+def test_the_cost_of_a_method_is_processor_time_that_of_a_program_included(task: Path, tmp_path: Path) -> None:
+    """A program that waits costs what it takes to start it; one that reckons for a second costs a second more."""
+    waits, reckons = tmp_path / "waits.py", tmp_path / "reckons.py"
+    waits.write_text("import time\ntime.sleep(1.0)\n")
+    reckons.write_text("import time\nwhile time.process_time() < 1.0:\n    pass\n")
+    (row,) = yardstick([task], [str(waits), str(reckons)]).result.sets
+    _, waiting, reckoning = (one.seconds for one in row.standings)
+    assert waiting < 0.5
+    assert 1.0 <= reckoning < 1.5
+
+
+@pytest.mark.slow
 def test_a_study_is_fitted_to_the_training_trials_of_the_set(task: Path, tmp_path: Path) -> None:
     """A number that is half of the truth is found again from trials that are not those of the study's own table."""
     study = tmp_path / "own.toml"
