@@ -43,6 +43,9 @@ FORM = {
 }  # fmt: skip
 """Operations that are written out; comparisons give 1.0 or 0.0, as CasADi's do."""
 
+_TRUTH = "?1.0:0.0)"
+"""How a comparison ends that is a number."""
+
 HEADER = Path(__file__).with_name("kernel.h").read_text(encoding="utf-8")
 """What stands before each kernel: vector types and the functions above for them."""
 
@@ -152,7 +155,7 @@ def _expression(op: str, a: tuple[str, ...]) -> str:
 
 def _declared(one: Statement) -> str:
     """A value; of a comparison as a truth, which the compiler keeps in masks: as numbers many of them stop it."""
-    truth = one.expression.removesuffix("?1.0:0.0)")
+    truth = one.expression.removesuffix(_TRUTH)
     return f"const double {one.name}={truth};" if truth == one.expression else f"const _Bool {one.name}={truth});"
 
 
@@ -193,6 +196,45 @@ def lane_function(name: str, f: Function, arguments: tuple[str, ...], lanewise: 
     )
 
 
+def staged(name: str, f: Function, lanewise: Mapping[int, int]) -> tuple[str, int]:
+    """Two C functions of rates, and how many numbers a lane goes between: ``NAME_held`` once a step, NAME at each stage.
+
+    What acts and the parameters hold over a step, so what reads these alone (two of the six calls of the standard MMG,
+    the sine and cosine of the rudder angle) is worked out once for the four stages: of each lane, or once for all.
+
+    Args:
+        name: in C.
+        f: of the state, what acts, and the parameters.
+        lanewise: position in `q` of each lane-wise parameter by its index.
+    """
+    found, used = statements(f)
+    stage = UNIFORM + 2
+    inputs = {f"i{i}_{j}": stage if i == 0 else UNIFORM if i == 2 and j not in lanewise else UNIFORM + 1
+              for i, j in used}  # fmt: skip
+    found = shared_reciprocals(found, scopes(found, inputs))
+    scope = scopes(found, inputs)
+    read = {one for s in found if not s.name or scope[s.name] == stage for one in s.reads if one.startswith("w")}
+    own, fixed = ([s for s in found if s.name and scope[s.name] == at] for at in (UNIFORM + 1, UNIFORM))
+    lanes = {s.name: f"h[{k}*LB+b]" for k, s in enumerate(s for s in own if s.name in read)}
+    shared = {s.name: f"h[{len(lanes)}*LB+{k}]" for k, s in enumerate(s for s in fixed if s.name in read)}
+    scalars = "".join(f"const double i{i}_{j}=p[{j}];" for i, j in sorted(used) if inputs[f"i{i}_{j}"] == UNIFORM)
+    loads = {f"i{i}_{j}": f"const double i{i}_{j}=" + (f"q[{lanewise[j]}*LB+b];" if i == 2 else f"a{i}[{j}*LB+b];")
+             for i, j in sorted(used) if inputs[f"i{i}_{j}"] != UNIFORM}  # fmt: skip
+    held = "".join(f"{_declared(s)}\n" for s in fixed) + "".join(f"{to}={one};" for one, to in shared.items())
+    truths = {s.name for s in own if s.expression.endswith(_TRUTH)}
+    kept = "".join(f"{to}={f'({one}{_TRUTH}' if one in truths else one};" for one, to in lanes.items())
+    once = "\n".join([*(load for one, load in loads.items() if inputs[one] < stage), *map(_declared, own), kept])
+    known = [f"const double {one}={at};" for one, at in lanes.items()]
+    lines = [_declared(s) if s.name else f"y[{s.to}*LB+b]={s.expression};" for s in found
+             if not s.name or scope[s.name] == stage]  # fmt: skip
+    loop = "#pragma omp simd\nfor(long b=0;b<LB;b++){"
+    text = f"static void {name}_held(in a1,in q,in p,out h){{\n{scalars}\n{held}\n{f'{loop}{once}}}' if lanes else ''}}}\n"
+    text += f"static void {name}(in a0,in a1,in q,in p,in h,out y){{\n{scalars}\n"
+    text += "".join(f"const double {one}={at};" for one, at in shared.items())
+    text += f"\n{loop}{''.join(loads.values())}{''.join(known)}\n" + "\n".join(lines) + "}}\n"
+    return text, len(lanes) + -(-len(shared) // LANES)
+
+
 def propagation(j: Jacobian, states: int) -> str:
     """C function `slope`: rates A s + B of one column of sensitivities, shape (states, lanes), for column `k`.
 
@@ -225,7 +267,8 @@ def rollout_source(
         "NS": ns, "NM": nm, "NM1": max(nm, 1), "NL": nl, "NA": acting, "NQ": max(len(lanewise), 1),
         "NY": max(acting + nm + nl, 1), "NO": ns + nm + nl,
     }  # fmt: skip
-    text = _head(sizes) + lane_function("rhs", rhs, ("lane", "lane", "parameters"), lanewise)
+    rates, held = staged("rhs", rhs, lanewise)
+    text = _head(sizes | {"NH": max(held, 1)}) + rates
     prepare = "const double*a=s;"
     if before is not None:
         kinds = ("scalar", "scalar", "lane", "lane", "lane", "parameters")
@@ -260,7 +303,7 @@ def _loop_macros(system: System) -> dict[str, str]:
         around += f" double kick[(NS+1)*LB],touched[{max(kicks.touched, 1)}L*LB]; long known=0;"
         look += " if(seen[LB]||!close)known=0;"
         # What was touched at the end of a step is so at the beginning of the next, while all lanes stay in their cells.
-        first = ("if(close){if(!known)touch(z,a,q,P,touched); rhs(z,a,q,P,k); kick_in(h,z,k,a,touched,q,P,kick);"
+        first = ("if(close){if(!known)touch(z,a,q,P,touched); rhs(z,a,q,P,held,k); kick_in(h,z,k,a,touched,q,P,kick);"
                  " for(long i=0;i<NS*LB;i++)z[i]=kick[i];}")  # fmt: skip
         last = ("if(close){touch(z,a,q,P,touched); known=1; kick_out(h,z,kick+NS*LB,a,touched,q,P,w);"
                 " for(long i=0;i<NS*LB;i++)z[i]=w[i];} }")  # fmt: skip
@@ -279,5 +322,6 @@ def sensitivity_source(system: System, j: Jacobian, lanewise: dict[int, int]) ->
         "NS": ns, "NF": nf, "NC": nf + ns, "NA": len(system.series), "NQ": max(len(lanewise), 1),
         "NJ": ns + len(j.A) + len(j.rows) * nf,
     }  # fmt: skip
-    text = _head(sizes) + lane_function("jac", j.function, ("lane", "lane", "parameters"), lanewise)
+    rates, held = staged("jac", j.function, lanewise)
+    text = _head(sizes | {"NH": max(held, 1)}) + rates
     return text + propagation(j, ns) + _loop("sensitivity.c")
