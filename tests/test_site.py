@@ -156,6 +156,17 @@ def test_versions_are_the_tags_of_releases_the_newest_first() -> None:
     assert released("v0.9.2\nv0.10.0\nnightly v1.0 v0.2.0rc1\nv0.3.0") == ["0.10.0", "0.9.2", "0.3.0"]
 
 
+def test_pages_are_printed_in_the_order_in_which_they_follow_each_other(tmp_path: Path) -> None:
+    whole = importlib.import_module("whole")
+    (tmp_path / "b").mkdir()
+    for name, after in (("index.html", "b/one.html"), ("b/one.html", "../two.html"), ("two.html", "b/one.html")):
+        (tmp_path / name).write_text(
+            f'<title>About {name[0]} &amp; so \N{EM DASH} site</title><link rel="next" title="x" href="{after}" />')
+    pages = whole.following(tmp_path)
+    assert pages == [tmp_path.resolve() / name for name in ("index.html", "b/one.html", "two.html")]
+    assert whole.title(pages[0]) == "About i & so"
+
+
 def test_each_page_links_to_the_other_versions_from_where_it_lies() -> None:
     template = pytest.importorskip("jinja2").Template((SITE / "versions.html").read_text(encoding="utf-8"))
     page = template.render(versions=["latest", "0.3.0", "0.2.0"], content_root="../")
