@@ -73,6 +73,17 @@ def test_it_goes_back_to_its_course_when_that_is_free() -> None:
     assert pilot.look(scene(ship, t=950.0)).psi[0] == 0.0  # it has passed
 
 
+@pytest.mark.parametrize("turned", [15.0, 36.0, 39.0])
+def test_an_alteration_that_is_begun_is_made_though_the_other_ship_acts_too(turned: float) -> None:
+    """The other ship has turned away by then, so that the old course is free; a half made alteration is not seen."""
+    pilot = KeepClear(scene(meets(180.0, 900.0)), Limits())
+    ordered = pilot.look(scene(meets(180.0, 900.0))).psi[0]
+    assert math.degrees(ordered) == pytest.approx(40.0)
+    away = scene((6000.0, -3000.0, math.radians(215.0), U))
+    away.psi[:, 0] = math.radians(turned)
+    assert pilot.look(away).psi[0] == (0.0 if turned >= 38.0 else ordered)
+
+
 def test_without_rules_it_turns_to_the_cheaper_side_and_at_once() -> None:
     assert chosen(meets(180.0, 900.0), rules=False, lean=0.3) < 0.0
     assert chosen(meets(180.0, 900.0), rules=False, lean=-0.3) > 0.0

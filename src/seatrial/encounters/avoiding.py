@@ -39,6 +39,9 @@ _WIDER = 1.2
 _MARGIN = 1.4
 """Distance that the reference autopilots keep over the one that the checks ask for."""
 
+_MADE = 2.0 * _DEG
+"""How near to an ordered course the ship has come to it."""
+
 
 class KeepClear:
     """An autopilot among ships that it takes to keep course and speed.
@@ -75,7 +78,7 @@ class KeepClear:
         self._act = np.where(stands, alone, self._horizon)
 
     def look(self, scene: Scene) -> Orders:
-        """The cheapest course; where the old one is free, that."""
+        """The cheapest course; where the old one is free, that, once an alteration is made or everybody has passed."""
         x, y, _ = _place(scene, self._course)
         c, s = np.cos(self._course)[:, None], np.sin(self._course)[:, None]
         north, east = scene.north[:, 1:], scene.east[:, 1:]
@@ -85,7 +88,9 @@ class KeepClear:
                     np.full_like(x, self._horizon), self._clear, self._to_port, self._overtakes,
                     np.full_like(x, self._bow))  # fmt: skip
         cost = seen.barred(0.0).max(axis=1)
-        self._turn[cost <= 0.0] = 0.0
+        # one that is taken back half made, as the other ship acts too, is none that this one could see (Rule 8(b))
+        made = np.abs(wrapped(scene.psi[:, 0] - self._course)) >= np.abs(self._turn) - _MADE
+        self._turn[(cost <= 0.0) & (made | (seen.left <= 0.0).all(axis=1))] = 0.0
         rows = np.flatnonzero(cost > 0.0)
         if rows.size:
             self._turn[rows] = self._cheapest(seen.of(rows), self._turn[rows], cost[rows])
@@ -153,6 +158,11 @@ class Seen:
         cost = np.where(soon & (distance < wide), _BARRED * near, 0.0)
         cost += np.where(soon & self.overtakes & self._cuts_in(turn), 0.5 * _BARRED, 0.0)
         return cost + self._wrong(turn)
+
+    @property
+    def left(self) -> Array:
+        """Time to the closest approach on the old course [s]; zero or less where it is past."""
+        return self._approach(0.0)[1]
 
     def _wrong(self, turn: float) -> Array | float:
         """Cost of a course against the rules, while the old course would meet the ship."""

@@ -36,7 +36,9 @@ from ..simulate.loop import closed_loop, loop_memory, loop_values
 from ..simulate.place import Place
 from .conduct import CONDUCTS, Conduct, Master, Orders, Scene, Watch
 from .meeting import Meeting, seen_from
+from .rules.geometry import Motion, Pair
 from .rules.limits import L_REFERENCE, Limits
+from .rules.verdict import apart
 from .tracks import Tracks
 
 STEP = 0.5
@@ -129,8 +131,8 @@ def sail(
     Raises:
         RequestError: a conduct that is none, a ship that cannot be steered so, or times that do not fit.
     """
-    rows, keep = _rows(sea), round(sea.every / STEP)
     under = Sailing(ship, meeting, sea, traffic, seed, draws, chosen)
+    rows, keep = _rows(sea), round(sea.every / STEP)
     master = _master(stack, under.scene, under.fleet.first[:, 0], sea.limits)
     kept = [under.fleet.motion]
     for k in range(1, (rows - 1) * keep + 1):
@@ -159,6 +161,8 @@ class Sailing:
         self.fleet = fleet = _Fleet(ship, meeting, L, sea, draws or {})
         self.scene = scene = fleet.scene(0.0)
         self._L, self._own, self._breadth = L, sea.own, float(ship.model.breadth) or _BREADTH * ship.L_pp
+        self._B = np.array([*[self._breadth] * sea.own, *(_BREADTH * L[sea.own :])])
+        self._begins_apart()
         if chosen is None:
             chosen = np.random.default_rng(seed).integers(len(known), size=(runs, targets))
         self._watches = [Watch(known, chosen[:, k], k + 1, scene, fleet.first[:, k + 1], sea.limits)
@@ -167,6 +171,13 @@ class Sailing:
         self._phase = int(np.random.default_rng((seed, 1)).integers(self._every))
         self._k, self._orders = 0, Orders(scene.psi[:, 0].copy(), np.ones(runs))
         self.silent = np.full(runs, np.nan)
+
+    def _begins_apart(self) -> None:
+        """Refuse encounters in which the own ship touches another one before anybody has done anything."""
+        motion = self.fleet.motion[..., None]
+        own, *others = (Motion(*motion[:, :, k], self._L[k : k + 1], self._B[k : k + 1]) for k in range(len(self._L)))
+        for k, other in enumerate(others, 1):
+            apart(Pair(np.zeros(1), own, other), "own", f"target {k}")
 
     def advance(self, orders: Orders) -> None:
         """One step under orders of the own ship; the others look when it is their time."""
@@ -188,8 +199,7 @@ class Sailing:
         x, y, psi, u, v_m = motion
         good = (np.isfinite(x).all(axis=(1, 2)) & self.fleet.valid).reshape(-1, self._own).all(axis=1)
         good = np.repeat(good, self._own)
-        B = np.array([*[self._breadth] * self._own, *(_BREADTH * self._L[self._own :])])
-        tracks = Tracks(t, x[good], y[good], psi[good], u[good], v_m[good], self._L, B)
+        tracks = Tracks(t, x[good], y[good], psi[good], u[good], v_m[good], self._L, self._B)
         return Sailed(tracks, np.flatnonzero(good), np.flatnonzero(~good), self.silent[good])
 
 

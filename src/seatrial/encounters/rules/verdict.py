@@ -95,7 +95,7 @@ def judge(
     for i, j in ((i, j) for i, j in permutations(range(len(ships)), 2) if i == 0 or not own):
         pairs[i, j] = pairs[j, i].swapped if i > j else Pair(tracks.t, ships[i], ships[j])
         gaps[i, j] = gaps[j, i] if i > j else touch(pairs[i, j])
-        _apart(pairs[i, j], tracks.names[i], tracks.names[j])
+        apart(pairs[i, j], tracks.names[i], tracks.names[j])
     whole = (*ranks, *[0] * (len(ships) - len(ranks)))
     met = {(i, j): encounter(pair, limits, restricted=restricted, ranks=(whole[i], whole[j]))
            for (i, j), pair in pairs.items()}  # fmt: skip
@@ -105,8 +105,12 @@ def judge(
     )  # fmt: skip
 
 
-def _apart(pair: Pair, one: str, other: str) -> None:
-    """Refuse runs that begin in contact: what follows is no encounter."""
+def apart(pair: Pair, one: str, other: str) -> None:
+    """Refuse runs that begin in contact: what follows is no encounter.
+
+    Raises:
+        RequestError: how many do.
+    """
     first = replace(pair, own=pair.own.each(lambda one: one[..., :1]), other=pair.other.each(lambda one: one[..., :1]))
     touching = clearance(first) < 0.0
     if touching.any():

@@ -45,6 +45,7 @@ from ...ships import Ship
 from ...simulate.approach import approach
 from ...simulate.place import Place
 from ...study.grounds import Grounds
+from ...study.store import MODEL, SUMMARY
 from .. import SILENT, Outcome, RequestError, Sink
 from ..request import ship_of
 from . import argued
@@ -355,10 +356,17 @@ def _beside(file: CaseFile, folder: Path, drawn: bool) -> list[str]:
 
 
 def _posterior(path: Path) -> Posterior | None:
+    """What the ship is drawn from; None of a ship without a fit.
+
+    Raises:
+        RequestError: the fit beside it is of another ship, or tells no posterior.
+    """
+    if path.name != MODEL or not path.with_name(SUMMARY).is_file():
+        return None
     try:
         return posterior(path)
-    except StudyError:
-        return None
+    except StudyError as error:
+        raise RequestError(f"ship: {error}; as_fitted = true takes the numbers of its file as known exactly") from None
 
 
 def _read(out: Path, first: int, mark: str) -> Part | None:
