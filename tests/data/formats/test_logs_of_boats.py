@@ -238,3 +238,36 @@ def test_engines_of_signal_k_are_numbered_from_port(ids: tuple[str, str], port: 
     file.write_text("\n".join(lines))
     trial = signalk.read(file)
     assert (set(trial["n_P_1"]), set(trial["n_P_2"])) == ({10.0}, {20.0})
+
+
+def test_what_a_server_of_signal_k_says_of_itself_is_no_delta(tmp_path: Path) -> None:
+    own, other = "urn:mrn:imo:mmsi:257000001", "urn:mrn:imo:mmsi:257000002"
+    lines = [json.dumps({"name": "signalk-server", "version": "2.9.0", "self": f"vessels.{own}", "roles": ["master"]})]
+    for k in range(30):
+        for who, heading, times in ((own, 1.0 + 0.01 * k, 1), (other, 2.0, 3)):
+            values = [{"path": "navigation.headingTrue", "value": heading}] * times
+            update = {"timestamp": _iso(START + k), "values": values}
+            lines.append(json.dumps({"context": f"vessels.{who}", "updates": [update]}))
+    lines.append('{"context": "vessels.self", "updates": [{"values": [{"path": "navigation.headingTrue"}]}]}')
+    file = tmp_path / "a.json"
+    file.write_text("\n".join(lines))
+    assert signalk.read(file)["psi"] == pytest.approx(1.0 + 0.01 * np.arange(30))
+
+
+@pytest.mark.parametrize("mark", ["D ", "D:", "<D>", ""])
+def test_moos_with_types_marked(mark: str, tmp_path: Path) -> None:
+    lines = ["%% DATATYPE MARKING ON", f"%% LOGSTART {START}", "0.5 IVPHELM_STATE pHelm S DRIVE"]
+    lines += [f"{0.1 * k:.1f} NAV_HEADING iINS {mark}{10.0 + k:.2f}" for k in range(30)]
+    file = tmp_path / "a.alog"
+    file.write_text("\n".join(lines))
+    assert moos.read(file)["psi"] == pytest.approx((10.0 + np.arange(30)) * DEGREE)
+
+
+def test_the_line_protocol_of_influx_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "a.lp"
+    file.write_text("".join(f"gnss,boat=A lat=59.43,sog={k / 10} 17888965610{k:08d}\n" for k in range(30)))
+    known = recognise(file)
+    assert known is not None
+    assert "InfluxDB" in known.name
+    file.write_text("".join(f"time={k} lat=59.43\n" for k in range(30)))
+    assert recognise(file) is None or "InfluxDB" not in recognise(file).name  # type: ignore[union-attr]

@@ -38,6 +38,8 @@ LAYOUTS: dict[str, Callable[[float, int, bytes], str]] = {
     "candump -l": lambda t, pgn, d: f"({t:.6f}) can0 {identifier(pgn):08X}#{d.hex().upper()}",
     "candump -ta": lambda t, pgn, d: f" ({t:.6f})  can0  {identifier(pgn):08X}   [{len(d)}]  {spaced(d).upper()}",
     "candump -tA": lambda t, pgn, d: f" ({_iso(t, ' ')})  can0  {identifier(pgn):08X}   [{len(d)}]  {spaced(d)}",
+    "candump -x": lambda t, pgn, d: f" ({t:.6f})  can0  RX - -  {identifier(pgn):08X}   [{len(d)}]  {spaced(d)}",
+    "candump, no brackets": lambda t, pgn, d: f"{_iso(t, ' ')}  can0  {identifier(pgn):08X}  [{len(d)}]  {spaced(d)}",
     "yacht devices": lambda t, pgn, d: f"{_clock(t)} R {identifier(pgn):08X} {spaced(d).upper()}",
     "actisense": lambda t, pgn, d: f"A{_clock(t).replace(':', '')} 23FF2 {pgn:05X} {d.hex().upper()}",
     "ikonvert": lambda t, pgn, d: f"!PDGY,{pgn},2,35,255,{t - EPOCH:.6f},{base64.b64encode(d).decode().rstrip('=')}",

@@ -29,7 +29,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as some
 
 from seatrial.data import DataError
+from seatrial.data.formats import logs
 from seatrial.data.formats.nmea import read, read_all, read_mapping
+from seatrial.data.geodesy import Datum
 from seatrial.data.nmea.heard import hear, pieces
 from seatrial.data.nmea.readings import readings
 from seatrial.data.nmea.sentences import NmeaError
@@ -521,3 +523,60 @@ def test_rows_of_a_live_feed_are_those_of_a_clean_one(form: str, rate: float) ->
     assert sum(map(bool, clean)) == 40
     for right, got in zip(clean, messy, strict=True):
         assert got == pytest.approx(right, abs=2e-5)
+
+
+@pytest.mark.parametrize("begun", [36000.0, 79200.0])
+def test_a_clock_that_is_wrong_for_a_while_is_refused_with_its_line(begun: float, tmp_path: Path) -> None:
+    """For three seconds the hour is 0: that is no midnight, as the clock goes on where it was."""
+    lines = []
+    for t in map(float, range(180)):
+        at = t % 60.0 if 60.0 <= t < 63.0 else begun + t
+        lines += [rmc(t, begun=at - t), hdt(t)]
+    path = tmp_path / "a.nmea"
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(DataError, match=r"line \d+: the clock of GPRMC goes back by"):
+        read_all(path)
+
+
+def test_a_clock_over_midnight_goes_on(tmp_path: Path) -> None:
+    path = tmp_path / "a.nmea"
+    path.write_text("\n".join(line for t in SECONDS for line in (rmc(t, begun=86400.0 - 30.0), hdt(t))) + "\n")
+    assert np.diff(read(path).t) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_an_inertial_unit_of_vectornav_tells_fix_heading_and_velocity(tmp_path: Path) -> None:
+    """GPS is 18 s ahead of UTC; week 2416 begins on 26 April 2026, and the first of May at 10 o'clock is a Friday."""
+    lines = []
+    for t in SECONDS:
+        north, east = Datum(59.0, 10.0).place(*place(t))
+        yaw = (course(t) + 180.0) % 360.0 - 180.0
+        v = SPEED * np.exp(1j * math.radians(course(t)))
+        status = "0002" if t % 7 else "0000"
+        lines.append(signed(f"VNINS,{5 * 86400 + 36000 + 18 + t:.6f},2416,{status},{yaw:+08.3f},+001.000,-002.000,"
+                            f"{north:+013.9f},{east:+014.9f},41,{v.real:+.4f},{v.imag:+.4f},0,.3,.5,.1"))  # fmt: skip
+    path = tmp_path / "a.txt"
+    path.write_text("\n".join(lines) + "\n")
+    trial = read(path)
+    assert len(trial) == sum(t % 7 != 0 for t in SECONDS), "a status of 0 has no solution"
+    assert datetime.fromisoformat(trial.meta["start"]) == datetime.fromisoformat("2026-05-01T10:00:01+00:00")
+    known = [t for t in SECONDS if t % 7]
+    off = trial["psi"] - np.radians([course(t) for t in known])
+    assert np.angle(np.exp(1j * off)) == pytest.approx(0.0, abs=1e-4)
+    assert trial["u"] == pytest.approx(SPEED, abs=1e-3)
+    assert trial["v_m"] == pytest.approx(0.0, abs=1e-3)
+    assert (trial["phi"][0], trial["theta"][0]) == pytest.approx((math.radians(-2.0), math.radians(1.0)))
+    assert np.hypot(np.diff(trial["x"]), np.diff(trial["y"])) / np.diff(trial.t) == pytest.approx(SPEED, abs=0.05)
+
+
+def test_a_device_of_a_folder_that_makes_no_rows_is_left_out_and_told(tmp_path: Path) -> None:
+    (tmp_path / "gps.nmea").write_text("\n".join(line for t in SECONDS for line in (rmc(t), hdt(t))) + "\n")
+    sonar = tmp_path / "sonar.nmea"
+    sonar.write_text("\n".join(signed(f"SDDBT,,f,{20 + 0.1 * k:.1f},M,,F") for k in range(40)) + "\n")
+    ((path, (trial,)),) = logs("nmea", tmp_path)
+    assert path.name == "gps.nmea"
+    assert any("doubt: left out" in one and "sonar.nmea: no time" in one for one in trial.meta["processing"])
+    with pytest.raises(DataError, match=r"sonar\.nmea: no time"):
+        list(logs("nmea", sonar))
+    (tmp_path / "gps.nmea").write_text("no log\n" * 30)
+    with pytest.raises(DataError, match=r"gps\.nmea"):
+        list(logs("nmea", tmp_path))

@@ -27,6 +27,7 @@ from typing import Any
 from ...core.parameters import unknown
 from ...core.values import dataclass
 from .. import DataError, Trial
+from ..nmea.clocks import TrackError
 from ..recognise import recognise, sentences
 from ..table import existing
 
@@ -112,14 +113,24 @@ def logs(format: str, src: str | Path, mapping: str | Path | None = None) -> Ite
         DataError: as `reader` and `recordings`, and of a log that cannot be read.
     """
     chosen, checked = _mapped(format, mapping)
-    for path in _found(chosen, checked, existing(src)):
+    found = _found(chosen, checked, existing(src))
+    read, alone = list[tuple[Path, tuple[Trial, ...]]](), list[TrackError]()
+    for path in found:
         try:
-            yield path, chosen.read_all(path, checked) if chosen.read_all else (chosen.read(path, checked),)
+            one = path, chosen.read_all(path, checked) if chosen.read_all else (chosen.read(path, checked),)
+        except TrackError as error:
+            alone.append(error)
+            if len(alone) == len(found):
+                raise alone[0] from None
+            continue
         except DataError as error:
             known = recognise(path) if path.is_file() else None
             if known is None or known.format == format:
                 raise
             raise DataError(f"{error}; {known.told(path)}") from None
+        read.append(one)
+    said = [f"doubt: left out: {error}" for error in alone]
+    yield from ((path, tuple(trial.noting(*said) for trial in trials) if said else trials) for path, trials in read)
 
 
 def _mapped(name: str, mapping: str | Path | None) -> tuple[Format, Any]:

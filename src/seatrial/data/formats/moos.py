@@ -7,6 +7,7 @@ positive to starboard, the ordered thrust in percent.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -29,6 +30,7 @@ EXAMPLE = """%% LOGSTART 1795694400.0
 1.0 NAV_HEADING uSimMarine 40.5
 """
 _RAD = math.pi / 180.0
+_MARK = re.compile(r"[<(]?D[>):]?\s*")
 _READ: Mapping[str, tuple[str, float]] = MappingProxyType({
     "NAV_LAT": ("latitude", 1.0), "NAV_LONG": ("longitude", 1.0), "NAV_HEADING": ("psi", _RAD),
     "NAV_SPEED": ("U_G", 1.0), "NAV_X": ("y", 1.0), "NAV_Y": ("x", 1.0), "NAV_DEPTH_BELOW": ("depth", 1.0),
@@ -38,10 +40,11 @@ _READ: Mapping[str, tuple[str, float]] = MappingProxyType({
 
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
     """Read one log; without a mapping by the one beside it."""
-    heard, starts = Heard(), list[float]()
+    heard, starts, marked = Heard(), list[float](), set[str]()
 
     def take(text: str) -> None:
         if text.startswith("%"):
+            marked.update(["MARKING ON"] if "MARKING ON" in text else [])
             if "LOGSTART" in text:
                 starts.append(_number(text.split()[-1]))
             return
@@ -53,7 +56,8 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
             heard.leave(cells[1])
         else:
             channel, factor = _READ[cells[1]]
-            heard.add(t, cells[2], {channel: factor * _number(cells[3] if len(cells) > 3 else "")})
+            cells.append("")
+            heard.add(t, cells[2], {channel: factor * _number(_unmarked(cells[3]) if marked else cells[3])})
 
     each_line(source, heard, take)
     if len(starts) > 1:
@@ -67,6 +71,11 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
         return {"delta_cmd": "rudder order"}
 
     return trial_by(source, heard, "MOOS variables", mapping, epoch, (), finish)  # type: ignore[arg-type]
+
+
+def _unmarked(text: str) -> str:
+    """A value without the letter of its type, which a logger sets before it where it is told to."""
+    return _MARK.sub("", text)
 
 
 def _number(text: str) -> float:

@@ -39,7 +39,7 @@ from ...core.values import dataclass
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..n2k.groups import finished
-from ..nmea.clocks import ROLL, Spoken, Timed, parted, timed
+from ..nmea.clocks import ROLL, Spoken, Timed, TrackError, parted, timed
 from ..nmea.copies import once, shared
 from ..nmea.lines import Lines, listen
 from ..nmea.readings import KINDS
@@ -477,8 +477,8 @@ def _on_rows(path: Path, log: Log) -> tuple[Array, dict[str, Array], list[str]]:
     if len(log.series.get(base, ((), ()))[0]) < 2:
         others = [one for one in path.parent.glob(f"*{path.suffix}") if one != path]
         joined = "; where each device has a file: sort the lines of all by their stamps into one file" * bool(others)
-        raise DataError(f"{path}: no heading (HDT, THS, HDG, PASHR), position (RMC, GGA, GLL) or rate of turn (ROT) to "
-                        f"make rows of{joined}")  # fmt: skip
+        raise TrackError(f"{path}: no heading (HDT, THS, HDG, PASHR), position (RMC, GGA, GLL) or rate of turn (ROT) "
+                         f"to make rows of{joined}")  # fmt: skip
     t = log.series[base][0]
     reach = 0.5 * float(np.median(np.diff(t))) * (1.0 + 1e-9)
     out: dict[str, Array] = {}

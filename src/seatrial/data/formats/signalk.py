@@ -57,6 +57,7 @@ _LEFT = 1000
 def read(source: Path, mapping: Aboard | None = None) -> Trial:
     """Read one log; without a mapping by the one beside it."""
     all_of, raw, by_context, sizes = Heard(), _Raw(), dict[str, Heard](), dict[str, int]()
+    of_itself = list[str]()
 
     def take(text: str) -> None:
         start = _STAMP.match(text)
@@ -65,8 +66,11 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
             return
         try:
             delta = json.loads(body)
+            if "updates" not in delta and "self" in delta:  # what a server says of itself when a client comes in
+                of_itself.append(str(delta["self"]))
+                return
             context, told = str(delta.get("context", "vessels.self")), list(_values(delta))
-        except (ValueError, TypeError, AttributeError, RecursionError):
+        except (ValueError, TypeError, AttributeError, LookupError, RecursionError):
             all_of.refuse(f"{text[:40]!r} is no delta")
             return
         heard = by_context.setdefault(context, Heard())
@@ -75,7 +79,8 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
             _hear(heard, t, giver, path, value)
 
     each_line(source, all_of, take)
-    own = "vessels.self" if "vessels.self" in by_context else max(sizes, key=lambda one: sizes[one], default="")
+    named = ["vessels.self", *of_itself, *(f"vessels.{one}" for one in of_itself)]
+    own = next((one for one in named if one in by_context), "") or max(sizes, key=lambda one: sizes[one], default="")
     heard = by_context.get(own, Heard())
     heard.lines, heard.invalid, heard.first = all_of.lines, all_of.invalid, all_of.first
     heard.join(raw.heard)

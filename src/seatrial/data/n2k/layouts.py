@@ -158,7 +158,8 @@ _LAYOUTS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], Frame | None]],
     (CANBOAT, _canboat),
     # candump -l; with and without stamps; as of old
     (CANDUMP, lambda m: _of_id(*_seconds(m[1]), m[3], m[4], bus=m[2])),
-    (re.compile(r"\s*(?:\(([^()]*)\)\s+)?[a-z]+(\d{1,3})\s+" + _ID + r"\s+\[(\d)\]\s*" + _HEX + "$"), _candump),
+    (re.compile(r"\s*(?:\(?([\d:.T -]*\d)\)?\s+)?[a-z]+(\d{1,3})\s+(?:[RT]X [B-] [E-]\s+)?" + _ID + r"\s+\[(\d)\]\s*"
+                + _HEX + "$"), _candump),
     (re.compile(r"<0x" + _ID + r">\s+\[(\d)\]\s*" + _HEX + "$"), lambda m: _of_id("", 0.0, m[1], m[3], m[2])),
     # Yacht Devices RAW
     (RAW, lambda m: _of_id("day", _day(m[1]), m[2], m[3])),

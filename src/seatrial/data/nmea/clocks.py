@@ -47,6 +47,10 @@ _NO_CLOCK = ("ZDA",)
 """Its time is that of a pulse or of sending, and not of a fix: it serves where no fix has a clock."""
 
 
+class TrackError(DataError):
+    """A log of instruments without time, heading, position and rate of turn: a folder of others can do without it."""
+
+
 @dataclass(frozen=True)
 class Spoken:
     """What one source tells by one set of names.
@@ -217,7 +221,7 @@ def timed(where: object, piece: Piece, dated: bool) -> Timed:
     stamped, count = sum(int(np.isfinite(one.stamp).sum()) for one in found), sum(map(len, found))
     most = 2 * stamped > count
     if clock is None and not most:
-        raise DataError(f"{where}: no time: a TAG block with c: or a stamp on {stamped} of {count} lines, and no "
+        raise TrackError(f"{where}: no time: a TAG block with c: or a stamp on {stamped} of {count} lines, and no "
                         "clock that goes on in RMC, GGA, GNS, GLL, PASHR or ZDA")  # fmt: skip
     ticks = _ticks(where, found, clock) if clock else _NONE
     own = [_own(one, ticks) for one in found]
@@ -343,7 +347,13 @@ def _shown(found: Sequence[Spoken], clock: str) -> tuple[Places, Array, Places]:
 
 
 def _over_midnight(place: Places, t: Array) -> tuple[Places, Array, Places]:
-    days = np.cumsum(np.append(False, np.diff(t) < -0.5 * _DAY))
+    """Times that go on over midnight; a leap ahead of half a day and more undoes one, as a clock was wrong between."""
+    steps, later = np.diff(t, prepend=t[0]), np.zeros(len(t), np.int64)
+    day = 0
+    for k in np.flatnonzero(np.abs(steps) > 0.5 * _DAY).tolist():
+        before, day = day, max(day - 1, 0) if steps[k] > 0.0 else day + 1
+        later[k] = day - before
+    days = np.cumsum(later)
     return place, t + _DAY * days, days
 
 

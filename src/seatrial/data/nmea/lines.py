@@ -128,7 +128,7 @@ def _tried(path: Path) -> list[list[Piece]]:
             rest = list[bytes]()
             for at in np.linspace(_HEAD, size, _TRIED, endpoint=False).astype(int).tolist():
                 file.seek(at)
-                rest += _plain(file.read(_LINE // 16)).splitlines()[1:2]
+                rest += file.read(_LINE // 64).replace(TOKEN, b"").splitlines()[1:2]
     return [parts for line in (*head[:_TRIED], *rest) if (parts := list(pieces(line)))]
 
 
@@ -251,9 +251,9 @@ class _Ear:
     def _stamps(self, data: Bytes, found: _Plain) -> tuple[Array, Texts, NDArray[np.bool_]]:
         """Stamps of plain lines, sources in their TAG blocks, and whether these are right."""
         before = np.stack([found.begin, found.dollar - found.begin], axis=1)
-        times, tags = np.full(len(before), np.nan), np.zeros(len(before), SOURCES)
-        ends = data[np.maximum(found.dollar - 1, 0)]
+        times, ends = np.full(len(before), np.nan), data[np.maximum(found.dollar - 1, 0)]
         tagged = np.flatnonzero((before[:, 1] > 0) & (ends == ord("\\")))
+        tags = np.zeros(len(before), SOURCES if len(tagged) else "S1")  # names that are wide take their time
         times[tagged], begins, tags[tagged] = tag_times(data, *before[tagged].T)
         before[tagged, 1] = begins - before[tagged, 0]
         good = ~np.isinf(times)
@@ -296,12 +296,18 @@ class _Ear:
             talker, kind = names[int(which[rows[0]])]
             columns = Columns(kind, data, at + 1, np.vstack([at[1:], found.stop[rows][None]]), tuple(words), rows)
             for row, said in columns.read():
-                left[found.line[row]] = False
-                early = min(early, self._take(talker + kind, said, found.only(row), stamp[row], tags[row]))
+                line = found.line[row]
+                left[line] = False
+                bare = ~found.checked[row]
+                early = min(early, self._take(talker + kind, said, (line, bare), stamp[row], tags[row]))
         return early
 
-    def _take(self, source: str, said: Mapping[str, float | Array], found: _Plain, stamp: Array, tags: Texts) -> int:
-        """Readings of sentences of one kind; the line of the first one that has any."""
+    def _take(
+        self, source: str, said: Mapping[str, float | Array], lines: tuple[Places, NDArray[np.bool_]], stamp: Array,
+        tags: Texts,
+    ) -> int:  # fmt: skip
+        """Readings of sentences of one kind, by their lines and which of them have no checksum; the first line."""
+        line, bare = lines
         if not said:
             return _NEVER
         values = np.stack([np.broadcast_to(one, len(stamp)) for one in said.values()])
@@ -312,11 +318,11 @@ class _Ear:
         for one, tag in sorted({pair for pair in each if pair[0] > 0}):
             rows, which = np.flatnonzero((pattern == one) & (tags == tag)), has[:, int(np.argmax(pattern == one))]
             names = tuple(name for name, there in zip(said, which.tolist(), strict=True) if there)
-            place = (self._said.all + found.line[rows] + 1) * PIECES
+            place = (self._said.all + line[rows] + 1) * PIECES
             spoken = Spoken(source, names, place, values[which][:, rows], stamp[rows])
             self._kept[tag.decode(), source, names].append(spoken)
-        self._said.bare += int(np.count_nonzero(~found.checked & (pattern > 0)))
-        return int(found.line[pattern > 0].min(initial=_NEVER))
+        self._said.bare += int(np.count_nonzero(bare & (pattern > 0)))
+        return int(line[pattern > 0].min(initial=_NEVER))
 
     def _line_by_line(self, lines: Sequence[tuple[int, bytes]], early: int) -> None:
         """Take in lines that are not plain; `early` is the line of the first reading of the others."""

@@ -20,12 +20,16 @@ import numpy as np
 
 from ...core.constants import KNOT
 from .. import Array
+from ..mapping.clocks.calendar import leap_seconds
 from .heard import Heard, number
 
 _RAD = math.pi / 180.0
 _SPEEDS = MappingProxyType({"K": 1.0 / 3.6, "M": 1.0, "N": KNOT, "S": 1609.344 / 3600.0})
 _DAY = re.compile(r"(\d\d)(\d\d)(\d\d|\d{4})")
 _FOOT = 0.3048
+_HEX = re.compile(r"[0-9A-Fa-f]{1,4}")
+_GPS_ZERO = 315964800.0
+"""Where GPS weeks begin, seconds since 1970."""
 
 Value = float | Array
 """A reading, or one of each sentence; NaN where there is none."""
@@ -305,6 +309,26 @@ def _psat(f: Fields) -> Found:
     return {**_clock(f, 1), **_attitude(_direction(f, 2), _angle(f, 4), _angle(f, 3))}
 
 
+def _ins(f: Fields) -> Found:
+    """VNINS: seconds of the week by GPS, week, status, yaw, pitch, roll, latitude, longitude, height, velocity.
+
+    The last two bits of the status say what it is about: 0 has no solution.
+    """
+    status = f.text(2)
+    valid = status != "" and int(status, 16) & 3 > 0 if _HEX.fullmatch(status) else False
+    week, seconds = number(f.text(1)), f.number(0)
+    if not valid or not 1000.0 <= week <= 9999.0:
+        return {}
+    zero = _GPS_ZERO + 604800.0 * week
+    utc = seconds - float(leap_seconds(np.array([int(zero) * 10**9]))[0])
+    north, east = (_number(f, k, -99.0, 99.0) for k in (9, 10))
+    latitude, longitude = _whole(_number(f, 6, -90.0, 90.0), _number(f, 7, -180.0, 180.0))
+    day = np.floor(utc / 86400.0)
+    return {"time_of_day": utc - 86400.0 * day, "day": zero + 86400.0 * day, "latitude": latitude,
+            "longitude": longitude, **_attitude(_direction(f, 3), _angle(f, 5), _angle(f, 4)),
+            "U_G": np.hypot(north, east), "gamma_G": np.arctan2(east, north) % (2.0 * math.pi)}  # fmt: skip
+
+
 _READ: Mapping[str, Callable[[Fields], Found]] = MappingProxyType({
     "RMC": _rmc, "GGA": _gga, "GNS": _gns, "GLL": _gll, "ZDA": _zda, "VTG": _vtg, "VBW": _vbw, "VHW": _vhw,
     "HDT": lambda f: {"psi": _direction(f, 0)},
@@ -313,7 +337,7 @@ _READ: Mapping[str, Callable[[Fields], Found]] = MappingProxyType({
     "ROT": lambda f: {"r": _if(f.word(1) in ("A", ""), _number(f, 0, -9999.0, 9999.0, _RAD / 60.0))},
     "RSA": _pair("delta", "delta_port"), "ROR": _pair("delta_cmd", "delta_port_cmd"), "RPM": _rpm, "XDR": _xdr,
     "MWV": _mwv, "VWR": _beside(True), "VWT": _beside(False), "MWD": _mwd, "DPT": _dpt, "DBT": _dbt,
-    "PASHR": _pashr, "PSXN": _psxn, "PSSN": _pssn, "PTNL": _ptnl, "PSAT": _psat,
+    "PASHR": _pashr, "INS": _ins, "PSXN": _psxn, "PSSN": _pssn, "PTNL": _ptnl, "PSAT": _psat,
     "PRDID": lambda f: _attitude(_direction(f, 2), _angle(f, 1), _angle(f, 0)),
 })  # fmt: skip
 

@@ -54,7 +54,7 @@ def rank(group: str, source: str) -> int:
     if group == "heading":
         if plain in _INERTIAL:
             return 2
-        later = {"Imu": 1, "HDG": 3, "HDM": 4, "VHW": 5, "Num": 6, "Hud": 7}
+        later = {"Imu": 1, "INS": 2, "HDG": 3, "HDM": 4, "VHW": 5, "Num": 6, "Hud": 7}
         return later.get(kind, 1 if talker in _SATELLITES else 0)
     order = {"position": ("RMC", "GNS", "GGA", "GLL"), "velocity over ground": ("RMC", "VTG"), "rudder": ("RSA", "XDR"),
              "depth": ("DPT", "DBT"), "log through the water": ("VBW", "VHW"), "true wind": ("MWV", "VWT"),
