@@ -18,6 +18,7 @@ DEFINED = {
     "yd": (1, 3 * FOOT), "rad": (1, 1), "deg": (360, TURN), "°": (360, TURN), "cdeg": (36_000, TURN), "mrad": (1000, 1),
     "gon": (400, TURN), "mil": (6400, TURN), "ft/s": (1, FOOT), "mph": (HOUR, 5280 * FOOT),
     "m/s": (1, 1), "mm/s": (1000, 1), "cm/s": (100, 1), "km/h": (HOUR, 1000), "kn": (HOUR, MILE), "kt": (HOUR, MILE),
+    "0.1 kn": (10 * HOUR, MILE),
     "kts": (HOUR, MILE),
     "knot": (HOUR, MILE), "knots": (HOUR, MILE),
     "rad/s": (1, 1), "deg/s": (360, TURN), "°/s": (360, TURN), "deg/min": (360 * MINUTE, TURN), "rad/min": (MINUTE, 1),

@@ -98,6 +98,11 @@ _FORMS: tuple[tuple[re.Pattern[str], Known], ...] = (
                                               "seatrial import csv with skip in the mapping")),
     (re.compile(r"[A-Z]{2}(GGA|RMC|GLL|VTG|ZDA|GNS|HDT|HDG|ROT|RSA|VHW|MWV),.*\*[0-9A-F]{2}\s*$"),
      Known("a log of NMEA 0183 without the $ of its sentences", way="put it back: sed 's/^/$/' FILE > FILE.nmea")),
+    (re.compile(r"[A-Za-z_][\w.-]*(,[\w.-]+=[^ ,=]+)* [\w.-]+=[^ ,=]+(,[\w.-]+=[^ ,=]+)*( \d{10,19})?$"),
+     Known("the line protocol of InfluxDB", way="influx query writes annotated CSV, which is read: "
+                                                "seatrial import --guess")),
+    (re.compile(r"[A-Za-z_][\w.-]*=[^ =]+( [A-Za-z_][\w.-]*=[^ =]+){2,}\s*$"),
+     Known("lines of names and values (logfmt)", way="make a table of it: mlr --ifs space --ocsv unsparsify FILE")),
     (re.compile(r'\s*[\[{].*"\w+"\s*:'), _JSON),
     (re.compile(r"\s*<(\?xml|gpx|trk|trkpt|trkseg|ele|time)\b.*"), Known("a GPX track", "gpx")),
 )  # fmt: skip

@@ -25,7 +25,7 @@ KNOWN: Mapping[str, tuple[str, float]] = MappingProxyType({
     "rad": ("rad", 1.0), "deg": ("rad", _DEG), "°": ("rad", _DEG), "mrad": ("rad", 1e-3), "cdeg": ("rad", 1e-2 * _DEG),
     "gon": ("rad", math.pi / 200.0), "mil": ("rad", math.pi / 3200.0),
     "m/s": ("m/s", 1.0), "cm/s": ("m/s", 1e-2), "mm/s": ("m/s", 1e-3), "ft/s": ("m/s", 0.3048),
-    "mph": ("m/s", 0.44704), "km/h": ("m/s", 1 / 3.6), "kn": ("m/s", KNOT),
+    "mph": ("m/s", 0.44704), "km/h": ("m/s", 1 / 3.6), "kn": ("m/s", KNOT), "0.1 kn": ("m/s", 0.1 * KNOT),
     "kt": ("m/s", KNOT), "kts": ("m/s", KNOT), "knot": ("m/s", KNOT), "knots": ("m/s", KNOT),
     "rad/s": ("rad/s", 1.0), "deg/s": ("rad/s", _DEG), "°/s": ("rad/s", _DEG),
     "deg/min": ("rad/s", _DEG / 60.0), "rad/min": ("rad/s", 1 / 60.0),

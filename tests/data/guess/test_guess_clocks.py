@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 from turning_log import fixes, table, trials, truth
 
@@ -14,6 +15,7 @@ from seatrial.data.guess import guess
 from seatrial.data.guess.cells import columns_of
 from seatrial.data.guess.clock import clocks
 from seatrial.data.guess.layout import read_text
+from seatrial.data.mapping.clocks.patterns import _numbers_of
 
 SCHEMA = 'schema = "seatrial-mapping/1"\n'
 BEGUN = datetime(2026, 5, 1, 11, 58, 20, tzinfo=UTC)
@@ -26,9 +28,13 @@ def written(form: str) -> dict[str, list[str]]:
     """The columns of a clock of two hundred seconds, in one form."""
     when = [BEGUN + timedelta(seconds=s) for s in SECONDS]
     days = [(one - datetime(1970, 1, 1, tzinfo=UTC)).total_seconds() / 86400.0 for one in when]
-    if form in ("excel", "datenum", "julian"):
-        zero = {"excel": 25569.0, "datenum": 719529.0, "julian": 2440587.5}[form]
+    if form in ("excel", "datenum", "julian", "mjd"):
+        zero = {"excel": 25569.0, "datenum": 719529.0, "julian": 2440587.5, "mjd": 40587.0}[form]
         return {"UTC": [f"{one + zero:.9f}" for one in days]}
+    if form == "parts":
+        names = {"UTC year": "%Y", "Month": "%m", "Day": "%d", "Hours": "%H", "Min": "%M"}
+        parts = {name: [str(int(one.strftime(part))) for one in when] for name, part in names.items()}
+        return {**parts, "Sec": [f"{one.second}.0" for one in when]}
     if form == "yearday":
         return {"yearday": [f"{one - 20454.0:.8f}" for one in days]}
     if "|" in form:
@@ -47,7 +53,9 @@ def read(path: Path, form: str) -> Trial:
 
 
 @pytest.mark.parametrize("form", [
-    "excel", "datenum", "julian", "%Y%m%d%H%M%S", "%Y%m%dT%H%M%SZ", "%Y%m%d_%H%M%S", "%Y%m%d|%H%M%S", "%d%m%y|%H%M%S",
+    "excel", "datenum", "julian", "mjd", "parts", "%d.%m.%Y %H.%M.%S", "%d.%m.%Y|%H.%M.%S", "%Y%m%d%H%M%S",
+    "%Y%m%dT%H%M%SZ", "%Y%m%d_%H%M%S", "%Y%m%d|%H%M%S", "%d%m%y|%H%M%S",
+    "%Y:%m:%d:%H:%M:%S", "%Y:%j:%H:%M:%S", "%a %b %d %H:%M:%S %Y", "%d %B %Y|%Hh%Mm%Ss", "%d %b %Y - %H.%M.%S",
     "%d%m%Y|%H%M%S", "%Y-%m-%d %H:%M:%SZ", "%d.%m.%Y %I:%M:%S %p", "%d.%m.%Y|%I:%M:%S %p",
 ])  # fmt: skip
 def test_a_clock_with_a_date_has_its_seconds_and_its_begin(form: str, tmp_path: Path) -> None:
@@ -57,7 +65,7 @@ def test_a_clock_with_a_date_has_its_seconds_and_its_begin(form: str, tmp_path: 
     assert abs((begin - BEGUN).total_seconds()) < 2e-3
 
 
-@pytest.mark.parametrize("form", ["yearday", "%H%M%S", "%I:%M:%S %p", "%I:%M:%S%p"])
+@pytest.mark.parametrize("form", ["yearday", "%H%M%S", "%I:%M:%S %p", "%I:%M:%S%p", "%H.%M.%S", "%H.%M.%S.5"])
 def test_a_clock_without_a_year_has_its_seconds(form: str, tmp_path: Path) -> None:
     assert np.diff(read(tmp_path / "log.csv", form).t) == pytest.approx(1.0, abs=2e-3)
 
@@ -136,3 +144,45 @@ def test_minutes_of_the_southern_hemisphere_go_south(tmp_path: Path) -> None:
     found = trials(log, 'time = { column = "t", unit = "s" }\n' + places("minutes")[1])[0]
     assert found["x"][1] == pytest.approx(-0.5 / 60.0 * 110_900.0, rel=2e-3)
     assert found.meta["datum"]["latitude"] == pytest.approx(-33.0 - 10.0 / 60.0)
+
+
+def test_dates_with_dots_are_no_times_with_dots(tmp_path: Path) -> None:
+    days = ["13.05.20"] * 100 + ["14.05.20"] * 100
+    times = [f"{k // 60 % 24:02d}:{k % 60:02d}:00" for k in range(200)]
+    log = table(tmp_path / "log.csv", {"Dato": days, "Kl": times, "psi": list(0.01 * SECONDS)})
+    assert [one.kind for one in columns_of(read_text(log))][:2] == ["date", "clock"]
+
+
+def test_a_time_in_parts_that_are_beyond_their_bounds_is_none(tmp_path: Path) -> None:
+    cells = {**written("parts"), "psi": list(0.01 * SECONDS)}
+    log = table(tmp_path / "log.csv", {**cells, "Month": ["13"] * 200})
+    assert not any("date" in one.keys for one in clocks(columns_of(read_text(log))))
+
+
+@pytest.mark.parametrize(("written", "month"), [
+    ("janv.", 1), ("févr.", 2), ("März", 3), ("avril", 4), ("maj", 5), ("juin", 6), ("juil.", 7), ("août", 8),
+    ("sept.", 9), ("okt", 10), ("ottobre", 10), ("Nov", 11), ("Dezember", 12), ("gennaio", 1), ("giugno", 6),
+    ("luglio", 7), ("ene", 1), ("mars", 3), ("jul", 7), ("xyz", 0),
+])  # fmt: skip
+def test_months_by_their_names_in_other_languages(written: str, month: int) -> None:
+    assert _numbers_of(pl.Series([written])).tolist() == [month]
+
+
+def test_a_longitude_that_is_counted_all_the_way_round(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+    mapping = """time = { column = "t", unit = "s" }
+[position]
+latitude = "a"
+longitude = "o"
+"""
+    log = table(tmp_path / "log.csv", {"t": list(true.t), "a": latitude, "o": [one + 226.0 for one in longitude]})
+    assert trials(log, mapping)[0]["y"] == pytest.approx(true["y"], abs=1e-3)
+    silent = table(tmp_path / "log.csv", {"t": list(true.t), "a": latitude, "o": [181.0] * len(true)})
+    with pytest.raises(DataError, match=r"181 is no longitude"):
+        trials(silent, mapping)
+    apart = [longitude[k] if k % 2 else "" for k in range(len(true))]
+    rest = ["" if one else a for a, one in zip(latitude, apart, strict=True)]
+    shared = table(tmp_path / "log.csv", {"t": list(true.t), "a": rest, "o": apart})
+    with pytest.raises(DataError, match=r"no row has a latitude and a longitude"):
+        trials(shared, mapping)

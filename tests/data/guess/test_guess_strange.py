@@ -219,3 +219,92 @@ def test_empty_lines_anywhere_change_nothing(empty: tuple[int, ...], separator: 
     lines = log.read_text().splitlines()
     log.write_text("Sea trial\n\n" + "\n".join(f"\n{line}" if k in empty else line for k, line in enumerate(lines)))
     assert imported(log)["psi"] == pytest.approx(plain["psi"])
+
+
+@pytest.mark.parametrize(("p", "q", "exchanged"), list(itertools.product((1, -1), (1, -1), (False, True))))
+def test_motors_that_push_as_much_together_as_ever_are_told_by_going_ahead(p: int, q: int, exchanged: bool) -> None:
+    """A boat that turns by its motors alone loses speed in the turn: the speed says nothing of their senses."""
+    dt = 0.2
+    t = dt * np.arange(1500)
+    turn = np.repeat(np.random.default_rng(4).uniform(-0.3, 0.3, 75), 20)
+    _, r = driven(0.6 + turn, 0.6 - turn, dt)
+    u = 2.0 - 4.0 * np.abs(r)
+    left, right = (0.6 - turn, 0.6 + turn) if exchanged else (0.6 + turn, 0.6 - turn)
+    pulses = [np.round(1500.0 + 400.0 * sign * one) for sign, one in ((p, left), (q, right))]
+    found = {f"throttle_{k}": signal(f"throttle_{k}", values, f"thr_{side}", means=tuple(meanings(f"thr_{side}")))
+             for k, (side, values) in enumerate(zip(("left", "right"), pulses, strict=True), start=1)}  # fmt: skip
+    entries = {one.table: one for one in thrust_entries(found, Known(t, np.cumsum(r) * dt, u, 0.0 * u, r, u))}
+    sides = ("starboard", "port") if exchanged else ("port", "starboard")
+    for side, own, sign in zip(sides, ("left", "right"), (p, q), strict=True):
+        keys = entries[f"channels.throttle_{side}"].keys
+        assert keys["column"] == f'"thr_{own}"'
+        assert keys.get("sign") == (None if sign > 0 else "-1")
+
+
+def test_positions_under_names_that_nobody_knows_are_read_and_doubted(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+    cells = {"Time [s]": list(true.t), "Qwa": [f"{one:.8f}" for one in longitude],
+             "Qwb": [f"{one:.8f}" for one in latitude], "Heading": list(np.degrees(true["psi"]) % 360.0)}  # fmt: skip
+    log = table(tmp_path / "a.csv", cells)
+    found = guess(log)
+    assert any("its name is none that is known" in one for one in found.doubts)
+    trial = trials(log, found.text.replace(SCHEMA, ""))[0]
+    for name in "xy":
+        assert trial[name] - trial[name][0] == pytest.approx(true[name] - true[name][0], abs=0.05)
+
+
+def test_degrees_minutes_and_seconds_with_dashes(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+
+    def dashed(value: float, letters: str) -> str:
+        minutes = abs(value) % 1.0 * 60.0
+        return f"{int(abs(value))}-{int(minutes):02d}-{minutes % 1.0 * 60.0:08.5f}{letters[value < 0.0]}"
+
+    cells = {"Time [s]": list(true.t), "Lat": [dashed(one, "NS") for one in latitude],
+             "Lon": [dashed(one, "EW") for one in longitude],
+             "Heading": list(np.degrees(true["psi"]) % 360.0)}  # fmt: skip
+    trial = imported(table(tmp_path / "a.csv", cells))
+    for name in "xy":
+        assert trial[name] - trial[name][0] == pytest.approx(true[name] - true[name][0], abs=0.05)
+
+
+def test_places_in_a_form_that_is_not_known_are_a_doubt(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    cells = {"Time [s]": list(true.t), "Latitude": [f"JO59{k:04d}x" for k in range(len(true))],
+             "Longitude": [f"LK{k:04d}y" for k in range(len(true))],
+             "Heading": list(np.degrees(true["psi"]) % 360.0)}  # fmt: skip
+    doubts = guess(table(tmp_path / "a.csv", cells)).doubts
+    assert any("written in a form that is not known, such as 'JO59" in one for one in doubts)
+
+
+def test_the_variation_beside_a_magnetic_heading_is_added(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+    cells = {"Time [s]": list(true.t), "Lat": list(latitude), "Lon": list(longitude),
+             "Heading_Mag": list((np.degrees(true["psi"]) - 6.5) % 360.0), "Variation": [6.5] * len(true)}  # fmt: skip
+    log = table(tmp_path / "a.csv", cells)
+    found = guess(log)
+    assert any("+6.5 deg of 'Variation' are added" in one for one in found.doubts)
+    psi = trials(log, found.text.replace(SCHEMA, ""))[0]["psi"]
+    assert np.angle(np.exp(1j * (psi - true["psi"]))) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_the_last_numbers_of_two_bytes_are_gaps(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    rudder = np.where(np.arange(len(true)) % 17 == 5, 327.67, np.round(np.degrees(true["delta"]), 2))
+    cells = {"Time [s]": list(true.t), "Heading": list(np.degrees(true["psi"]) % 360.0), "Rudder": list(rudder)}
+    log = table(tmp_path / "a.csv", cells)
+    trial = trials(log, guess(log).text.replace(SCHEMA, "").replace('sign = "?"', "sign = 1"))[0]
+    assert np.isnan(trial["delta"][5])
+    assert np.nanmax(np.abs(trial["delta"] - true["delta"])) < 2e-4
+
+
+def test_lines_of_separators_around_the_header_say_nothing(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    rows = [f"{t:.1f};{np.degrees(psi) % 360.0:.5f}" for t, psi in zip(true.t, true["psi"], strict=True)]
+    log = tmp_path / "a.csv"
+    log.write_text("Sea trial;\n;\nTime;Heading\n[s];[deg]\n;\n" + "\n".join(rows) + "\n")
+    off = imported(log)["psi"] - true["psi"]
+    assert np.angle(np.exp(1j * off)) == pytest.approx(0.0, abs=1e-6)

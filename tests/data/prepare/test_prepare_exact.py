@@ -56,7 +56,7 @@ def test_every_unit_is_worth_what_its_definition_says() -> None:
         "m": 1, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "NM": 1852,
         "nmi": 1852, "ft": 0.3048, "yd": 0.9144, "mrad": 1e-3, "cdeg": d / 100, "gon": math.pi / 200,
         "mil": math.tau / 6400, "ft/s": 0.3048, "mph": 1609.344 / 3600, "rad": 1, "mm/s": 1e-3,
-        "deg": d, "°": d, "m/s": 1, "cm/s": 1e-2, "km/h": 1 / 3.6, "kn": knot,
+        "deg": d, "°": d, "m/s": 1, "cm/s": 1e-2, "km/h": 1 / 3.6, "0.1 kn": 0.1 * (knot), "kn": knot,
         "kt": knot, "kts": knot, "knot": knot, "knots": knot, "rad/s": 1, "deg/s": d, "°/s": d, "deg/min": d / 60,
         "rad/min": 1 / 60, "1/s": 1, "rps": 1, "Hz": 1, "rpm": 1 / 60, "1/min": 1 / 60, "m/s^2": 1, "m/s2": 1,
         "rad/s^2": 1, "deg/s^2": d, "N": 1, "kN": 1e3, "MN": 1e6, "N m": 1, "Nm": 1, "N*m": 1, "kN m": 1e3, "kNm": 1e3,

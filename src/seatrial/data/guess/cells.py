@@ -24,11 +24,14 @@ _SIDES = frozenset("NSEWPOLB")
 _PROBED = 200
 _BEFORE = re.compile(r"(?P<letters>[a-z]{1,4}|starboard|steuerbord|styrbord|backbord|babord|bakbord)"
                      r"\s*(?P<number>[\d.,]+)", re.IGNORECASE)  # fmt: skip
-_DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd-]\s*(?P<m>[\d.,]+)\s*['′m]?\s*"
+_DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd:-]\s*(?P<m>[\d.,]+)\s*['′m:-]?\s*"
                   r"(?:(?P<s>[\d.,]+)\s*(?:\"|″|''|(?-i:s))?)?\s*(?P<e>[NSEWO])?", re.IGNORECASE)  # fmt: skip
 _SPACED = re.compile(r"(\d{1,3})\s+(?=\d)")
 _ISO = re.compile(r"\d{4}-?\d\d-?\d\d[T _]\d\d:?\d\d(:?\d\d([.,]\d+)?)?\s*(Z|UTC|[+-]\d\d:?\d\d)?")
 _STAMP = re.compile(r"\d{1,4}[./-](?:\d{1,2}|[A-Z][a-z]{2})[./-]\d{1,4}[T ]+\d{1,2}:\d\d(:\d\d([.,]\d+)?)?.*")
+_DOTTED = re.compile(r"([01]?\d|2[0-3])\.[0-5]\d\.[0-5]\d([.,]\d+)?")
+_DAYS = 3
+"""Different dates in a column at most: what looks like more are times with dots, 13.22.41."""
 _DATE = re.compile(r"\d{1,4}[./-](?:\d{1,2}|[A-Z][a-z]{2})[./-]\d{1,4}|20\d{6}")
 _CLOCK = re.compile(r"\d{1,2}:\d\d(:\d\d([.,]\d+)?)?(\s*[AaPp]\.?[Mm]\.?)?")
 _FORMS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
@@ -180,6 +183,8 @@ def _read(cells: tuple[str, ...], mark: str) -> tuple[Kind, Array, dict[str, int
         return "empty", none, {}, ()
     numbers = np.array([math.nan if (found := number(cell, mark)) is None else found for cell in cells])
     counts = Counter(filled)
+    if len(counts) > _DAYS and all(_DOTTED.fullmatch(cell.strip()) for cell in filled):
+        return "text", none, {}, ()
     for kind, form in _FORMS:
         if (
             kind == "date"

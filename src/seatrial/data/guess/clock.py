@@ -6,13 +6,18 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import field
 from datetime import datetime
+from itertools import product
 
 import numpy as np
+import polars as pl
 
 from ...core.values import dataclass
 from .. import Array
-from .answers import Answer, quoted
+from ..mapping.clocks.calendar import civil
+from ..mapping.clocks.patterns import patterned
+from .answers import Answer, listed, quoted
 from .cells import Column
+from .naming import tokens
 
 _EPOCHS = (("s", 1e9), ("ms", 1e12), ("us", 1e15), ("ns", 1e18))
 _ZONE = re.compile(r"(Z|UTC|[+-]\d\d:?\d\d)$", re.IGNORECASE)
@@ -56,7 +61,8 @@ class Clock:
 
 def clocks(columns: Sequence[Column]) -> list[Clock]:
     """Every clock that a table may have, best first."""
-    found = [one for make in (_stamps, _dated, _of_day, _of_hour, _gps, _digits, _days, _numbers)
+    found = [one for make in (_stamps, _dated, _parts, _formed, _of_day, _of_hour, _gps, _digits, _days,
+                                     _numbers)
              for one in make(columns)]  # fmt: skip
     return sorted(found or _even(columns), key=lambda clock: -clock.rank)
 
@@ -173,7 +179,7 @@ def _with_zone(
 def _seconds(text: str, pattern: str, count: bool = False) -> float:
     """A stamp as seconds; NaN where it is none."""
     plain, fraction = re.sub(r"([AaPp])\.?[Mm]\.?$", r"\1M", text.strip().replace(",", ".")), 0.0
-    if found := re.search(r"(:\d\d|\d{6})\.(\d+)", plain):
+    if found := re.search(r"(:\d\d|\d{6}| \d{1,2}(?=\.\d+$))\.(\d+)", plain):
         fraction = int(found[2]) * 1e-9 if count else float(f"0.{found[2]}")
         plain = plain.replace(found[0], found[1], 1)
     try:
@@ -212,6 +218,69 @@ def _pattern(cells: Sequence[str]) -> tuple[str, str]:
     seconds = f"{hours}:%M:%S" if clock.count(":") == 2 else f"{hours}:%M"
     seconds += ".%f" if re.search(r":\d\d[.,]\d", clock) else ""
     return f"{days}{between}{seconds}" + (f"{half[1]}%p" if half else ""), doubt
+
+
+_PARTS = (
+    (("year", "yr", "yyyy", "ar", "jahr", "annee", "ano", "anno"), 1970, 2200),
+    (("month", "mon", "mo", "mnd", "monat", "mois", "mes", "mese"), 1, 12),
+    (("day", "dy", "dd", "dag", "tag", "jour", "dia", "giorno"), 1, 31),
+    (("hour", "hr", "hh", "stunde", "heure", "hora", "ora"), 0, 23),
+    (("minute", "min", "mi", "mn", "minut", "minuto"), 0, 59),
+    (("second", "sec", "ss", "sekund", "sekunde", "seconde", "segundo", "secondo"), 0, 60.999),
+)  # fmt: skip
+"""Words of the columns of a time in its parts, and their least and most."""
+
+
+def _parts(columns: Sequence[Column]) -> list[Clock]:
+    """Year, month, day, hour, minute and second in columns of their own."""
+    found: list[Column] = []
+    for words, low, high in _PARTS:
+        for one in columns:
+            last = {*tokens(one.name)[-1:], *tokens(one.name.rstrip("s"))[-1:]}
+            if (one.kind == "number" and last & set(words) and one not in found
+                    and low <= np.nanmin(one.values) <= np.nanmax(one.values) <= high):  # fmt: skip
+                found.append(one)
+                break
+    if len(found) < len(_PARTS):
+        return []
+    joined = tuple(" ".join(cell.strip() for cell in row) for row in zip(*(one.cells for one in found), strict=True))
+    heads, form = tuple(one.head for one in found), "%Y %m %d %H %M %S"
+    keys = {"date": listed(heads[:-1]), "column": quoted(heads[-1]), "format": quoted(form)}
+    return _with_zone(found[-1], keys, form, "", lambda _: "", joined[0], heads, joined)
+
+
+_DAYS = ("%d %b %Y", "%b %d %Y", "%b %d, %Y", "%a %d %b %Y", "%a, %d %b %Y", "%Y:%m:%d", "%Y:%j", "%Y-%j", "%d.%m.%Y",
+         "%d/%m/%Y", "%d-%m-%Y", "%Y-%m-%d", "%Y.%m.%d", "%Y_%m_%d", "%d%b%Y", "%d-%b-%Y", "%Y%m%d")  # fmt: skip
+_TIMES = ("%H:%M:%S", "%H.%M.%S", "%Hh%Mm%Ss", "%H-%M-%S", "%H_%M_%S", "%I:%M:%S %p", "%H%M%S")
+_JOINTS = (" ", ":", "-", " - ", "_", ", ", "T")
+_FORMS = (*map("".join, product(_DAYS, _JOINTS, _TIMES)), "%a %b %d %H:%M:%S %Y", *_TIMES[1:5])
+"""Forms of stamps beside ISO's, tried one after the other on what nothing else reads."""
+
+
+def _formed(columns: Sequence[Column]) -> list[Clock]:
+    """Texts that are times in a form of ours, alone or behind a column of dates."""
+    found: list[Clock] = []
+    texts = [one for one in columns if one.kind in ("text", "date", "clock")]
+    days = [one for one in texts if one.kind == "date" or (one.kind == "text" and one.score("date") > 0.3)]
+    pairs = [((one,), _FORMS) for one in texts if one.kind == "text"]
+    pairs += [((day, one), tuple(map(" ".join, product(_DAYS, _TIMES)))) for day in days for one in texts
+              if one is not day and "text" in (one.kind, day.kind)]  # fmt: skip
+    for parts, forms in pairs:
+        cells = [" ".join(cell.strip() for cell in row) for row in zip(*(one.cells for one in parts), strict=True)]
+        first = next((cell for cell in cells if cell.strip()), "")
+        form = next((one for one in forms if re.fullmatch(patterned(one).form.strip("^$"), first)), None)
+        told = patterned(form).fields(pl.Series([cell or None for cell in cells]), "decimal") if form else None
+        if form is None or told is None or told.wrong.any():
+            continue
+        t, heads = civil(told) * 1e-9 - _CENTURY * told.dated, tuple(one.head for one in parts)
+        keys = {"date": quoted(heads[0])} if len(parts) > 1 else {}
+        keys |= {"column": quoted(heads[-1]), "format": quoted(form)}
+        utc = any(word in head.lower() for word in ("utc", "gmt") for head in heads)
+        keys |= {"zone": quoted("UTC" if utc else "unknown")} if told.dated else {}
+        t += 0.0 if told.dated else np.concatenate([[0.0], _DAY * np.cumsum(np.diff(t) < -0.5 * _DAY)])
+        answer = Answer(f"stamps such as {first}", (_NO_ZONE,) if told.dated and not utc else ())
+        found += _ranked(t, 2.9 if told.dated else 2.0, keys, answer, heads)
+    return found
 
 
 def _of_day(columns: Sequence[Column]) -> list[Clock]:
@@ -318,7 +387,8 @@ def _digits_of_day(column: Column, day: Column | None, t: Array, first: str) -> 
     return _ranked(t, 3.0, keys, answer, (day.head, column.head))
 
 
-_COUNTS = {"datenum": (730_486.0, 743_300.0), "excel": (36_526.0, 49_310.0), "julian": (2_451_500.0, 2_465_000.0)}
+_COUNTS = {"datenum": (730_486.0, 743_300.0), "excel": (36_526.0, 49_310.0), "julian": (2_451_500.0, 2_465_000.0),
+           "mjd": (51_544.0, 64_500.0)}  # fmt: skip
 """Days from 2000 to 2035 as MATLAB, spreadsheets and astronomers count them."""
 
 _SLOWEST = 0.02
@@ -362,11 +432,8 @@ def _day_of(columns: Sequence[Column]) -> Column | None:
 
 
 def _gps(columns: Sequence[Column]) -> list[Clock]:
-    weeks = [
-        c
-        for c in columns
-        if c.kind == "number" and c.score("week") > 0.4 and 0 <= np.nanmin(c.values) <= np.nanmax(c.values) < 4000
-    ]
+    weeks = [c for c in columns if c.kind == "number" and c.score("week") > 0.4
+             and 0 <= np.nanmin(c.values) <= np.nanmax(c.values) < 4000]  # fmt: skip
     tows = [c for c in columns if c.kind == "number" and c.score("tow") > 0.4]
     if not weeks or not tows:
         return []
@@ -396,11 +463,8 @@ def _numbers(columns: Sequence[Column]) -> list[Clock]:
             factor = 1e9 / dict(_EPOCHS)[epoch]
             t = column.values * factor - _CENTURY
             keys |= {"unit": quoted(epoch), "format": quoted("epoch")}
-            nanos = (
-                [c for c in columns if c.kind == "number" and c.name.lower().endswith(("nsecs", "nsec", "nanosec"))]
-                if epoch == "s"
-                else []
-            )
+            nanos = [c for c in columns if epoch == "s" and c.kind == "number"
+                     and c.name.lower().endswith(("nsecs", "nsec", "nanosec"))]  # fmt: skip
             if nanos:
                 t, keys = t + 1e-9 * nanos[0].values, {**keys, "nanoseconds": quoted(nanos[0].head)}
             answer = Answer(f"since 1970, by the size of its numbers ({middle:.4g})")

@@ -18,7 +18,7 @@ from .helm import from_neutral, neutral_of, read_revolutions, read_rudder
 from .layout import Table
 from .motion import MIRRORED, SPEEDS, Motion, Option, Verdict, speed_unit_said, speeds_of
 from .naming import magnetic, tokens
-from .roles import Signal, held_over
+from .roles import Signal, held_over, variation_of
 
 _SPEED = "unit of speed"
 _ANTENNA = "the antenna is taken to be midship: antenna = [forward, starboard] in m says where it is"
@@ -149,7 +149,9 @@ def _heading(found: Mapping[str, Signal], verdict: Verdict) -> Iterator[Entry]:
     if "yaw" in tokens(signal.column.name) and choice.get("axes") == "x, y" and {"x", "y"} <= set(found):
         doubts.append("x, y, yaw may be those of robots, east, north, anticlockwise: no log tells its mirror image")
     if magnetic(signal.column.name):
-        doubts.append("magnetic by its name; its deviation and variation go under offset")
+        degrees, by = variation_of(found) if unit == "deg" else (0.0, "")
+        keys |= {"offset": f"{float(keys.get('offset', 0.0)) + degrees:.6g}"} if by else {}
+        doubts.append(f"magnetic by its name; {by}its deviation {'goes' if by else 'and variation go'} under offset")
     if not any(signal.column.score(role) for role in ("heading", "yaw", "alpha")):
         doubts.append("taken for the heading as the ship goes about where it points; its name is none that is known")
     evidence = f"{_told(verdict, signal, 'unit of psi', 'sense of psi')}; {sense}{_in_unit(signal, unit)}"
@@ -173,7 +175,9 @@ def _position(found: Mapping[str, Signal], verdict: Verdict, letters: Mapping[st
         if swapped and not halved:
             doubts.append("the names of the two columns are exchanged in the log")
         if not first.column.score("latitude") and not first.column.score("longitude"):
-            doubts.append("its values are degrees by their size and digits, though its name says metres")
+            metres = max(map(first.column.score, ("x", "y", "north", "east")))
+            doubts.append("its values are degrees by their size and digits, "
+                          + ("though its name says metres" if metres else "and its name is none that is known"))
         keys = {
             "latitude": quoted(first.column.head),
             "longitude": quoted(second.column.head),

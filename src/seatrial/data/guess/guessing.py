@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +11,6 @@ import numpy as np
 from ...core.values import dataclass
 from .. import Array, DataError
 from ..importing import recognised
-from ..mapping.schema import Long
 from ..mapping.tables import NUMBERED
 from ..recognise import recognise, sentences
 from ..table import existing
@@ -31,7 +30,8 @@ from .entries import (
 from .helm import with_rudder
 from .logs import Log, Topic, bridged, find_log, leap
 from .motion import TIMES, Motion, Verdict, speeds_of, with_units
-from .roles import Signal, pointed, sided, signals, strangers, trial_column
+from .roles import Signal, pointed, sided, signals, somewhere, strangers, trial_column
+from .rows_of_names import long_entry
 from .thrust import halves_of_rudder, neglected, thrust_entries, unplaced
 from .wind import read_two_winds, read_wind, wind_entries, wind_pairs
 
@@ -96,6 +96,7 @@ def guess(src: str | Path) -> Guess:
     head = ["A mapping for `seatrial import csv`, guessed; correct what is wrong.",
             f"A comment that begins with {DOUBT} names what the log does not show; a value \"{ASK}\" must be answered.",
             *notes, *_left_out(log, text)]  # fmt: skip
+    entries = [*map(_templated(log), entries), *_clocks(log)]
     doubts = tuple(f"{_place(one)}: {doubt}" for one in entries for doubt in one.answer.doubts)
     asks = tuple(f"{one.table}.{key}" if one.table else key for one in entries for key in one.asked)
     return Guess(
@@ -153,6 +154,28 @@ def _reaching(log: Log, entry: Entry) -> Entry:
     return replace(entry, keys=keys)
 
 
+def _templated(log: Log) -> Callable[[Entry], Entry]:
+    """Names of files that begin with that of the trial, as those of any trial."""
+    before, there, after = log.pattern.partition("{trial}")
+    name = log.main.name.removeprefix(before).removesuffix(after) if there else ""
+
+    def change(entry: Entry) -> Entry:
+        file = entry.keys.get("file", "")
+        return replace(entry, keys={**entry.keys, "file": file.replace(name, "{trial}", 1)}) if name and file else entry
+
+    return change
+
+
+def _clocks(log: Log) -> Iterator[Entry]:
+    """The clocks of files that have another one than the rows; a program writes the digits of all its files alike."""
+    alike = None if log.main.clock is None or log.main.table.long else {**log.main.clock.keys, "fraction": ""}
+    for one in log.topics:
+        if one.clock is not None and alike and {**one.clock.keys, "fraction": ""} != alike:
+            file = _templated(log)(Entry("", {"file": quoted(one.name)})).keys["file"]
+            answer = replace(one.clock.answer, evidence=f"{', '.join(one.clock.heads)}: {one.clock.answer.evidence}")
+            yield Entry(f"files.clocks.{file}", dict(one.clock.keys), answer)
+
+
 def _place(entry: Entry) -> str:
     """Where in the mapping an entry stands."""
     return entry.table or next(iter(entry.keys), "the folder")
@@ -165,9 +188,7 @@ def _entries(log: Log) -> Iterator[Entry]:
     found, verdict, exchanged = _judged(t, found, times)
     yield _time_entry(log, verdict)
     if verdict.lost:
-        doubt = (
-            f"track, heading and speeds fit together in no reading (within {verdict.lost:.0%} at best); " + _BY_NAMES
-        )
+        doubt = f"track, heading and speeds fit together in no reading (within {verdict.lost:.0%} at best); {_BY_NAMES}"
         yield Entry("", {}, Answer("", (doubt,)))
     for entry in motion_entries(found, verdict, _letters(log)):
         if exchanged and entry.table == "channels.psi":
@@ -201,7 +222,7 @@ def _entries(log: Log) -> Iterator[Entry]:
 
 def _quantities(log: Log) -> tuple[Array, Mapping[str, Signal]]:
     """Time of the rows and the quantities on them; those of no known name among them where the motion tells them."""
-    every = pointed(log.t, in_degrees(_with_letters(log)), log.main.columns)
+    every = pointed(log.t, in_degrees(somewhere(_with_letters(log), log.main.columns)), log.main.columns)
     t, found = _once(log.t[log.piece], {**every, **strangers(every, log.main.columns)}, log.piece)
     return t, with_units(t, bridged(t, found))
 
@@ -267,11 +288,8 @@ def _second_opinion(log: Log, verdict: Verdict, ours: bool) -> Iterator[Entry]:
             if verdict.best.choice.get(key, said) != said and its.measured(key)
         ]
         if exchanged != ours or differs:
-            what = (
-                f"{', '.join(differs)} differ there"
-                if exchanged == ours
-                else "heading and course are the other way round there"
-            )
+            what = (f"{', '.join(differs)} differ there" if exchanged == ours else
+                    "heading and course are the other way round there")  # fmt: skip
             yield Entry("", {}, Answer("", (f"{other.name}: {what}; give it a mapping of its own",)))
 
 
@@ -284,7 +302,7 @@ def _table_entries(log: Log) -> Iterator[Entry]:
     for said in log.main.table.apart:
         yield Entry("", {}, Answer("", (f"not read: {said}",)))
     if (long := log.main.table.long) is not None:
-        yield _long_entry(long)
+        yield long_entry(long)
     yield from _repeats(log)
     if log.pattern:
         keys = {"pattern": quoted(log.pattern), "join": quoted(log.join)}
@@ -297,16 +315,6 @@ def _table_entries(log: Log) -> Iterator[Entry]:
         yield Entry("split", {"column": quoted(column.head)}, Answer(f"{column.said} numbers the trials of one file"))
     elif (gap := leap(log.t)) is not None:
         yield Entry("split", {"gap": f"{gap:g}"}, Answer("time leaps between the trials of one file [s]"))
-
-
-def _long_entry(long: Long) -> Entry:
-    keys = {"name": listed(long.name), "value": quoted(long.value)}
-    keys |= {"unit": quoted(long.unit)} if long.unit else {}
-    doubts: tuple[str, ...] = ()
-    if long.hold:
-        keys["hold"] = listed(long.hold)
-        doubts = ("written when it changes, it seems, and held until the next value; else leave out hold",)
-    return Entry("long", keys, Answer("one value a row; columns below are names", doubts))
 
 
 def _layout_entry(log: Log) -> Entry:

@@ -28,6 +28,8 @@ ROWS = 20_000
 
 _PROBED, _FOOT = 200, 30
 _WRITTEN, _HEAD = ("gb18030", "shift_jis", "euc-kr", "big5", "cp1251"), 2000
+_EUROPEAN, _ABOVE, _LETTERS = ("cp1252", "cp1250", "cp1254", "cp1257", "cp1253"), 12, 3
+"""Encodings of the letters of Europe, the commonest first, lines among which the header is, and letters of a word."""
 """Encodings of other letters, taken where names in the first characters are known."""
 
 _LIKE = 6
@@ -166,7 +168,14 @@ def _encoding(raw: bytes) -> str:
             continue
         if encoding == "utf-8-sig" or written(text[:_HEAD]):
             return encoding
-    return "cp1252"
+    # letters of Europe: where the words of the header are names of quantities
+    return max(_EUROPEAN, key=lambda one: _named(raw[:_HEAD].decode(one, "replace")))
+
+
+def _named(text: str) -> float:
+    """How well the words at the head of a text tell quantities."""
+    cells = [cell for line in text.splitlines()[:_ABOVE] for cell in re.split("[;,\t|]", line)]
+    return round(sum(_said(cell) for cell in cells if not cell.isascii() and len(cell.strip()) > _LETTERS), 6)
 
 
 def is_value(cell: str, mark: str = ".") -> bool:
@@ -263,7 +272,8 @@ def _share(lines: list[str], delimiter: str, mark: str) -> float:
     fine = sum(is_value(cell, mark) for cell in cells) / len(cells)
     plain = 0.001 * (mark == ".")  # where no cell has a decimal mark, the dot
     # White space also splits dates from times, so that a true delimiter goes first.
-    return fine * often / len(rows) - (0.05 if delimiter == "whitespace" else 0.0) + plain
+    split = delimiter == "whitespace" and sum(";" in line for line in lines) > 0.5 * len(lines)
+    return fine * often / len(rows) - (0.2 if split else 0.05 if delimiter == "whitespace" else 0.0) + plain
 
 
 def _footer(
@@ -301,7 +311,8 @@ def _is_row(cells: list[str], count: int, mark: str) -> bool:
 
 def _header(path: Path, lines: list[str], first: int, delimiter: str, count: int) -> tuple[list[str], int, list[str]]:
     """Heads, the lines before them, and the row of units between them and the first row of numbers."""
-    above = [k for k in range(first - 1, -1, -1) if lines[k].strip()][:2]
+    blanks = f" \t{delimiter if delimiter in DELIMITERS[:-1] else ''}"  # a line of separators says nothing
+    above = [k for k in range(first - 1, -1, -1) if lines[k].strip(blanks)][:2]
     rows = [split_line(lines[k], delimiter) for k in above]
     if not rows or len(rows[0]) != count:
         raise DataError(f"{path}: line {first + 1}: no header with {count} names above the first row of numbers; "

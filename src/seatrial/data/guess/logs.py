@@ -183,7 +183,9 @@ _SILENT = {"latitude": (91.0, 90.0), "longitude": (181.0, 180.0), "heading": (51
 _NO_COURSE = (360.0, 359.9)
 """What AIS sends for a course that it does not have; of others it is north, so that one of the above is a witness."""
 
-_FILLS = (-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0, 999.9, -999.9, -32768.0)
+_FILLS = (-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0, 999.9, -999.9, -32768.0,
+          32767.0, 3276.7, 327.67, 65535.0, 6553.5, 655.35)  # fmt: skip
+"""Numbers for none: nines, and the last ones of two bytes with no, one or two decimals."""
 _APART = 0.3
 
 

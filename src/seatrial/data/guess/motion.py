@@ -211,7 +211,9 @@ class Motion:
         first, second = (self.found[role].column.said for role in ("latitude", "longitude"))
         out = [Option({"north": first, "axes": "x, y"}, 0.0, _plane(latitude, longitude))]
         if np.nanmax(np.abs(longitude)) < 89.0:
-            out.append(Option({"north": second, "axes": "y, x"}, 2.5, _plane(longitude, latitude)))
+            # of x and y either may be to the north
+            metres = max(map(self.found["latitude"].column.score, ("x", "y"))) > 0.0
+            out.append(Option({"north": second, "axes": "y, x"}, 0.5 if metres else 2.5, _plane(longitude, latitude)))
         return out
 
     @cached_property
@@ -222,7 +224,7 @@ class Motion:
             return [Option({}, 0.0, ())]
         a, b = (self.values[role] for role in pair)
         said = speed_unit_said(self.found, pair)
-        fine = ("cm/s", "mm/s") if not said and _whole(a, b) else ()
+        fine = ("cm/s", "mm/s", "0.1 kn") if not said and _whole(a, b) else ()
         units = [(unit, unit_strain(unit, said) + 0.3 * k) for k, unit in enumerate((*speed_units(said), *fine))]
         out: list[Option] = []
         for unit, strain in units:

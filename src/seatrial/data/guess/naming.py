@@ -150,7 +150,8 @@ def magnetic(name: str) -> bool:
 
 def _plain(text: str) -> str:
     for accented, letters in (("ø", "o"), ("Ø", "O"), ("æ", "ae"), ("Æ", "Ae"), ("ß", "ss"), ("œ", "oe"), ("å", "a"),
-                              ("Å", "A"), ("ł", "l"), ("Ł", "L")):  # fmt: skip
+                              ("Å", "A"), ("ł", "l"), ("Ł", "L"), ("ı", "i"), ("đ", "d"), ("ð", "g"),
+                              ("þ", "s")):  # fmt: skip
         text = text.replace(accented, letters)
     bare = unicodedata.normalize("NFKD", text)
     return "".join(one for one in bare if not unicodedata.combining(one))
@@ -184,12 +185,19 @@ def meanings(name: str, around: str = "") -> list[Meaning]:
     return list(best.values())
 
 
+_LINEAR = ("u", "v", "vx", "vy", "v_north", "v_east", "x", "y", "sog", "stw", "speed")
+"""What "angular velocity x" is none of."""
+
+
 def _meanings(words: list[str]) -> list[Meaning]:
     tables = _tables()
     said = frozenset(kind for kind, known in tables.modifiers.items() if kind != "neutral" and known & set(words))
     number = next((int(word) for word in words if word.isdigit() and len(word) == 1), 0)
     found: list[Meaning] = []
+    never = _LINEAR if {"angular", "acceleration", "accel", "covariance"} & set(words) else ()
     for role, names in tables.roles.items():
+        if role in never:
+            continue
         score = max((_score(words, name) for name in names), default=0.0)
         if score > 0.0:
             found.append(Meaning(role, score, said, number))

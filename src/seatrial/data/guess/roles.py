@@ -28,7 +28,7 @@ _ANGLES = ("deg", "rad", "cdeg", "mrad", "gon", "mil")
 _UNITS = {
     **dict.fromkeys(("heading", "yaw", "cog", "delta", "phi", "gamma_A", "gamma_T", "wind_direction", "gamma_C",
                      "alpha"), _ANGLES),
-    "latitude": ("deg", "rad"), "longitude": ("deg", "rad"),
+    "variation": ("deg",), "latitude": ("deg", "rad"), "longitude": ("deg", "rad"),
     "r": ("deg/s", "rad/s", "deg/min"), "n_P": ("1/s", "rpm"), "depth": ("m",), "throttle": ("-", "%", "us"),
     "force": ("N", "kN"),
     **dict.fromkeys(("north", "east", "x", "y"), ("m", "km", "ft", "NM", "yd", "cm", "mm")),
@@ -215,6 +215,38 @@ def pointed(t: Array, found: Mapping[str, Signal], columns: Sequence[Column]) ->
         return dict(found)
     best = min(near, key=lambda one: one[0])[1]
     return {**found, "heading": Signal("heading", best, best.values)}
+
+
+def somewhere(found: Mapping[str, Signal], columns: Sequence[Column]) -> dict[str, Signal]:
+    """The quantities of a log; where it has no position, the only two columns of no known name like one are it."""
+    if any(set(two) & set(found) for two in _PAIRS[:3]):
+        return dict(found)
+    used = {one.column.head for one in found.values()}
+    some = [one for one in columns if one.head not in used and one.kind in ("number", "letters", "minutes", "dms")
+            and not (one.means and one.means[0].score >= _LEAST)]  # fmt: skip
+    pair = [one for one in some if like_degrees(Signal("", one, one.values))]
+    if len(pair) != 2:
+        return dict(found)
+    letters = [{letter[:1] for letter in one.letters} for one in pair]
+    turned = bool(letters[0] & {"E", "W"}) or float(np.nanmax(np.abs(pair[0].values))) > 90.0
+    roles = ("longitude", "latitude") if turned else ("latitude", "longitude")
+    return {**found, **{role: Signal(role, one, one.values) for role, one in zip(roles, pair, strict=True)}}
+
+
+_STEADY, _VARIED = 0.3, 60.0
+"""What a variation changes by in a trial, and how large it is at most [deg]."""
+
+
+def variation_of(found: Mapping[str, Signal]) -> tuple[float, str]:
+    """The variation beside a heading, in degrees and with a sign, and it in words; 0 and "" where it is none."""
+    beside = found.get("variation")
+    good = beside.values[np.isfinite(beside.values)] if beside is not None else np.zeros(0)
+    if beside is None or beside.column.kind != "number" or beside.column.unit not in ("", "deg") or not good.size:
+        return 0.0, ""
+    if np.ptp(good) > _STEADY or np.abs(good).max() > _VARIED:
+        return 0.0, ""
+    middle = float(np.median(good))
+    return middle, f"{middle:+.6g} deg of {beside.column.said} are added; "
 
 
 STRANGE, _STRANGERS, _OVER = "strange_", 12, 90.0

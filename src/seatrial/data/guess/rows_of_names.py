@@ -12,6 +12,7 @@ from .. import Array
 from ..mapping.long import JOINT
 from ..mapping.schema import Long
 from ..sheets import packed
+from .answers import Answer, Entry, listed, quoted
 from .cells import Column, columns_of
 from .clock import Clock, clocks
 from .layout import ROWS, Table, read_text
@@ -131,3 +132,14 @@ def _fewest(names: list[Column]) -> list[Column]:
     whole = len(set(zip(*(one.cells for one in names), strict=True)))
     single = [one for one in names if len(set(one.cells)) == whole]
     return single[-1:] or names
+
+
+def long_entry(long: Long) -> Entry:
+    """The entry of a long table."""
+    keys = {"name": listed(long.name), "value": quoted(long.value)}
+    keys |= {"unit": quoted(long.unit)} if long.unit else {}
+    doubts: tuple[str, ...] = ()
+    if long.hold:
+        keys["hold"] = listed(long.hold)
+        doubts = ("written when it changes, it seems, and held until the next value; else leave out hold",)
+    return Entry("long", keys, Answer("one value a row; columns below are names", doubts))

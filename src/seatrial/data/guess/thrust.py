@@ -6,6 +6,7 @@ speed, and more of it to port than to starboard turns the bow to starboard.
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,6 +23,8 @@ from .naming import tokens
 from .roles import Signal, like_degrees
 
 _SURE, _APART = 6.0, 0.98
+_DRIVING = 0.2
+"""Thrust in the mean, as a part of the most, that drives a ship ahead."""
 _PULSES = (800.0, 2200.0)
 """Widths of the pulses that servos and motor controllers take [us]; 1500 is their neutral, 400 either way the most."""
 
@@ -67,7 +70,7 @@ def _pair(pair: Sequence[Signal], channel: str, known: Known) -> Iterator[Entry]
         if exchanged:
             more.append(f"its name says {own}, and the ship turns as if it were to {side}: sides exchanged here")
         if sign < 0.0:
-            more.append("the ship loses speed by it: its sign is turned here")
+            more.append("the ship goes ahead by less of it: its sign is turned here")
             keys = {**keys, "sign": "-1"} | ({"offset": f"{-float(keys['offset']):g}"} if "offset" in keys else {})
         evidence = f"{signal.column.said}; {told}" if told else signal.column.said
         yield entry_of(f"{channel}_{side}", signal, keys, Answer(evidence, tuple(more)))
@@ -103,15 +106,18 @@ def sense_of(pair: Sequence[Array], known: Known) -> tuple[tuple[float, float], 
         return (1.0, 1.0), False, ""
     a, b = pair
     ways = [(*rudder_sense(known.t, known.u, p * a + q * b), (p, q)) for p, q in product((1.0, -1.0), repeat=2)]
-    raised = [(sure, signs) for sense, sure, signs in ways if sense > 0.0]
-    if not raised or max(raised)[0] < _SURE:
-        return (1.0, 1.0), False, ""
-    ahead, (p, q) = max(raised)
-    sense, sure = rudder_sense(known.t, known.r, p * a - q * b)
-    if sure < _SURE:
-        return (1.0, 1.0), False, ""
-    told = f"both raise the speed ({ahead:.0f} standard errors), the sides turn the ship ({sure:.0f})"
-    return (p, q), sense < 0.0, told
+    raised = [(sure, signs) for sense, sure, signs in ways if sense > 0.0 and sure >= _SURE]
+    tried = [(f"both raise the speed ({sure:.0f} standard errors)", signs) for sure, signs in sorted(raised)[::-1]]
+    # thrust that is ever the same, and turns that slow the ship, hide that: it goes ahead by what they have in the mean
+    means = [float(np.nanmean(one)) for one in pair]
+    if np.nanmean(known.u) > 0.0 and min(map(abs, means)) > _DRIVING * float(np.nanmax(np.abs(pair))):
+        p, q = (math.copysign(1.0, one) for one in means)
+        tried.append(("the ship goes ahead with both", (p, q)))
+    for told, (p, q) in tried:
+        sense, sure = rudder_sense(known.t, known.r, p * a - q * b)
+        if sure >= _SURE:
+            return (p, q), sense < 0.0, f"{told}, the sides turn the ship ({sure:.0f})"
+    return (1.0, 1.0), False, ""
 
 
 def halves_of_rudder(found: Mapping[str, Signal]) -> Iterator[Entry]:
@@ -130,6 +136,13 @@ def halves_of_rudder(found: Mapping[str, Signal]) -> Iterator[Entry]:
 
 def unplaced(columns: Sequence[Column], text: str) -> Iterator[Entry]:
     """A doubt where a log has columns that look like a position and the mapping reads none."""
+    worded = [one for one in columns if one.kind == "text" and max(map(one.score, ("latitude", "longitude"))) > _WORDED]
+    if len(worded) > 1:
+        cell = next((cell for cell in worded[0].cells if cell.strip()), "")
+        doubt = (f"no position is read: {', '.join(one.said for one in worded[:2])} are written in a form that is not "
+                 f"known, such as {cell!r:.40}; degrees (59.43), 5925.8 N, 59 25 48 N and the like are")  # fmt: skip
+        yield Entry("", {}, Answer("", (doubt,)))
+        return
     left = [one for one in columns if one.kind in ("number", "letters") and one.varies and quoted(one.head) not in text
             and (_PLACES & set(tokens(one.name)) or {"x", "y"} & {meant.role for meant in one.means}
                  or like_degrees(Signal("", one, one.values)))]  # fmt: skip
@@ -146,6 +159,8 @@ def unplaced(columns: Sequence[Column], text: str) -> Iterator[Entry]:
 
 _PLACES = frozenset(("position", "pos", "ecef", "utm", "ned", "enu", "north", "east", "northing", "easting", "lat",
                      "lon", "latitude", "longitude", "lng", "coord", "coordinate", "xyz", "location"))  # fmt: skip
+_WORDED = 0.6
+"""Score of a name that says a latitude or a longitude."""
 _EARTH, _ROUND = 6.371e6, 0.01
 """Radius of the earth [m], and by which part of it a place on it may be off."""
 

@@ -23,7 +23,7 @@ LATITUDE, LONGITUDE = ("latitude", 90.0, "NS"), ("longitude", 180.0, "EW")
 _NUMBER = r"([0-9]+(?:[.][0-9]*)?)"
 _LETTER = r"([A-Za-z]?)"
 _PLAIN = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}\s*[°º]?\s*{_LETTER}$"
-_PARTS = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}[°ºd:\s-]+{_NUMBER}?\s*['’′m:\s]*{_NUMBER}?\s*[\"”″s'’′]*\s*{_LETTER}$"
+_PARTS = rf"^{_LETTER}\s*([-+]?)\s*{_NUMBER}[°ºd:\s-]+{_NUMBER}?\s*['’′m:\s-]*{_NUMBER}?\s*[\"”″s'’′]*\s*{_LETTER}$"
 
 
 _POINT = re.compile(r"(?:SRID=\d+;)?\s*POINT\s*[ZM]*\s*\(\s*(\S+)\s+([^\s)]+)(?:\s+[^\s)]+)*\s*\)", re.IGNORECASE)
@@ -76,6 +76,8 @@ def parted(table: Table, column: str, first: str) -> tuple[Table, str, str]:
 _SIZES = {"rad": 180.0 / math.pi, "1e-7 deg": 1e-7}
 """Degrees of the units in which angles are written as one number."""
 
+_SILENT = 181.0
+"""What AIS sends for a longitude that it does not have."""
 _WHOLE = 1e6
 """Beyond what degrees and minutes in one number can be."""
 
@@ -113,6 +115,9 @@ def degrees(table: Table, column: str, letter: str | None, format: str, kind: tu
     else:
         raw = _written(table, column, letter, format, kind)
     found = _of_minutes(table, column, raw) if format == "ddmm.mmm" else raw * _SIZES.get(format, 1.0)
+    known = found[np.isfinite(found)]
+    if kind is LONGITUDE and known.size and known.min() >= 0.0 and _SILENT < np.median(known) <= known.max() <= 360.0:
+        found = np.where(found > kind[1], found - 360.0, found)  # counted to the east all the way round
     over = np.flatnonzero(np.abs(found) > kind[1])
     if over.size:
         row, what = int(over[0]), f"{raw[over[0]]:.9g} is no {kind[0]}"

@@ -22,7 +22,7 @@ ASK = "?"
 _ASKED = re.compile(r"""(\w+)\s*=\s*["']\?["']""")
 FORMATS = ("iso", "clock", "seconds of the day", "epoch", "gps", *DAYS)
 """How a column may tell the time."""
-_DIRECTIVES = "YymdHMSfpbBjz%I"
+_DIRECTIVES = "YymdHMSfpabBjz%I"
 
 
 def read_mapping(path: Path) -> Mapping:

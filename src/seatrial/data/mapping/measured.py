@@ -76,10 +76,15 @@ def _placed(table: Table, place: Position) -> dict[str, Array]:
     )
     for _, column, _, _ in columns:
         table.agree(column, "rad" if place.format == "rad" else "deg")
-    return {
+    found = {
         kind[0]: with_minutes(table, degrees(table, column, letter, place.format, kind), minutes)
         for kind, column, letter, minutes in columns
     }
+    known = [np.isfinite(one) for one in found.values()]
+    if known[0].any() and known[1].any() and not (known[0] & known[1]).any():
+        raise DataError(f"{table.at(latitude, int(np.flatnonzero(known[0])[0]))}: no row has a {' and a '.join(found)} "
+                        "too; write both in one row")  # fmt: skip
+    return found
 
 
 def _of_grid(table: Table, place: Position) -> dict[str, Array]:

@@ -75,9 +75,10 @@ class Clock:
         step: of a table without a clock, from row to row [s].
         format: None for numbers since some start, "iso" (ISO 8601, also with / or a blank), "clock" (hh:mm:ss of the
             day), "seconds of the day", "epoch" (since 1970), "gps" (seconds of the week), days as MATLAB ("datenum"),
-            a spreadsheet ("excel") or astronomers ("julian") count them, or a pattern such as "%d.%m.%Y %H:%M:%S".
+            a spreadsheet ("excel") or astronomers ("julian", "mjd") count them, or a pattern such as
+            "%d.%m.%Y %H:%M:%S".
         zone: of times without one: "UTC", "+02:00", "Europe/Oslo"; "unknown" where nobody knows it.
-        date: column of the date, joined with `column` by a blank.
+        date: column of the date, or several of its parts, joined with `column` by blanks.
         week: column of the GPS week, and how often it began anew at 1024 (`rollover`).
         nanoseconds: column of the nanoseconds after those of `column`.
         fraction: "ns" where the digits after the dot count nanoseconds without leading zeros: 5.42 is 5.000000042 s.
@@ -90,11 +91,16 @@ class Clock:
     step: float | None = None
     format: str | None = None
     zone: str | None = None
-    date: str | None = None
+    date: str | Words | None = None
     week: str | None = None
     rollover: int = 0
     nanoseconds: str | None = None
     fraction: Literal["decimal", "ns"] = "decimal"
+
+    @property
+    def parts(self) -> Words:
+        """Columns of the date."""
+        return () if self.date is None else (self.date,) if isinstance(self.date, str) else self.date
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,7 @@ def _named(place: str, file: str | None, number: bool, columns: Table[str, str |
 def _of_clock(place: str, clock: Clock, file: str | None) -> list[Use]:
     if clock.step is not None:
         return []
-    texts = {"date": clock.date, "week": clock.week, "nanoseconds": clock.nanoseconds}
+    dates = {"date" if len(clock.parts) == 1 else f"date[{k}]": one for k, one in enumerate(clock.parts)}
+    texts = {**dates, "week": clock.week, "nanoseconds": clock.nanoseconds}
     found = _named(place, file, clock.format is None, {"column": clock.column})
     return found + _named(place, file, False, texts)

@@ -13,8 +13,8 @@ from .patterns import Fields
 EPOCHS = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
 """Nanoseconds of the units of Unix time."""
 
-DAYS = {"excel": 25_569.0, "datenum": 719_529.0, "julian": 2_440_587.5}
-"""The first of January 1970 as days are counted by spreadsheets (from 1900), MATLAB and astronomers."""
+DAYS = {"excel": 25_569.0, "datenum": 719_529.0, "julian": 2_440_587.5, "mjd": 40_587.0}
+"""The first of January 1970 as spreadsheets (from 1900), MATLAB and astronomers (whole, modified) count days."""
 
 Ticks = NDArray[np.int64]
 _SECOND = 10**9

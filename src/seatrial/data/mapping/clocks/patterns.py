@@ -26,12 +26,17 @@ _DAY = (
 )
 _GROUPS = {
     "Y": r"(?P<year>[0-9]{4})", "y": r"(?P<short>[0-9]{2})", "m": r"(?P<month>[0-9]{1,2})", "d": r"(?P<day>[0-9]{1,2})",
-    "b": r"(?P<name>[A-Za-z]{3,9})\.?", "B": r"(?P<name>[A-Za-z]{3,9})", "j": r"(?P<ordinal>[0-9]{1,3})",
+    "a": r"[^\W\d_]{2,12}\.?", "b": r"(?P<name>[^\W\d_]{3,10})\.?", "B": r"(?P<name>[^\W\d_]{3,10})",
+    "j": r"(?P<ordinal>[0-9]{1,3})",
     "H": r"(?P<hour>[0-9]{1,2})", "I": r"(?P<hour>[0-9]{1,2})", "M": r"(?P<minute>[0-9]{1,2})",
     "S": r"(?P<second>[0-9]{1,2})" + _FRACTION, "f": r"(?P<fraction>[0-9]+)", "p": r"(?P<half>[AaPp]\.?[Mm]\.?)",
     "z": _ZONE, "%": "%",
 }  # fmt: skip
-_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_MONTHS = (
+    "jan janv ene gen", "feb fev fév", "mar mär mrt maa", "apr avr abr", "may mai mag maj mei maí", "jun juin giu",
+    "jul juil lug", "aug aoû aou ago", "sep set", "oct okt ott out", "nov", "dec dez des dic déc",
+)  # fmt: skip
+"""First letters of the months in English, German, French, Spanish, Italian, Portuguese, Dutch and Nordic languages."""
 _LENGTHS = np.array([0, 31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
 
 Whole = NDArray[np.int64]
@@ -151,12 +156,14 @@ def _nanoseconds(digits: pl.Series, fraction: str) -> Whole:
 
 
 def _numbers_of(names: pl.Series) -> Whole:
-    """Numbers of months by their English names; 0 for others."""
+    """Numbers of months by their names; 0 for others."""
     import polars as pl
 
-    short = names.str.to_lowercase().str.slice(0, 3)
-    known = {name: k for k, name in enumerate(_MONTHS, start=1)}
-    return short.replace_strict(known, default=0, return_dtype=pl.Int64).fill_null(0).to_numpy()
+    known = {name: k for k, some in enumerate(_MONTHS, start=1) for name in some.split()}
+    whole = names.str.to_lowercase()
+    told = [whole.str.slice(0, size).replace_strict(known, default=0, return_dtype=pl.Int64).fill_null(0).to_numpy()
+            for size in (4, 3)]  # fmt: skip
+    return np.where(told[0] > 0, told[0], told[1])
 
 
 def _no_date(year: Whole, month: Whole, day: Whole, ordinal: bool) -> NDArray[np.bool_]:

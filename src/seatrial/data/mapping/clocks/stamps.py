@@ -204,8 +204,8 @@ def _read(table: Table, clock: Clock) -> Stamps:
     pattern = patterned(str(clock.format))
     # a workbook counts times of day from the end of 1899, and dates from midnight
     written = texts(table, clock.column).str.replace(r"^1899-12-3[01] ", "")
-    if clock.date is not None:
-        written = texts(table, clock.date).str.replace(r"[ T]00:00:00(?:\.0+)?$", "") + " " + written
+    for part in reversed(clock.parts):
+        written = texts(table, part).str.replace(r"[ T]00:00:00(?:\.0+)?$", "") + " " + written
     known = written.is_not_null().to_numpy()
     found = pattern.fields(written, clock.fraction)
     if found is None:
