@@ -228,9 +228,10 @@ def read_text(path: Path, most: int = ROWS) -> Table:
     ranked = sorted(
         ((_share(middle, delimiter, mark), delimiter, mark) for delimiter in DELIMITERS for mark in ".,"
          if (delimiter, mark) != (",", ",")), key=lambda one: -one[0])  # fmt: skip
-    share, delimiter, mark = ranked[0]
-    if share <= 0.0:
+    if ranked[0][0] <= 0.0:
         raise DataError(f"{path}: no rows of numbers found; is it a table?")
+    delimiter, mark = next((two for share, *two in ranked if share > _NEXT * ranked[0][0]
+                            and _headed(path, lines, middle, *two)), ranked[0][1:])  # fmt: skip
     count = Counter(len(split_line(line, delimiter)) for line in middle).most_common(1)[0][0]
     first = _first_row(lines, lambda line: _is_row(split_line(line, delimiter), count, mark))
     if first is None:
@@ -249,6 +250,20 @@ def read_text(path: Path, most: int = ROWS) -> Table:
     layout = replace(layout, thousands=layout.thousands if grouped else "", footer=footer)
     units = units or [""] * count
     return Table(path, layout, tuple(heads), tuple(units), columns, len(lines) - first > most, over=tuple(above_it))
+
+
+def _headed(path: Path, lines: list[str], middle: list[str], delimiter: str, mark: str) -> bool:
+    """Whether a delimiter parts the header into as many names as the rows have cells."""
+    count = Counter(len(split_line(line, delimiter)) for line in middle).most_common(1)[0][0]
+    first = _first_row(lines, lambda line: _is_row(split_line(line, delimiter), count, mark))
+    try:
+        return first is not None and bool(_header(path, lines, first, delimiter, count))
+    except DataError:
+        return False
+
+
+_NEXT = 0.5
+"""How well a delimiter makes a table, as a part of the best, that is tried where the best has no header."""
 
 
 def _first_row(lines: list[str], is_row: Callable[[str], bool]) -> int | None:
