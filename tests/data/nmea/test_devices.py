@@ -580,3 +580,24 @@ def test_a_device_of_a_folder_that_makes_no_rows_is_left_out_and_told(tmp_path: 
     (tmp_path / "gps.nmea").write_text("no log\n" * 30)
     with pytest.raises(DataError, match=r"gps\.nmea"):
         list(logs("nmea", tmp_path))
+
+
+def test_revolutions_in_transducers_are_those_of_engine_or_shaft() -> None:
+    for name, wanted in (("ENGINE#0", "rpm_E_0"), ("Engine#2", "rpm_E_2"), ("SHAFT_1", "rpm_S_1"), ("PROP", "rpm_S_0")):
+        assert readings(hear(signed(f"ERXDR,T,148.5,R,{name}").encode())) == {wanted: 148.5}
+    assert readings(hear(signed("ERXDR,T,148.5,C,ENGINE#0").encode())) == {}
+    assert readings(hear(signed("ERXDR,T,148.5,R,TURBO").encode())) == {}
+
+
+def test_a_piece_begins_with_no_heading_of_the_piece_before(tmp_path: Path) -> None:
+    """A clock set back by 100 s in a turn, five headings before each fix: those around the cut are of either."""
+    lines = []
+    for begin, end in ((0, 170), (70, 300)):
+        for t in range(begin, end):
+            lines += [hdt(t + 0.2 * k - 1.0) for k in range(1, 6)] + [rmc(float(t))]
+        lines += [hdt(end + 0.2 * k - 1.0) for k in range(1, 4)]  # of a fix that was not told any more
+    path = tmp_path / "a.nmea"
+    path.write_text("\n".join(lines) + "\n")
+    _, second = read_all(path)
+    turn = np.diff(second["psi"]) / np.diff(second.t)
+    assert turn == pytest.approx(math.radians(0.5), abs=math.radians(0.3))

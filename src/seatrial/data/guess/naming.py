@@ -66,7 +66,7 @@ def in_letters(text: str) -> str:
     return text
 
 
-_CYRILLIC = re.compile("[А-я]")
+_CYRILLIC = re.compile("[А-яΆ-ώ]")
 
 
 def written(text: str) -> bool:

@@ -155,8 +155,7 @@ def parted(where: object, found: Sequence[Spoken], dated: bool) -> list[Piece]:
     out = list[Piece]()
     for k, (begin, end, (first, last)) in enumerate(zip(begins, ends, spans, strict=True)):
         early = ends[k - 1] + 1 if k else 0
-        mine = [one.rows((one.place >= (early if (one.source, one.names) in ahead else begin)) & (one.place <= end))
-                for one in found]  # fmt: skip
+        mine = [one.rows((one.place >= _first(one, ahead, early, begin)) & (one.place <= end)) for one in found]
         said = [f"piece {k + 1} of {len(begins)}, cut at {'; '.join(map(str, steps))}"]
         twice = [f"{n + 1}" for n, (a, b) in enumerate(spans) if n != k and a < last and first < b]
         if twice:
@@ -164,6 +163,14 @@ def parted(where: object, found: Sequence[Spoken], dated: bool) -> list[Piece]:
                         "and a clock that was set tells a wrong time before")  # fmt: skip
         out.append(Piece([one for one in mine if len(one)], ahead, tuple(said)))
     return out
+
+
+def _first(one: Spoken, ahead: frozenset[_Key], early: int, begin: int) -> int:
+    """Where a source begins in a piece: what speaks ahead of a fix with its last reading before that."""
+    if (one.source, one.names) not in ahead:
+        return begin
+    last = one.place[(one.place >= early) & (one.place < begin)][-1:]
+    return int(last[0]) if early and len(last) else early
 
 
 def _ahead(found: Sequence[Spoken], clock: str | None) -> frozenset[_Key]:

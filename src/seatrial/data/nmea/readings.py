@@ -233,6 +233,7 @@ def _dbt(f: Fields) -> Found:
 _TURNED = MappingProxyType({
     "RUDDER": "delta", "HEEL": "phi", "ROLL": "phi", "TRIM": "theta", "PTCH": "theta", "PITCH": "theta",
 })  # fmt: skip
+_TURNS = re.compile(r"(ENGINE|SHAFT|PROP|RPM)\D*(\d{0,2})")
 _PORT = re.compile(r"(?<![A-Z])(?:P|PS|PT|PORT|LEFT)(?![A-Z])")
 
 
@@ -243,9 +244,12 @@ def _xdr(f: Fields) -> Found:
     """
     found: dict[str, Value] = {}
     for k in range(0, len(f) - 3, 4):
+        name = f.text(k + 3).upper()
+        if f.word(k) == "T" and f.word(k + 2) == "R" and (turned := _TURNS.search(name)):
+            shaft = f"rpm_{'E' if turned[1].startswith('E') else 'S'}_{int(turned[2] or 0)}"
+            found.setdefault(shaft, _number(f, k + 1, -99999.0, 99999.0))
         if f.word(k) != "A" or f.word(k + 2) != "D":
             continue
-        name = f.text(k + 3).upper()
         meant = next((quantity for word, quantity in _TURNED.items() if word in name), None)
         if meant == "delta" and _PORT.search(name.replace("RUDDER", "")):
             meant = "delta_port"
