@@ -10,6 +10,7 @@ from columns import TABLE, column, signal
 from turning_log import SCHEMA, fixes, table, trials, truth
 
 from seatrial.data import Array, Trial
+from seatrial.data.formats import logs
 from seatrial.data.guess import guess
 from seatrial.data.guess.layout import Layout, Table, decoded, groups, read_text, told_apart
 from seatrial.data.guess.logs import Topic, _moved
@@ -19,6 +20,8 @@ from seatrial.data.guess.thrust import _scaled, halves_of_rudder
 from workbooks import write_sheets
 
 KNOT = 1852.0 / 3600.0
+EPOCH = 1788440400.0
+"""13 o'clock of 3 September 2026."""
 
 
 def rows_of(**more: list[object]) -> dict[str, list[object]]:
@@ -287,3 +290,56 @@ def test_a_control_that_no_entry_takes_is_a_doubt_also_where_the_mapping_names_a
     assert "columns = [" in found.text
     assert any("looks like a control" in one for one in found.doubts)
     assert "columns left out of log.csv" in found.text
+
+
+def test_a_polish_log_in_its_own_encoding(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+
+    def comma(values: Array | list[float]) -> list[object]:
+        return [f"{one:.7f}".replace(".", ",") for one in values]
+
+    cells = {"Czas [s]": comma(true.t), "Szer. geogr.": comma(latitude), "Dł. geogr.": comma(longitude),
+             "Kurs żyro": comma(np.degrees(true["psi"]) % 360.0),
+             "Prędkość [węzły]": comma(np.hypot(true["u"], true["v_m"]) / KNOT)}  # fmt: skip
+    log = table(tmp_path / "a.csv", cells, ";", "cp1250")
+    found = guess(log)
+    assert 'encoding = "cp1250"' in found.text
+    trial = trials(log, found.text.replace(SCHEMA, ""))[0]
+    assert trial["x"] - trial["x"][0] == pytest.approx(true["x"] - true["x"][0], abs=0.05)
+
+
+def test_stamps_with_a_blank_do_not_part_a_table_of_semicolons(tmp_path: Path) -> None:
+    """A historian's tags and units are words, so that blanks would make more cells values than semicolons do."""
+    lines = [f"03.09.2026 13:{k // 60:02d}:{k % 60:02d}.{20 * n:03d};NAV.{tag};{value + k};deg;Good"
+             for k in range(120) for n, (tag, value) in enumerate((("GYRO.HDG", 20.0), ("STG.RUD", -60.0)))]  # fmt: skip
+    log = tmp_path / "a.csv"
+    log.write_text("Timestamp;TagName;Value;Unit;Quality\n" + "\n".join(lines) + "\n")
+    assert read_text(log).heads == ("Timestamp", "TagName", "Value", "Unit", "Quality")
+
+
+def test_a_rate_about_an_axis_is_no_speed_along_it() -> None:
+    roles = {one.role for one in meanings("field.angular_velocity.x")} | {one.role for one in meanings("accel y")}
+    assert not roles & {"u", "v", "vx", "vy", "x", "y"}
+    assert meanings("field.angular_velocity.z")[0].role == "r"
+    assert meanings("twist.linear.x")[0].role == "vx"
+
+
+def test_files_of_one_trial_with_clocks_of_their_own(tmp_path: Path) -> None:
+    true = truth(dt=0.5)
+    latitude, longitude = fixes(true)
+    for name, shift in (("zz10", 0.0), ("turn", 400.0)):
+        stamps = [f"2026-09-03T13:{int(t + shift) // 60:02d}:{(t + shift) % 60.0:06.3f}Z" for t in true.t]
+        own = {"utc": stamps, "lat": list(latitude), "lon": list(longitude)}
+        table(tmp_path / "logs" / f"{name}_navigation.csv", {**own, "heading": list(np.degrees(true["psi"]) % 360.0)})
+        epoch = [f"{EPOCH + t + shift:.3f}" for t in true.t]
+        table(tmp_path / "logs" / f"{name}_control.csv", {"timestamp": epoch, "shaft_rpm": list(60.0 * true["n_P"])})
+    found = guess(tmp_path / "logs")
+    assert '[files.clocks."{trial}_control.csv"]' in found.text
+    (tmp_path / "m.toml").write_text(found.text)
+    read = {trial.name: trial for _, some in logs("csv", tmp_path / "logs", tmp_path / "m.toml") for trial in some}
+    assert set(read) == {"zz10", "turn"}
+    for trial in read.values():
+        known = np.isfinite(trial["n_P"])
+        assert known.mean() > 0.95
+        assert trial["n_P"][known] == pytest.approx(np.interp(trial.t, true.t, true["n_P"])[known], abs=0.006)

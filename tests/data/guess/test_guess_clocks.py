@@ -186,3 +186,9 @@ longitude = "o"
     shared = table(tmp_path / "log.csv", {"t": list(true.t), "a": rest, "o": apart})
     with pytest.raises(DataError, match=r"no row has a latitude and a longitude"):
         trials(shared, mapping)
+
+
+def test_times_with_dots_go_on_over_midnight(tmp_path: Path) -> None:
+    times = [f"{(86340 + k) % 86400 // 3600:02d}.{(86340 + k) % 3600 // 60:02d}.{k % 60:02d}" for k in range(200)]
+    log = table(tmp_path / "log.csv", {"Klo": times, "psi": list(np.round(0.01 * SECONDS, 4))})
+    assert np.diff(clocks(columns_of(read_text(log)))[0].t) == pytest.approx(1.0)

@@ -308,3 +308,16 @@ def test_lines_of_separators_around_the_header_say_nothing(tmp_path: Path) -> No
     log.write_text("Sea trial;\n;\nTime;Heading\n[s];[deg]\n;\n" + "\n".join(rows) + "\n")
     off = imported(log)["psi"] - true["psi"]
     assert np.angle(np.exp(1j * off)) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_of_places_under_x_and_y_the_heading_tells_which_is_which(tmp_path: Path) -> None:
+    """A map has x to the east; a yaw in radians turned by half would fit the other order nearly as well."""
+    true = truth(dt=2.0)
+    latitude, longitude = fixes(true)
+    yaw = np.round((true["psi"] + np.pi) % (2.0 * np.pi) - np.pi, 4)
+    cells = {"stamp": list(true.t), "pos.x": [f"{one:.8f}" for one in longitude],
+             "pos.y": [f"{one:.8f}" for one in latitude], "yaw": list(yaw)}  # fmt: skip
+    trial = imported(table(tmp_path / "a.csv", cells))
+    for name in "xy":
+        assert trial[name] - trial[name][0] == pytest.approx(true[name] - true[name][0], abs=0.05)
+    assert np.angle(np.exp(1j * (trial["psi"] - true["psi"]))) == pytest.approx(0.0, abs=1e-3)

@@ -265,3 +265,11 @@ datum = [50.0, 9.0]
     at = np.round(found.t[known] + 0.0).astype(int)
     assert sorted(set(range(30)) - set(at.tolist())) == [0, 11, 12, 13, 14], "no line over a gap, none before the first"
     assert found["y"][known] / found["x"][known] == pytest.approx(np.cos(np.radians(50.0)), rel=5e-3)
+
+
+def test_a_name_that_is_written_twice_in_a_burst_parts_it(tmp_path: Path) -> None:
+    lines = [f"{0.5 * k + 0.01 * n:.3f},{name},{10.0 * n + k}" for k in range(40) for n, name in enumerate("aba")]
+    (tmp_path / "a.csv").write_text("t,name,value\n" + "\n".join(lines) + "\n")
+    channels = {f"q_{name}": Channel(name, "-") for name in "ab"}
+    found = read(tmp_path / "a.csv", Mapping(time=Clock("t", "s"), channels=channels, long=Long(("name",), "value")))[0]
+    assert len(found) == 120
