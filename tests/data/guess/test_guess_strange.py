@@ -241,10 +241,11 @@ def test_motors_that_push_as_much_together_as_ever_are_told_by_going_ahead(p: in
         assert keys.get("sign") == (None if sign > 0 else "-1")
 
 
-def test_positions_under_names_that_nobody_knows_are_read_and_doubted(tmp_path: Path) -> None:
+@pytest.mark.parametrize("east", [0.0, 130.0])
+def test_positions_under_names_that_nobody_knows_are_read_and_doubted(east: float, tmp_path: Path) -> None:
     true = truth(dt=2.0)
     latitude, longitude = fixes(true)
-    cells = {"Time [s]": list(true.t), "Qwa": [f"{one:.8f}" for one in longitude],
+    cells = {"Time [s]": list(true.t), "Qwa": [f"{one + east:.8f}" for one in longitude],
              "Qwb": [f"{one:.8f}" for one in latitude], "Heading": list(np.degrees(true["psi"]) % 360.0)}  # fmt: skip
     log = table(tmp_path / "a.csv", cells)
     found = guess(log)
