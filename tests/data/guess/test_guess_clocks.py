@@ -177,7 +177,9 @@ latitude = "a"
 longitude = "o"
 """
     log = table(tmp_path / "log.csv", {"t": list(true.t), "a": latitude, "o": [one + 226.0 for one in longitude]})
-    assert trials(log, mapping)[0]["y"] == pytest.approx(true["y"], abs=1e-3)
+    (trial,) = trials(log, mapping)
+    assert trial["y"] == pytest.approx(true["y"], abs=1e-3)
+    assert trial.meta["datum"]["longitude"] == pytest.approx(longitude[0] + 226.0 - 360.0)
     silent = table(tmp_path / "log.csv", {"t": list(true.t), "a": latitude, "o": [181.0] * len(true)})
     with pytest.raises(DataError, match=r"181 is no longitude"):
         trials(silent, mapping)
