@@ -287,8 +287,7 @@ def _share(lines: list[str], delimiter: str, mark: str) -> float:
     fine = sum(is_value(cell, mark) for cell in cells) / len(cells)
     plain = 0.001 * (mark == ".")  # where no cell has a decimal mark, the dot
     # White space also splits dates from times, so that a true delimiter goes first.
-    split = delimiter == "whitespace" and sum(";" in line for line in lines) > 0.5 * len(lines)
-    return fine * often / len(rows) - (0.2 if split else 0.05 if delimiter == "whitespace" else 0.0) + plain
+    return fine * often / len(rows) - (0.05 if delimiter == "whitespace" else 0.0) + plain
 
 
 def _footer(
