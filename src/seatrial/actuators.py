@@ -11,12 +11,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import field
 from typing import ClassVar, Protocol
 
 from .core.parameters import Scalar, Scalars, spec
 from .core.symbolic import atan2, both, clip, cos, exp, is_symbol, larger, magnitude, sign, sin, where
-from .core.values import dataclass
+from .core.values import dataclass, field
 
 # Stand in for zero where it divides, and for an infinite rate, which no kernel can compare with.
 _SLOWEST, _AT_ONCE = 1e-9, 1e300

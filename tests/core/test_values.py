@@ -75,6 +75,12 @@ def classes(made: Callable[..., Any]) -> dict[str, Any]:
         def __eq__(self, other: object) -> bool:
             return isinstance(other, Equal)
 
+    @made(frozen=True)
+    class Mixed:
+        named: int = field(default=0, kw_only=True)
+        x: int
+        y: int = 2
+
     @made(frozen=True, init=False)
     class Started:
         x: int = 1
@@ -91,7 +97,7 @@ CALLS: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
     ("Plain", (float("inf"),), {}), ("Below", (1.0,), {"z": (1.0, 2.0)}), ("Below", (1.0, 2.0), {}),
     ("Made", (1,), {"needed": "w"}), ("Made", (2, [5], 9), {"needed": "w", "named": "v"}),
     ("Open", (), {}), ("Open", (2,), {}), ("Empty", (), {}), ("Same", (), {}), ("Own", (4,), {}), ("Equal", (), {}),
-    ("Started", (4,), {}),
+    ("Started", (4,), {}), ("Mixed", (1,), {}), ("Mixed", (1, 3), {"named": 4}),
 ]  # fmt: skip
 WRONG: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = [
     ("Plain", (), {}), ("Plain", (1, 2, 3), {}), ("Plain", (1.0,), {"w": 1}), ("Below", (1.0, 2.0, ()), {}),

@@ -8,14 +8,13 @@ fitted in one batch.  The spread of these fits within the box is the uncertainty
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..core.executors import Pool, parted
 from ..core.parameters import Free
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array, DataError, Trial
 from ..identify import Fit, FitError, Loss, Problem
 from ..identify.posterior.misfit import white

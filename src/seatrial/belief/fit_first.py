@@ -12,12 +12,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from ..core.constants import GRAVITY
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array, DataError, Trial, unwrapped
 from ..environment import to_earth
 from ..identify import Loss, Nuisance, Problem

@@ -6,13 +6,12 @@ states uses later data, and a model.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..core.parameters import read
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import DataError, Trial
 from ..data.check.track import own_samples
 from ..engine import SimulationError

@@ -7,7 +7,6 @@ the whole one ended, so that a part takes a few iterations.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from ..core.executors import Pool
 from ..core.files import packed, write_whole
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array, Trial
 from ..identify import Fit, Problem, StudyError
 from ..identify.resume import digest, kept_arrays

@@ -7,12 +7,10 @@ else: a draw is one of that density given that it lies within the bounds of the 
 
 from __future__ import annotations
 
-from dataclasses import field
-
 import numpy as np
 
 from ..core.parameters import Free, specs
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Array
 from ..ships import Ship
 from ..study.grounds import Grounds, Ranges

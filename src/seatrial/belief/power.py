@@ -10,14 +10,13 @@ draw of the parameters has a T of its own, by as many degrees of freedom as ther
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
 from typing import Annotated, Any
 
 import numpy as np
 
 from ..core.parameters import Free
 from ..core.records import Limits
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Array
 from ..identify.vector import Vector
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,7 @@ import numpy as np
 from ..core.files import write_whole
 from ..core.parameters import values
 from ..core.records import read_archive, to_archive
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array, Trial
 from ..identify import Fit, Loss, Problem
 from ..identify.record import windows

@@ -14,7 +14,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 from functools import cached_property
 from typing import Annotated
 
@@ -22,7 +21,7 @@ import numpy as np
 
 from ..core.errors import CampaignError as CampaignError
 from ..core.records import Limits
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..core.version import __version__
 from ..data import Array
 from ..environment import Uniform

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from ..core.parameters import ParameterError, possible
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Array, Trial
 from ..environment import CHANNELS, Uniform
 from ..environment.weather import Gust

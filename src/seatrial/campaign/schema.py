@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import Annotated, Literal
 
 from ..core.records import Limits, Positive
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from .designs import Design
 
 SCHEMA = "seatrial-campaign/1"

@@ -6,7 +6,6 @@ Only the kept rows leave the compiled loop.  A run that fails keeps those before
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import CampaignError
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array
 from ..manoeuvres import Policy
 from ..ships import Ship

@@ -11,11 +11,10 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import field
 from pathlib import Path
 from typing import Any
 
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..ships import Ship
 
 ANSWERS = ("yes", "part", "partly", "no", "planned")

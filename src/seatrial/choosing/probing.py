@@ -9,12 +9,11 @@ run, so that one threshold holds for ships of every size; rates are in U^2/L_pp 
 from __future__ import annotations
 
 import math
-from dataclasses import fields, is_dataclass, replace
 from itertools import product
 from typing import Any, ClassVar
 
 from ..core.parameters import ParameterError, Parts
-from ..core.values import dataclass
+from ..core.values import dataclass, fields, is_dataclass, replace
 from ..environment import CALM, Environment
 from ..forces import Flow, Force
 from ..forces.shallow import ShallowPolynomial

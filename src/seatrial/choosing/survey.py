@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, fields, is_dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from ..actuators import Actuators
 from ..core.parameters import Terms, walk
-from ..core.values import dataclass
+from ..core.values import MISSING, dataclass, fields, is_dataclass, replace
 from ..environment import CALM
 from ..identify.design.excitation import TABLE_1, Published
 from ..models import Sampled

@@ -20,12 +20,11 @@ from concurrent.futures import (
     wait,
 )
 from contextlib import contextmanager
-from dataclasses import field
 from threading import Thread
 from typing import Any, Protocol, TypeVar
 
 from .errors import ClusterError, RequestError, RunError, first_line
-from .values import dataclass
+from .values import dataclass, field
 from .version import __version__
 
 Result = TypeVar("Result")

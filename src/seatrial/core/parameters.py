@@ -13,11 +13,10 @@ import math
 import numbers
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, field, fields, is_dataclass, replace
 from typing import Any
 
 from .errors import ParameterError as ParameterError
-from .values import dataclass
+from .values import MISSING, dataclass, field, fields, is_dataclass, replace
 
 Scalar = Any
 """A Python float or a CasADi symbol: the one deliberate `Any` of the package."""

@@ -12,7 +12,6 @@ import json
 import math
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
-from dataclasses import MISSING, Field, field, fields, is_dataclass
 from datetime import datetime
 from functools import cache
 from pathlib import Path
@@ -26,7 +25,7 @@ from .files import packed, plain, read_toml
 from .kinds import wrong_kind
 from .parameters import unknown
 from .unpacking import unpacked
-from .values import dataclass
+from .values import MISSING, Field, dataclass, field, fields, is_dataclass
 
 T = TypeVar("T")
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -23,7 +22,7 @@ from ..core.errors import DataError, MissingError
 from ..core.once import by_identity
 from ..core.parameters import unknown
 from ..core.ranks import median
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 
 __all__ = ["UNITS", "Array", "DataError", "Dataset", "Trial", "unwrapped"]
 

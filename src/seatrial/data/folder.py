@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
 from pathlib import Path
 
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from . import DataError, Trial
 from .check import Finding, check_set
 from .formats import formats, known_by_suffix, reader, recordings

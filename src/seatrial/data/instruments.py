@@ -8,13 +8,12 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from . import Array, DataError, Trial
 from .formats.nmea import Aboard, Log, aboard_of, preferred, trial_of, true_headings
 from .nmea.copies import apart

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import fields
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
@@ -18,7 +17,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, fields
 from . import DataError
 from .documents import read_keys, read_yaml, yaml_text
 from .geodesy import Datum

@@ -16,13 +16,12 @@ import threading
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from ..core.errors import RequestError
 from ..core.files import write_whole
-from ..core.values import dataclass
+from ..core.values import asdict, dataclass, replace
 from .shelf import JOBS
 
 AT_ONCE = 4

@@ -8,13 +8,12 @@ it to starboard; of the rest the one nearest to the course is taken.  Speed is n
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.values import dataclass
+from ..core.values import dataclass, fields, replace
 from ..data import Array
 from .conduct import Orders, Scene
 from .rules import Limits

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import RequestError
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Array
 from .rules import Role
 from .rules.geometry import wrapped

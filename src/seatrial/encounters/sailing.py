@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
 from functools import lru_cache
 from typing import ClassVar
 
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from ..core.errors import RequestError
 from ..core.parameters import Scalar, Scalars, spec, unknown
 from ..core.symbolic import clip, cos, exp, sin
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Array
 from ..engine import System
 from ..engine.csource import LANES

@@ -11,14 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 
 from ..core.constants import KNOT, MILE
 from ..core.records import Limits, NotNegative, Positive
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array
 from .conduct import Master, Orders, Scene
 from .rules.geometry import Bools

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
-
 import numpy as np
 
 from ..core.errors import RequestError
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Array
 
 

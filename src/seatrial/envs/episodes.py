@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field, fields
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field, fields
 from ..data import Array
 from ..engine import System
 from ..environment import CALM, CHANNELS, Environment

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import field
 from typing import Any
 
 from ..core.symbolic import Function
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..engine.csource import BINARY, CALL, opcodes
 from ..ships import ShipError
 

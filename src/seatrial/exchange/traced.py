@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -13,7 +12,7 @@ import casadi as ca
 from ..actuators import queue_length
 from ..core.parameters import Spec, walk
 from ..core.symbolic import Function
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..engine.trace import preparation, right_hand_side
 from ..environment import CHANNELS
 from ..manoeuvres import Given

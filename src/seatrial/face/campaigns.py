@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -20,7 +19,7 @@ from ..campaign.tables import scan, scan_tracks
 from ..core import executors
 from ..core.errors import RequestError
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data.units import KNOWN
 from ..environment import Uniform
 from ..manoeuvres import Manoeuvre

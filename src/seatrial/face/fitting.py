@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ from .. import identify
 from ..core.errors import StudyError
 from ..core.parameters import Free, specs
 from ..core.parameters import near as near_values
-from ..core.values import dataclass
+from ..core.values import dataclass, field, fields, replace
 from ..identify import Estimator, Progress
 from ..identify.lint import lines, lint
 from ..identify.trajectory.shooting import Trajectory

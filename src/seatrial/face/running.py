@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import field, fields
 from pathlib import Path
 from typing import Any
 
 from .. import data
 from ..core.errors import MissingError, RequestError
 from ..core.parameters import unknown, values
-from ..core.values import dataclass
+from ..core.values import dataclass, field, fields
 from ..environment import Uniform
 from ..manoeuvres import Index, Manoeuvre, Policy, decimals
 from ..ships import Ship as AnyShip

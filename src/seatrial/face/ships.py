@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import data, ships
 from ..core.errors import MissingError
 from ..core.parameters import unknown, values, walk
-from ..core.values import dataclass
+from ..core.values import dataclass, fields
 from ..manoeuvres import Policy
 from ..report.blocks import Line, Numbers
 from ..ships.classes import Trust

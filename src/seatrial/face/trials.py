@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self, overload
 
 import numpy as np
 
 from .. import data
-from ..core.values import dataclass
+from ..core.values import dataclass, fields, replace
 from ..data.check import Finding, check_folder
 from ..data.trialfile import read_trial as read_one
 from ..data.trialfile import read_trials as read_several

@@ -8,12 +8,11 @@ critical depth Froude number are not in the factors; nor are wake, thrust deduct
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 from ..core.parameters import Scalar, choice, spec
 from ..core.symbolic import clip, exp, log, smaller
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from . import Flow, Force, ForceModule
 from .body import Body
 from .cushion import Cushion

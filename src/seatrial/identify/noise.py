@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..core.once import by_identity
 from ..core.ranks import median
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array, Trial
 from ..data.prepare import measured
 from ..environment import CHANNELS

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array, Trial
 from ..data.prepare import measured
 from ..models import ROLL, STATES

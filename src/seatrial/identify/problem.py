@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, ClassVar, Protocol, runtime_checkable
@@ -16,7 +15,7 @@ from ..core.errors import StudyError as StudyError
 from ..core.executors import Pool
 from ..core.parameters import Free
 from ..core.records import Limits
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Array, Trial
 from ..ships import Ship
 from .diagnosis.findings import Diagnosis

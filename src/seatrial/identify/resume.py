@@ -6,7 +6,6 @@ import hashlib
 import time
 import warnings
 from collections.abc import Iterable
-from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 from ..core.errors import ResumeError as ResumeError
 from ..core.files import packed, set_aside, write_whole
 from ..core.unpacking import unpacked
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Array, Trial
 from ..ships.writing import to_toml
 from . import Estimator, Problem

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.parameters import Free, ParameterError, Scalar, read, update
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array
 from ..ships import Ship
 

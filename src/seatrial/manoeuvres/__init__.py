@@ -12,14 +12,13 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import field, fields, replace
 from numbers import Real
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, possible, spec
-from ..core.values import dataclass
+from ..core.values import dataclass, field, fields, replace
 from ..data import Array, Trial
 from ..forces import HARD_OVER
 from ..models import STEERING

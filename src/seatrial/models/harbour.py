@@ -7,12 +7,11 @@ and rubs along it.  The contact is smooth, so that derivatives exist: it fades i
 
 from __future__ import annotations
 
-from dataclasses import field
 from math import pi
 
 from ..core.parameters import Scalar, Scalars, spec
 from ..core.symbolic import cos, larger, root, sin, tanh
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..environment import Environment, to_body, to_earth
 from ..forces import Force
 from .common import Surroundings

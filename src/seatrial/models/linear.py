@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..core.parameters import ParameterError, unknown
 from ..core.symbolic import alone
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array
 from ..environment import CALM, CHANNELS, Environment
 from . import Model, Sampled

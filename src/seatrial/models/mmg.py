@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from ..core.parameters import Parts, Scalar, Scalars, choice, parts
 from ..core.symbolic import cos, sin
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..environment import Environment
 from ..forces import Flow, Force, ForceModule, PropellerModule, RudderModule
 from ..forces.body import Body

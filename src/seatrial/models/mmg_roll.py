@@ -8,13 +8,12 @@ a ship file states its own, or a fit finds them.
 
 from __future__ import annotations
 
-from dataclasses import field
 from math import inf
 from typing import Any
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import cos, magnitude, sin, speed
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..environment import Environment
 from ..forces import Flow, Force
 from ..forces.body import Body

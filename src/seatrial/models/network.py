@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import field, replace
 
 import numpy as np
 
 from ..core.parameters import ParameterError
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Array
 
 KINDS = ("feedforward", "rnn", "forgetting", "lstm", "gru")

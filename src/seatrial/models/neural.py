@@ -6,14 +6,13 @@ stepped: it is trained in PyTorch, and moves all lanes at once here, in NumPy.
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, spec
 from ..core.symbolic import is_symbol
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Array
 from ..environment import CHANNELS, Environment
 from . import STEERING, Stepped

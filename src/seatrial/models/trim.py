@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from ..core.parameters import ParameterError, Scalar, Scalars, unknown
 from ..core.symbolic import alone
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array
 from ..environment import CALM, Environment
 from . import STATES, STEERING, Model, Sampled, Stepped, unit

@@ -9,13 +9,12 @@ import math
 import secrets
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from ..core.errors import RequestError, WireError, obeyed
 from ..core.listening import HERE, address, listen
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import DataError
 from ..encounters.rules import Role
 from ..models import STATES

@@ -8,13 +8,12 @@ import json
 import math
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
 from itertools import count
 from typing import Any, NamedTuple, Protocol
 
 from ..core.errors import LoopError as LoopError
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..engine import SimulationError
 from ..environment import Environment
 from ..sensors import Reading

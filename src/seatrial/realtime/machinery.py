@@ -12,10 +12,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 from typing import Any
 
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..exchange.fmi.inside import Archive, Live
 from ..models import unit
 from .loop import Loop

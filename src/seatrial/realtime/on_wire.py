@@ -6,14 +6,13 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from importlib.util import find_spec
 from types import MappingProxyType
 from typing import Any, BinaryIO, Literal
 
 from ..core.errors import RunError
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data.nmea.framing import LARGEST, TOKEN, Tag, tag_block
 from ..data.nmea.sentences import NmeaError
 from ..data.nmea.ship import SPOKEN, Fittings, Measured, lines

@@ -14,12 +14,11 @@ import time
 from collections import Counter, OrderedDict
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import field
 from typing import NamedTuple, Protocol
 from urllib.parse import urlsplit
 
 from ..core.errors import WireError as WireError
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data.nmea.framing import LARGEST, Tag, read_line, split
 from ..data.nmea.sentences import NmeaError, Sentence, decode
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Trial
 from ..identify import Fit
 from ..identify.filters import CONSTANT_VELOCITY

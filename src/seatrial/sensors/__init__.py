@@ -9,14 +9,13 @@ with the names of the conventions; degrees, knots and rpm belong to the code of 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ..core.errors import SensorError
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Trial
 
 __all__ = ["Reading", "SensorError", "Sensors", "Truth"]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 from types import MappingProxyType
 from typing import ClassVar
 
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..environment import to_body, to_earth
 from . import SensorError, Truth
 from .stream import EXACT, Errors, Instrument, direction, not_below_zero, rounded

@@ -7,14 +7,13 @@ a ship takes a fit.  One TOML file per ship; see docs/extending.md for its keys.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, Self
 
 from ..actuators import Actuators
 from ..core.errors import ShipError as ShipError
 from ..core.parameters import possible, specs, update, walk
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..models import Model
 
 

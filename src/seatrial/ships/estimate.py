@@ -13,14 +13,13 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterator, Mapping
-from dataclasses import field, fields, replace
 from pathlib import Path
 from typing import Any
 
 from ..actuators import Actuator, Actuators
 from ..core.constants import KNOT
 from ..core.parameters import PRIME, Spec, unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field, fields, replace
 from ..environment import CALM
 from ..forces.body import Body
 from ..forces.hull import Polynomial

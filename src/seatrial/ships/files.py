@@ -10,13 +10,12 @@ import inspect
 import math
 import typing
 from collections.abc import Mapping
-from dataclasses import MISSING, field, fields, is_dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from ..core.parameters import ParameterError, Parts, Spec, Terms, unknown, values
-from ..core.values import dataclass
+from ..core.values import MISSING, dataclass, field, fields, is_dataclass, replace
 from ..forces import ThrusterModule
 from ..models import Model, unit
 from . import Entry, Ship, ShipError

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..models.mmg import Mmg
 from ..models.mmg_roll import MmgRoll, Roll
 from ..models.rolling import GRAVITY

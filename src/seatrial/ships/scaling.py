@@ -12,12 +12,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 from ..actuators import Actuators
 from ..core.parameters import PRIME, read, specs, update, values
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..models import unit as unit_of
 from . import Entry, Ship, ShipError
 from .actuation import meanings

@@ -8,11 +8,10 @@ acts on in the prediction and is forgotten.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array, DataError, Trial
 from ..engine import Scalars, System
 from ..models import STATES, Sampled

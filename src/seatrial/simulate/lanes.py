@@ -8,14 +8,13 @@ controls, `steered` of one under a policy.  Nothing else builds a simulator.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..core.parameters import unknown, values
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Array
 from ..engine import Rollout, Scalars, System
 from ..engine.cuda import Device

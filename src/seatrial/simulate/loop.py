@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Hashable, Iterable, Mapping
-from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache, reduce
 from operator import add
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 
 from ..actuators import Servo, Shaft, queue_length, queued, table
 from ..core.parameters import Parts, Scalar, Spec, Terms, specs, unknown, update, values
-from ..core.values import dataclass
+from ..core.values import dataclass, fields, is_dataclass, replace
 from ..data import Array
 from ..engine import Scalars, System
 from ..environment import CHANNELS, PLACE, Environment

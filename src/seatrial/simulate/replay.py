@@ -7,13 +7,12 @@ trial did not log and `inputs` fills in.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Array, DataError, Trial
 from ..data.prepare import between_readings, resampling, true_wind
 from ..engine import SimulationError

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import field, replace
 from pathlib import Path
 
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Trial
 from ..identify import Estimator, Issue, Problem, StudyError
 from ..identify.lint import lint, raise_on_errors

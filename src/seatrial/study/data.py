@@ -12,7 +12,6 @@ import fnmatch
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,7 +19,7 @@ import numpy as np
 
 from ..core.parameters import Free, ParameterError, read, specs, unknown
 from ..core.records import Limits, read_record
-from ..core.values import dataclass
+from ..core.values import dataclass, fields, replace
 from ..data import DataError, Trial
 from ..data.check.track import own_samples
 from ..data.documents import read_toml

@@ -8,14 +8,13 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
 from itertools import combinations, pairwise
 from typing import Annotated
 
 import numpy as np
 
 from ..core.records import Limits
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Array, Trial
 from ..data.kinds import recognised
 from ..manoeuvres.reading import through_water

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import Annotated, Any, Literal
 
 from ..core.records import Limits, NotNegative, Positive, named
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 
 Open = Annotated[float, Limits(above=0.0, infinite=True)]
 """A standard deviation that may be infinite: no prior."""

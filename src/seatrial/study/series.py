@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 from ..core.files import is_plain, read_toml
 from ..core.parameters import unknown
 from ..core.records import document_of, filled, of_schema, read_record
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Trial
 from ..identify import Estimator, Loss, Nuisance, Problem, StudyError
 from ..ships import Ship

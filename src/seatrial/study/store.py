@@ -10,7 +10,6 @@ import math
 import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,7 +20,7 @@ from ..core.files import plain, read_toml, write_whole
 from ..core.parameters import Free, read, values
 from ..core.records import Limits, from_json, json_of, read_json, to_archive, to_json
 from ..core.records import digest as digest_of
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..core.version import __version__
 from ..data import Array, DataError, Trial
 from ..data.prepare.made import uncounted

@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import field, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -17,7 +16,7 @@ import numpy as np
 
 from ..core.parameters import Free, specs, unknown
 from ..core.records import document_of, filled, of_schema
-from ..core.values import dataclass
+from ..core.values import dataclass, field, fields
 from ..core.version import __version__
 from ..data import Trial
 from ..data.prepare import BREAK, unbroken

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field, fields, replace
 from typing import Any
 
 import numpy as np
 
 from ..actuators import Actuators
 from ..core.parameters import ParameterError, unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field, fields, replace
 from ..data import Array, DataError, Trial
 from ..environment import Uniform, Weather
 from ..environment.weather import Gust, WeatherError

@@ -8,9 +8,8 @@ turns comparisons into pages.  Modules: comparison, metrics, series (tables of f
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
 
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Trial
 
 __all__ = ["Comparison", "Metrics"]

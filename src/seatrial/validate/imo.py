@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import field, replace
 
 import numpy as np
 
 from ..belief.bands.manoeuvring import Bands
 from ..core.constants import KNOT
 from ..core.parameters import values
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Trial
 from ..engine import SimulationError
 from ..environment import CALM

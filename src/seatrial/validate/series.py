@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
 
 from ..belief.spread import NAME, Spread, load_members, spreads
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Array, Trial
 from ..engine import SimulationError
 from ..identify.networks.widths import Widths

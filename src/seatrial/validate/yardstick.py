@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
@@ -18,7 +17,7 @@ from typing import Annotated
 import numpy as np
 
 from ..core.records import Limits, NotNegative, Positive, read_record
-from ..core.values import dataclass
+from ..core.values import dataclass, field, replace
 from ..data import Array, DataError, Trial
 from ..identify import StudyError
 from ..models import STATES

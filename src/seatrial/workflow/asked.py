@@ -8,11 +8,10 @@ imported here, as `--help` needs no more.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Any
 
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 
 Given = Mapping[str, Any]
 Offers = Callable[[Given], list[str]]

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from ..core.parameters import unknown, values
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import Trial
 from ..engine import SimulationError
 from ..models import Sampled

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from ..core.files import write_whole
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import DataError, Trial
 from ..data.check import check_folder
 from ..data.formats import logs

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.parameters import unknown, values
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..data import UNITS
 from ..models import STATES
 from ..ships import Ship, shortened

@@ -7,7 +7,6 @@ weathers, a table of fits.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, runtime_checkable
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, runtime_checkable
 from ..belief.corrected import as_true, of_trial, shared_by_all, words
 from ..core.executors import Pool
 from ..core.files import plain
-from ..core.values import dataclass
+from ..core.values import dataclass, replace
 from ..core.version import __version__
 from ..data import Trial
 from ..data.prepare.made import uncounted

@@ -7,7 +7,6 @@ import inspect
 import math
 import pkgutil
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ import numpy as np
 from .. import manoeuvres
 from ..core.files import in_reach
 from ..core.parameters import unknown
-from ..core.values import dataclass
+from ..core.values import dataclass, field
 from ..data import Trial
 from ..engine import SimulationError
 from ..engine.cuda.named import device_of

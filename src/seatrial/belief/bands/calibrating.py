@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, Trial
 from ...identify.noise import noise
 from ...identify.record import step_of

@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from statistics import NormalDist
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from ...core.errors import RequestError
 from ...core.files import write_whole
 from ...core.records import Limits, read_json, to_json
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Array
 from ...identify import StudyError
 from ...models import STATES

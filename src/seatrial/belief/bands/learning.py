@@ -9,13 +9,12 @@ freedom, as some trials are much unlike the others.  Sizes of zero are common: t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, Trial
 from ...identify import Loss
 from ...identify.record import Record, even, windows

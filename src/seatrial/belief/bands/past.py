@@ -10,13 +10,12 @@ ship.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import RequestError
-from ...core.values import dataclass
+from ...core.values import dataclass, fields, replace
 from ...data import Array, Trial
 from ...identify.record import Record
 from ...models import STATES

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from itertools import pairwise
 from statistics import NormalDist
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, Trial
 from ...environment import CHANNELS, Weather
 from ...manoeuvres import Policy

@@ -9,12 +9,11 @@ those of the field (MMG), and a parameter that is none is its own coordinate.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from .chains import Chains
 from .walking import Walker

@@ -10,14 +10,13 @@ numbers follow from seed and move alone, so a run that was interrupted goes on a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from .chains import Chains
 

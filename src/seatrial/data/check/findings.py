@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import product
 from typing import Literal
 
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.once import by_identity
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array, Trial
 from ..prepare import Remedy, Step, at_one_rate
 from .attitude.heel import heel_faults

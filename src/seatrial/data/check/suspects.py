@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array, Trial
 from .relations import Window, has, joined, left_over, window_of
 from .repairs import Repair, Suspect, gross

@@ -10,13 +10,12 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import DataError, Trial
 from ..instruments import Heard, each_line, trial_by
 from ..table import bytes_of

@@ -14,12 +14,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import field
 from pathlib import Path
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import Array, DataError, Trial
 from ..instruments import Heard, trial_by
 from ..n2k import recorder, spoken

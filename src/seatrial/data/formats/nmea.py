@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -35,7 +34,7 @@ from numpy.typing import NDArray
 
 from ...core.files import write_whole
 from ...core.parameters import unknown
-from ...core.values import dataclass
+from ...core.values import asdict, dataclass, field, replace
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..n2k.groups import finished

@@ -11,13 +11,12 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import field
 from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import Trial
 from ..instruments import Heard, each_line, trial_by
 from ..n2k.groups import PGNS, finished, said

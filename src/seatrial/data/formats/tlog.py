@@ -16,14 +16,13 @@ import struct
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import DataError, Trial
 from ..instruments import Heard, trial_by
 from ..robot.messages import Values

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ..mapping.checked import ASK
 
 DOUBT = "DOUBT:"

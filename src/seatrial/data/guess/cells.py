@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from dataclasses import field, replace
 from typing import Literal
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from .. import Array
 from ..mapping.angles import halves
 from .layout import Table, number, ungrouped

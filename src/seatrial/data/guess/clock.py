@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import field
 from datetime import datetime
 from itertools import product
 
 import numpy as np
 import polars as pl
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import Array
 from ..mapping.clocks.calendar import civil
 from ..mapping.clocks.patterns import patterned

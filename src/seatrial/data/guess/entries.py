@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, Entry, listed, quoted

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array, DataError
 from ..importing import recognised
 from ..mapping.tables import NUMBERED

@@ -9,10 +9,9 @@ import codecs
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import DataError
 from ..mapping.schema import Long
 from ..mapping.text import cells_of, texts_of

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from ...core.constants import KNOT
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array, Trial, unwrapped
 from ..check.relations import left_over
 from ..geodesy import SEMI_AXIS

@@ -10,11 +10,10 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 
 _UNIT = re.compile(r"^(?P<name>.*?)\s*[\[(<{（](?P<unit>[^\])>}）]*)[\])>}）]\s*$")
 _SHORT = 2

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array
 from ..units import KNOWN
 from .answers import ASK, Answer, Entry, quoted

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field, replace
 from types import MappingProxyType
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 
 HARD_OVER = math.radians(35.0)
 """Angle that stands for all of a steering demand, as `forces` has it [rad]."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping as Named
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array, DataError, unwrapped
 from ..prepare import turns
 from .schema import Sensor

@@ -5,10 +5,9 @@ docs/data.md has an example of every key.
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import Literal
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ..sidecar import Described
 
 Words = tuple[str, ...]

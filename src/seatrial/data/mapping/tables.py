@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping as Named
 from collections.abc import Sequence
-from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from .. import DataError
 from ..sheets import Sheets, packed, sheets_of
 from ..table import existing, once

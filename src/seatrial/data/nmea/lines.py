@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from .. import Array, DataError
 from ..n2k.groups import PGNS
 from ..table import existing

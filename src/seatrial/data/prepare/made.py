@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -23,7 +22,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from ...core.ranks import median
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array, Trial
 
 SOURCES: Mapping[str, tuple[str, ...]] = MappingProxyType({

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Array, DataError, Trial, unwrapped
 from ..documents import read_keys
 from ..table import within

@@ -13,13 +13,12 @@ import struct
 import zlib
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
-from dataclasses import field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, BinaryIO, cast
 
 from ...core.errors import first_line
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import DataError
 from ..documents import read_yaml
 from ..sidecar import check_meta

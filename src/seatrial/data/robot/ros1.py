@@ -8,12 +8,11 @@ from __future__ import annotations
 import bz2
 import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import field
 from pathlib import Path
 from typing import BinaryIO
 
 from ...core import unpacking
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import DataError
 from .chunks import FEW, PACKED, USUAL
 from .messages import Message, extra

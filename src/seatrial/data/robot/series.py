@@ -7,12 +7,11 @@ import re
 from array import array
 from collections import Counter
 from collections.abc import Collection
-from dataclasses import field
 from pathlib import Path
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import Array, DataError
 from .files import Bag
 from .messages import READ, Values, unpacked

@@ -16,14 +16,13 @@ Every key may be left out:
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import field
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from ...core.parameters import unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from .. import Array, DataError
 from ..formats.nmea import Aboard
 from ..instruments import Heard

@@ -8,13 +8,12 @@ above zero to starboard.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields, replace
 from typing import Literal
 
 from ...core.constants import MILE
 from ...core.errors import RequestError
 from ...core.parameters import unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, fields, replace
 from .geometry import Array
 
 L_REFERENCE = 300.0

@@ -7,7 +7,6 @@ of them.  Contact between other ships is told, and never the own ship's.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import permutations
 from types import MappingProxyType
 
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import RequestError
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ..tracks import Tracks
 from .action import Action, action
 from .checks import CHECKS, Check, View

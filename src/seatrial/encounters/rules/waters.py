@@ -7,13 +7,12 @@ While a ship acts for another one it may be off its side of a channel or a lane 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 from types import MappingProxyType
 
 import numpy as np
 
 from ...core.errors import ChartError, RequestError
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...environment.chart import Chart, inside, nearest, offshore
 from ..tracks import Tracks
 from .geometry import Array, Bools, wrapped

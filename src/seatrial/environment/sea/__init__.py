@@ -12,14 +12,13 @@ omega_e t instead would run wild in a turn.  `spectra` has the spectra, `rao` th
 from __future__ import annotations
 
 import math
-from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
 
 from ...core.constants import GRAVITY
 from ...core.errors import WeatherError
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import Array
 from .spectra import Moments, SeaSpectrum, moments
 

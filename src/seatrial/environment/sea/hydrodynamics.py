@@ -8,13 +8,12 @@ is the usual approximation for slow ships: what the forward speed itself does to
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from ...core.constants import GRAVITY
 from ...core.errors import WeatherError
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from .rao import MIRROR, MODES, Complex, Rao
 

@@ -11,13 +11,12 @@ import math
 import zipfile
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from ...core.parameters import Parts, Scalar, parts
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...environment import Environment
 from ...forces import Flow, Force, ForceModule
 from ...forces.body import Body

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -12,7 +11,7 @@ import numpy as np
 
 from ...actuators import table
 from ...core.parameters import Spec, walk
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...environment import CALM
 from ...models import unit
 from ...models.network import Network

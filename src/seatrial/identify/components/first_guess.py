@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from ...actuators import Actuator, Actuators
 from ...core.parameters import Parts, specs, unknown, walk
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...forces.damping import Polynomial
 from ...models.fossen import Fossen, Inertia, Particulars
 from ...ships import Entry, Ship, ShipError

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 from functools import cache
 from typing import Any, cast
 
@@ -20,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...actuators import Actuator, Azimuth
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import Array, DataError, Trial
 
 _EXTRAS = ((), ("lag",), ("dead_time",), ("lag", "dead_time"))

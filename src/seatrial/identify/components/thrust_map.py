@@ -11,11 +11,10 @@ the uncertainty of the polynomial.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, DataError
 from ...forces.azimuth import Azimuth
 

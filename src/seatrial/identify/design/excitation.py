@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field, replace
 
 import numpy as np
 
 from ...core.parameters import Free, Spec, match, walk
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Array, Trial
 from ...engine import SimulationError
 from ...manoeuvres import Policy, Settings

@@ -18,11 +18,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from .blame.contradiction import Contradiction
 from .findings import MOVES, REMOVES, SIGNIFICANT, Differing, Suspicion

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import field, replace
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from .blame.contradiction import Contradiction
 from .blame.gain import CERTAIN, Gain
 from .blame.witness import Witness

@@ -12,11 +12,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from .. import Fit, FitError, Loss, Problem, Progress, StudyError
 from ..noise import noise, screened
 from ..nuisance import EVERY, unread

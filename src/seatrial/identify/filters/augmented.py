@@ -12,7 +12,6 @@ rate): its band is that of the sea, so that it takes up neither a step nor a dri
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -20,7 +19,7 @@ import numpy as np
 
 from ...core.parameters import specs, unknown
 from ...core.symbolic import alone
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...environment import CHANNELS, Environment
 from ...models import Sampled
 from ...ships import Ship

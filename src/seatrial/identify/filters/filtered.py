@@ -7,14 +7,13 @@ window the model no longer fits.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import Free, specs, unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, Trial
 from ...models import STATES
 from ...ships import Ship

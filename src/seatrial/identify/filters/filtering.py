@@ -9,14 +9,13 @@ reading is used when it was true, so a delay costs no accuracy; a gap is a longe
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import Free, read, specs, unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import Array, DataError, Trial, unwrapped
 from ...data.prepare import to_body
 from ...environment import CALM

@@ -11,11 +11,10 @@ its future, and no reading counts twice.  On a linear model the last state is th
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import field
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import Array
 from .kalman import FilterModel, Rows, moved, over, substeps
 

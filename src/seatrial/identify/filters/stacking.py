@@ -9,12 +9,11 @@ start, and drawn towards the model alone.  Bands are as wide as those forecasts 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from . import CONSTANT_VELOCITY, MODEL, STAYING
 from .ahead import Ahead, joined

@@ -12,13 +12,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ...core.executors import Pool
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from .. import Fit, FitError, Problem, Progress, StudyError
 from ..lint import linted

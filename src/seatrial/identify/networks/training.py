@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import field, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 from ...core.errors import NoTorchError as NoTorchError
 from ...core.files import packed, write_whole
 from ...core.parameters import ParameterError, unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, field, fields, replace
 from ...data import Array
 from ...engine.rollout import default_threads
 from ...models.network import KINDS, Limits, Network, initial

@@ -14,7 +14,6 @@ import itertools
 import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
@@ -25,7 +24,7 @@ from ...core.errors import RequestError
 from ...core.executors import Pool
 from ...core.files import write_whole
 from ...core.records import Limits, read_json, to_json
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Trial
 from .. import Fit, FitError, Nuisance, Problem, Progress, StudyError
 from ..lint import linted

@@ -18,14 +18,13 @@ import os
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Self
 
 import numpy as np
 
 from ...core.files import write_whole
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Array, Trial
 from ...engine import Scalars, System
 from ...engine.rollout import is_rk4

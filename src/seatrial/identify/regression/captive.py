@@ -12,13 +12,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import ParameterError, match, read, specs, values
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, DataError
 from ...data.captive import Captive
 from ...ships import Entry, Ship

@@ -10,12 +10,11 @@ steps, judged by the objective and an exact penalty on the gaps.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from ...models import STATES, Sampled
 from ...simulate.lanes import Kernel, Lanes, run, slopes

@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Array, DataError, Trial
 from ...engine.rollout import is_rk4
 from ...models import STATES

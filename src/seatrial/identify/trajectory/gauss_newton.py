@@ -8,13 +8,12 @@ Each step is the best point of the damped quadratic within the bounds (`steps`).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import fields, replace
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.values import dataclass
+from ...core.values import dataclass, fields, replace
 from ...data import Array
 
 Index = NDArray[np.intp]

@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, fields, replace
 from ...data import Array, Trial
 from ...engine.rollout import default_threads
 from ...engine.simd import LANES

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,7 +18,7 @@ import numpy as np
 from ...core.executors import Pool, parted
 from ...core.parameters import Free, specs
 from ...core.parameters import values as parameter_values
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from ...engine.rollout import is_rk4
 from ...models import STATES

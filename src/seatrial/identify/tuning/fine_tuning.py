@@ -11,14 +11,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 from ...core import executors
 from ...core.executors import Pool
 from ...core.parameters import Free
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, Trial
 from ...engine.rollout import is_rk4
 from .. import Fit, Nuisance, Problem, Progress, StudyError

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...core.parameters import Free, read
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, Trial
 from ...models import ROLL, STATES
 from .. import FitError, Problem, StudyError

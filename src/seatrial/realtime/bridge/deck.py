@@ -6,12 +6,11 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import field
 from pathlib import Path
 from typing import Any, Protocol
 
 from ...core.errors import RefusalError as RefusalError
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import DataError
 from ...environment import Uniform
 from ...manoeuvres import Manoeuvre

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from ...core.errors import ChartError
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import DataError
 from ...data.documents import read_json
 from ...data.geodesy import Datum

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import field
 from typing import Any, Literal, NamedTuple
 
 from ...core.errors import RefusalError
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...models import unit
 from ..loop import Loop
 from .contacts import Contacts

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
 from typing import Literal
 
 from ...actuators import Actuator, Actuators
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data.geodesy import Datum
 from ...data.nmea.ais import Status, Type
 from ...encounters.sensing import Sensing

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import field
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
 from ...core.records import Limits, NotNegative, Positive
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data.nmea.ais import Status, Type
 from ...encounters.sensing import Sensing
 

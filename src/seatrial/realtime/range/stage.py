@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.errors import LoopError
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data.nmea.ship import NULL_ISLAND, Fittings
 from ...environment import CHANNELS, Environment
 from ...environment.chart import Chart

@@ -16,12 +16,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import field
 
 import numpy as np
 
 from ...core.parameters import values
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import Array
 from ...identify.filters.augmented import SLOW
 from ...identify.filters.kalman import substeps

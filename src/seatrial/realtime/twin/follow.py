@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.parameters import values
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from ...identify.filters.augmented import ANTENNA, Augmented, augmented
 from ...identify.filters.filtering import inside

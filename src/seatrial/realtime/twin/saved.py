@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
 from ...core.files import write_whole
 from ...core.records import read_json, short, to_json
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Array
 from ...identify import StudyError
 from ...identify.filters.augmented import WAVES

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
 from fnmatch import fnmatchcase
 from typing import Any
 
 from ...core.parameters import specs, unknown, values
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...identify import StudyError
 from ...identify.filters.augmented import ANTENNA, BIAS, SLOW, WAVES
 from ...identify.filters.measurement import Antenna, Heading, Log, Rate, Sensor, Track

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 
 _HOUR = 3600.0
 # The level follows the innovations with this time constant, counted in readings.

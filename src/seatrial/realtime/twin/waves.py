@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import field, replace
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Array
 from ...identify.filters.augmented import WAVES
 from .faults.cases import Kept

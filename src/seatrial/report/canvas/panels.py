@@ -7,12 +7,11 @@ knows.  That library takes .3 s for a figure of a page, and the fit of a ship .6
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import field
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import Array
 from .ticks import alone, labels, logarithmic, rounded
 

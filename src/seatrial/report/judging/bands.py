@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...belief.bands.manoeuvring import Bands
 from ...belief.posterior import Posterior
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Trial
 from ...manoeuvres import Index
 from .. import figures

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, field
 from typing import Any
 
 from ...belief.bands.calibration import Errors, hardest
 from ...belief.bands.held import GROUPS, Held
-from ...core.values import dataclass
+from ...core.values import asdict, dataclass, field
 from ...identify import Fit
 from ...models.rolling import GRAVITY
 from ...study.grounds import Grounds, Ranges

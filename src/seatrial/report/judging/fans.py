@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from ...belief.bands.held import GROUPS, Held, unwrapped_to
 from ...belief.bands.prediction import Fan
-from ...core.values import dataclass
+from ...core.values import asdict, dataclass
 from ...data import Trial
 from .. import figures
 from ..blocks import Body, bullets, figure, gallery, number, soft, table

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
-from ...core.values import dataclass
+from ...core.values import asdict, dataclass
 from ...data import Trial
 from ...ships import Ship
 from .. import figures

@@ -12,11 +12,10 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import field
 from importlib.resources import files
 
 from ...core.constants import GRAVITY
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 
 Limits = Mapping[str, tuple[float, float]]
 

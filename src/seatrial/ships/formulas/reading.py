@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
 from ...core.constants import GRAVITY
 from ...core.parameters import PRIME, Spec, unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, fields
 from .. import Entry, ShipError
 from ..numbers import number, read_document
 from . import Air, Particulars, table

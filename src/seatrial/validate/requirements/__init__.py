@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import field
 from typing import TYPE_CHECKING, Literal
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field
 from ...data import Array
 from ...ships import Ship
 from .thresholds import Bound, Range

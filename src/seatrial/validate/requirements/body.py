@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ...core.parameters import Scalar, spec
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from ...environment import CALM, Environment
 from ...forces import Flow, Force, ForceModule

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
 from ...core.parameters import Scalar, spec
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Array, Trial
 from ...engine import SimulationError
 from ...environment import CALM, Environment, Weather

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from ...core.parameters import ParameterError, update, values
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...engine import SimulationError
 from . import Finding, typical, whole
 from . import thresholds as limit

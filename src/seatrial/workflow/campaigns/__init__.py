@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from ...campaign import Campaign, CampaignError
@@ -16,7 +15,7 @@ from ...campaign.running import Ran, Shard, Watch, run
 from ...campaign.tables import merge, wrong_parts
 from ...core import executors
 from ...core.files import toml_of
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Trial
 from ...data.trialfile import write_trial
 from ...engine.cuda.named import device_of

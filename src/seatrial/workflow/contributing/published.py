@@ -18,14 +18,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from ...core.errors import SeatrialError
 from ...core.files import toml_of
 from ...core.parameters import unknown
-from ...core.values import dataclass
+from ...core.values import dataclass, fields
 from ...ships import Ship
 from .. import RequestError
 from ..asked import Approach, Around, Orders, Span

@@ -7,7 +7,6 @@ controls, as what the trials leave open then keeps the width of its prior.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from ...belief.posterior import Posterior
 from ...core.files import packed, write_together
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data.trialfile import write_trial
 from ...manoeuvres import Index, by_demand
 from ...models import STATES

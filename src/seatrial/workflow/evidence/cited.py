@@ -12,13 +12,12 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
 from ...core.errors import SeatrialError
-from ...core.values import dataclass
+from ...core.values import dataclass, fields, is_dataclass
 from ...core.version import __version__
 from ...report.blocks import Body, bullets, table
 from ...report.blocks import fields as said

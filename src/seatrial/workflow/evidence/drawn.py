@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from ...belief.bands.manoeuvring import STANDING, Bands, bands, read, step_of, s
 from ...belief.bands.prediction import Runs, manoeuvre, scale_of
 from ...belief.posterior import Posterior
 from ...belief.reading import drawn_from
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array, Trial
 from ...environment import Weather
 from ...manoeuvres import Manoeuvre

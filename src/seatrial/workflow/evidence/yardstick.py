@@ -12,7 +12,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,7 @@ import numpy as np
 from ...belief.corrected import Errors, as_logged, as_true, shared_by_all
 from ...core.files import write_whole
 from ...core.records import to_json
-from ...core.values import dataclass
+from ...core.values import asdict, dataclass
 from ...data import DataError, Trial
 from ...data.prepare.made import uncounted
 from ...data.trialfile import read_trials, write_trials

@@ -7,14 +7,13 @@ import socket
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...core.errors import obeyed
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Trial
 from ...data.formats import nmea as sentences
 from ...data.sidecar import UNPLACED

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, field
 from pathlib import Path
 from typing import Annotated, Literal
 
 from ...campaign.analysis.proportion import Proportion
 from ...core.records import Limits, NotNegative, Positive, digest
-from ...core.values import dataclass
+from ...core.values import asdict, dataclass, field
 from ...encounters.sensing import Sensing
 from .rare import Rarely, Seldom
 from .stacks import Stack

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ import numpy as np
 
 from ...core.files import write_whole
 from ...core.records import plain, read_record
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...data import Array
 from ...encounters.rules import Judged, judge
 from ...encounters.sailing import Sailed

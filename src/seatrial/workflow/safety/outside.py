@@ -12,12 +12,11 @@ import threading
 import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import replace
 from typing import Literal, cast
 
 from ...core.errors import RequestError, RunError
 from ...core.listening import HERE, listen
-from ...core.values import dataclass
+from ...core.values import dataclass, replace
 from ...encounters import Tracks
 from ...realtime.bridge.view import OWN
 from ...realtime.links.ardupilot import Sitl

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...core.values import dataclass
+from ...core.values import dataclass, field, replace
 from ...data import Array, Trial
 from ...environment.sea import Sea
 from ...environment.sea.hydrodynamics import Hydrodynamics

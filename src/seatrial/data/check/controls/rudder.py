@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from ....core.constants import GRAVITY
 from ....core.ranks import median, quantile
-from ....core.values import dataclass
+from ....core.values import dataclass, replace
 from ... import Array, Trial
 from ...prepare import Remedy, Step, integral, shifted
 from ..relations import has, length_of, noise_of

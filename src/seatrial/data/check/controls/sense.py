@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ....core.values import dataclass
+from ....core.values import dataclass, replace
 from ... import Array, Trial, unwrapped
 from ...prepare import Remedy, Step, complete, integral, segments
 from ..relations import has, length_of, window_of

@@ -12,10 +12,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
 
-from ....core.values import dataclass
+from ....core.values import dataclass, replace
 from ....data import Trial
 from ....data.check.controls.rudder import Helm, rudder_lag
 from ....data.check.relations import CAUSES, left_over

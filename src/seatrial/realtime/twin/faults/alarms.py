@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Annotated
 
 from ....core.records import Limits
-from ....core.values import dataclass
+from ....core.values import dataclass, replace
 from ....identify.filters.augmented import ANTENNA
 from ....models import unit
 from ..follow import Follower

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import field
 
 import numpy as np
 
-from ....core.values import dataclass
+from ....core.values import dataclass, field
 from ....data import Array
 from ....identify.filters.augmented import SLOW
 from ..follow import Follower, Machine, Step

@@ -14,12 +14,11 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Mapping, Sequence
 from copy import copy
-from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
 
-from ....core.values import dataclass
+from ....core.values import dataclass, field, replace
 from ....data import Array
 from ..follow import Follower, Step, without
 from .acting import Override

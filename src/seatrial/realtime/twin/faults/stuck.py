@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import field
 
-from ....core.values import dataclass
+from ....core.values import dataclass, field
 from ....models import unit
 from ....ships import Ship
 

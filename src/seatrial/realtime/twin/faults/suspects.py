@@ -13,12 +13,11 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from ....actuators import Servo
-from ....core.values import dataclass
+from ....core.values import dataclass, replace
 from ....data import Array
 from ....identify.filters.augmented import ANTENNA, BIAS, SLOW, WAVES
 from ....identify.nuisance import CURRENT
