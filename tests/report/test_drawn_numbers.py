@@ -22,6 +22,7 @@ from seatrial.report import figures, identifiability, tuning
 from seatrial.report.campaign import distribution, rare, shares
 from seatrial.report.campaign.shown import Unit
 from seatrial.report.canvas.frame import Frame
+from seatrial.report.canvas.panels import Axis
 from seatrial.report.canvas.ticks import plain, rounded
 from seatrial.report.identifiability import band, correlations, restarts, tracks
 from seatrial.report.judging import bands as judged
@@ -68,6 +69,16 @@ def test_ticks_are_round_within_the_range_and_told_apart(low: float, high: float
     said = plain(found)
     assert len(set(said)) == len(found)
     np.testing.assert_allclose([float(one.replace("−", "-")) for one in said], found, atol=0.3 * steps[0])
+
+
+@pytest.mark.parametrize("ends", [(0.73, 4.99), (-1.34, 1.14), (-4.5, 5.8), (0.0, 1e-4), (11.2, 11.9), (-20.0, 35.0)])
+@pytest.mark.parametrize("length", [60.0, 115.0, 400.0])
+def test_no_axis_has_fewer_than_two_numbers_however_short_it_is(ends: tuple[float, float], length: float) -> None:
+    values = [value for value, _ in Axis(given=ends).marked(length, 45.0)[0]]
+    assert len(values) >= 2
+    assert min(values) >= ends[0] - 1e-9
+    assert max(values) <= ends[1] + 1e-9
+    assert len(values) <= max(4, 1 + length / 45.0)
 
 
 def test_a_line_stands_where_its_ticks_say() -> None:

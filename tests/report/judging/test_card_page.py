@@ -89,6 +89,18 @@ def test_the_head_counts_trials_of_the_fit_by_kind_and_shows_the_last_horizon_of
     assert page(card(summary=summary_of())).document["explained"] is None
 
 
+def test_errors_and_what_bands_held_stand_apart_beside_what_trials_were_corrected_by() -> None:
+    one = page(card(changes=("d: corrected by a current of 0.25 m/s towards 60 deg",)))
+    body = next(s for s in one.sections if s.title == "Error and coverage on unseen trials").html
+    errors, held = tables(body)
+    assert [row[:4] for row in errors] == [row[:4] for row in held], "the same rows"
+    assert errors[-1][4] == "15"
+    assert held[0][4:] == ["held: position", "heading", "speeds"]
+    assert held[-1][4].startswith("93 %")
+    assert max(map(len, (*errors, *held))) <= 9, "a wider one is cut off where it is read"
+    assert items(body) == one.document["changes"] == ["d: corrected by a current of 0.25 m/s towards 60 deg"]
+
+
 def test_a_calibration_replaces_the_share_of_the_draws_at_the_head() -> None:
     inside = {"position": 0.97, "heading": 0.9, "speeds": 0.9}
     held = tuple(rows_of("all kinds", end, 50, {**inside, "position": share}, WIDE)
@@ -142,9 +154,9 @@ def test_ranges_stand_in_two_halves_in_the_units_of_people() -> None:
 
 def test_errors_are_rows_in_degrees_with_shares_of_the_bands() -> None:
     body = page(card()).sections[2].html
-    (found,) = tables(body)
-    assert found[1] == ["zigzag", "10", "3", "40", "12", "3.0", "0.11", "0.070", "0.25",
-                        "93 % (80–99)", "96 % (85–100)", "88 % (74–96)"]  # fmt: skip
+    found, shares = tables(body)
+    assert found[1] == ["zigzag", "10", "3", "40", "12", "3.0", "0.11", "0.070", "0.25"]
+    assert shares[1] == ["zigzag", "10", "3", "40", "93 % (80–99)", "96 % (85–100)", "88 % (74–96)"]
     assert [row[:4] for row in found[2:]] == [["zigzag", "20", "3", "30"], ["all kinds", "10", "3", "900"],
                                               ["all kinds", "20", "3", "700"]]  # fmt: skip
     assert "restarted every 20 s: fitted 0.250." in words(body)

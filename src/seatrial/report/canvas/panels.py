@@ -136,6 +136,9 @@ class Axis:
             return [(value, label) for value, label in self.ticks if low <= value <= high], ""
         bins = self.bins or max(2, min(9, int(length / letters)))
         values = logarithmic(low, high, bins) if self.scale == "log" else rounded(low, high, bins, self.whole)
+        while self.scale == "linear" and not self.whole and len(values) < 2 and high > low:  # one number is no scale
+            bins += 1
+            values = rounded(low, high, bins)
         said, power = ([alone(one) for one in values], "") if self.scale == "log" else labels(values)
         return list(zip(values, said, strict=True)), power
 

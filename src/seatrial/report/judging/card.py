@@ -52,7 +52,7 @@ _BANDS = (
 _BY = {"recording": "by turns"}
 _NOT_CALIBRATED = (
     "No calibration is beside the model: seatrial calibrate MODEL makes one from fits that leave trials out in turn. "
-    "Without it no band of this model has been held against an error."
+    "Without it the bands above are those of the fit, widened by nothing that left-out trials would show."
 )
 
 
@@ -95,6 +95,7 @@ class Card:
         widened: whether trials left out of the fit have widened its posterior.
         calibrated: its bands by left-out trials; None where no calibration is beside the model.
         repeat, versions: commands and digests; programs.
+        changes: what the unseen trials were corrected by before they were predicted, a line each.
     """
 
     fit: Fit
@@ -111,6 +112,7 @@ class Card:
     calibrated: Calibrated | None
     repeat: Mapping[str, str]
     versions: Mapping[str, str]
+    changes: tuple[str, ...] = ()
 
     @property
     def grounds(self) -> Grounds:
@@ -121,7 +123,8 @@ class Card:
 def page(card: Card) -> Page:
     """The whole page: what is signed first, then what it stands on."""
     about = {"schema": "seatrial-card/1", "ship": card.fit.ship.name, "study": card.summary.study,
-             "digest": card.fit.digest, "missing": list(card.missing), "explained": _explained(card)}  # fmt: skip
+             "digest": card.fit.digest, "missing": list(card.missing), "changes": list(card.changes),
+             "explained": _explained(card)}  # fmt: skip
     sections = (
         Section("", fields(about, _head(card))),
         Section("Where it is valid", fields({
@@ -217,7 +220,9 @@ def _errors(card: Card) -> Body:
     pooled = ", ".join(f"{label} {number(value)}" for label, value in card.pooled.items())
     words = (f"Root mean square errors at the end of windows that start in the measured state. {_BANDS} Standardised "
              f"error (Wakita 2022 Eq. 25), restarted every {card.restart:g} s: {pooled}.")  # fmt: skip
-    return table(head, map(_row, card.rows)) + soft(words)
+    rows = [_row(one) for one in card.rows]
+    held = table((*head[:4], *head[9:]), [(*row[:4], *row[9:]) for row in rows])  # beside the errors it is cut off
+    return table(head[:9], [row[:9] for row in rows]) + held + bullets(card.changes) + soft(words)
 
 
 def _calibrated(card: Card) -> Body:

@@ -69,7 +69,8 @@ def card(
     fit, ship = load_fit(where.parent), _posterior(model, sink)
     unseen, missing, span = _unseen(summary, trials, sink)
     seconds = restart or span or rounded_down(_LENGTHS * fit.ship.L_pp / max(fit.ship.speed, 1e-3))
-    right = judged(fit.ship, model, unseen, Predicting(), sink).trials if unseen else ()
+    given = judged(fit.ship, model, unseen, Predicting(), sink) if unseen else None
+    right = given.trials if given else ()
     sigma = scales(right, summary.scale)
     comparisons, failed = compared(fit.ship, right, seconds, sigma)
     ahead_of, lost = _ahead(ship, right, seconds)
@@ -78,7 +79,7 @@ def card(
         fit, summary, seconds, held(ahead_of), _pooled(comparisons), uses,
         {**unjudged}, (*missing, *failed, *lost), tuple((t.name, kind_of(t), t.duration) for t in right),
         ship is not None, ship is not None and ship.power is not None, calibrated_of(model, ship, right, seconds, sink),
-        _repeat(model, summary, trials), _versions(summary),
+        _repeat(model, summary, trials), _versions(summary), given.changes if given else (),
     )  # fmt: skip
     made = page(found)
     if out is not None:
