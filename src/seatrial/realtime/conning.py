@@ -58,7 +58,7 @@ def thrusters(ship: Ship) -> Mapping[int, tuple[str, str | None]]:
     found: dict[int, tuple[str, str | None]] = {}
     for control in ship.model.controls:
         kind, _, name = control.partition("_")
-        if kind in ("n", "f") and name and not name.startswith("P"):
+        if kind in ("n", "f", "throttle") and name and not name.startswith("P"):
             azimuth = f"alpha_{name}"
             found[next(odd if "bow" in name else even)] = control, azimuth if azimuth in ship.model.controls else None
     return found
@@ -163,11 +163,13 @@ class Conning:
         return f"{self.commander} has command" if another else ""
 
     def missing(self, kind: str) -> str:
-        """What the ship lacks to obey any order of this kind, HTC, ROR or PRC; empty if it lacks nothing."""
+        """What the ship lacks to obey any order of this kind, HTC, ROR, TRC or PRC; empty if it lacks nothing."""
         if kind == "HTC" and not self._steers:
             return "the ship has no rudder, or no gyros, to steer a heading with"
         if kind == "ROR" and not self._all_rudders(0.0):
             return "the ship has no rudder"
+        if kind == "TRC" and not self._thrusters:
+            return "the ship has no thruster"
         return "the ship has no shaft" if kind == "PRC" and not self._shafts else ""
 
     def steered(self, psi: float, r: float, t: float, dt: float) -> Ordered:

@@ -66,6 +66,19 @@ class Orders:
         """Order all shafts to revolutions [1/s]; RefusalError: beyond what a sentence holds, or not obeyed."""
         self._order("PRC", rpmdemand=60.0 * n, rpmdemandstatus="R")
 
+    def push(self, number: int, share: float | None = None, azimuth: float | None = None) -> None:
+        """Order a thruster to a share of its full strength, -1 to 1, or to an azimuth [rad] where it turns.
+
+        Args:
+            number: of the thruster, as in `conning.thrusters`.
+
+        Raises:
+            RefusalError: not obeyed.
+        """
+        strength, mode = (None, "V") if share is None else (100.0 * share, "P")
+        turned = None if azimuth is None else math.degrees(azimuth) % 360.0
+        self._order("TRC", thrusternum=number, dmdrpm=strength, rpmmode=mode, dmdazimuth=turned, status="C")
+
     def let_go(self) -> None:
         """Rudder midships, and no more renewals: somebody else may take command when the silence is over."""
         self.engaged = False

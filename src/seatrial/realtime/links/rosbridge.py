@@ -7,6 +7,13 @@
 | `/fix` | sensor_msgs/msg/NavSatFix | place of the antenna |
 | `/delta`, `/n_P`, ... | std_msgs/msg/Float64 | actual controls, with the signs of docs/conventions.md |
 | `/cmd/delta`, `/cmd/n_P`, `/cmd/psi` | std_msgs/msg/Float64 | orders: rudder, revolutions, heading; the same signs |
+| `/clock` | rosgraph_msgs/msg/Clock | time of the simulation |
+| `/tf` | tf2_msgs/msg/TFMessage | `odom` to `base_link`, as REP 105 has them |
+
+A ship with a thruster on either side also speaks as the WAM-V of the Virtual RobotX competition does, so that a stack
+which is written for that drives it: `/wamv/sensors/gps/gps/fix`, `/wamv/sensors/imu/imu/data` and
+`/wamv/ground_truth/odometry` beside the topics above, `/wamv/thrusters/left/thrust` and `right` [N] with `pos` [rad,
+turning to port], and the wind of `/vrx/debug/wind/speed` and `direction`.
 
 Frames are those of REP 103: x east, y north, z up, and of the ship x ahead, y to port.
 """
@@ -16,19 +23,32 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from fastapi import FastAPI, WebSocket
 
 from ...core.errors import RefusalError
+from ...ships import Ship
+from ..conning import thrusters
+from ..helm import limits, ranges
 from ..pages import Task, admitted, converse, hear, same_origin
 from ..range.stage import Stage
 from .orders import Orders
 
 _EVERY, _MOST, _A_SECOND = 0.05, 16, 200
-_ODOM, _IMU, _FIX, _NUMBER = (
+_ODOM, _IMU, _FIX, _NUMBER, _FLOAT, _CLOCK, _TF = (
     "nav_msgs/msg/Odometry", "sensor_msgs/msg/Imu", "sensor_msgs/msg/NavSatFix", "std_msgs/msg/Float64",
+    "std_msgs/msg/Float32", "rosgraph_msgs/msg/Clock", "tf2_msgs/msg/TFMessage",
 )  # fmt: skip
+_AS = {"/wamv/sensors/gps/gps/fix": "/fix", "/wamv/sensors/imu/imu/data": "/imu",
+       "/wamv/ground_truth/odometry": "/odom"}  # fmt: skip
+"""Topics of the WAM-V that say the same as ours."""
+_WIND = {"/vrx/debug/wind/speed": 0, "/vrx/debug/wind/direction": 1}
+_NODE = "/seatrial"
+_STRAIGHT = 1e-3
+"""A joint that is ordered by less than this is straight [rad]."""
 
 
 class Rosbridge:
@@ -41,8 +61,16 @@ class Rosbridge:
         self._cmd: Mapping[str, Callable[[float], None]] = {} if orders is None else {
             "/cmd/delta": orders.steer_rudder, "/cmd/n_P": orders.turn_shafts, "/cmd/psi": orders.steer_heading,
         }  # fmt: skip
-        controls = stage.loop.vessels["own"].plant.controls
-        self.topics = {"/odom": _ODOM, "/imu": _IMU, "/fix": _FIX, **{f"/{name}": _NUMBER for name in controls}}
+        ship = stage.own.plant.ship
+        own = {"/odom": _ODOM, "/imu": _IMU, "/fix": _FIX, "/clock": _CLOCK, "/tf": _TF}
+        self.topics = {**own, **{f"/{name}": _NUMBER for name in ship.model.controls}}
+        self._pair = pair(ship)
+        if self._pair:
+            self.topics |= {topic: own[as_] for topic, as_ in _AS.items()} | dict.fromkeys(_WIND, _FLOAT)
+        if orders is not None:
+            for side, thruster in self._pair.items():
+                self._cmd = {**self._cmd, f"/wamv/thrusters/{side}/thrust": partial(_pushed, orders, thruster),
+                             f"/wamv/thrusters/{side}/pos": partial(_turned, orders, thruster)}  # fmt: skip
 
     def routes(self, app: FastAPI) -> None:
         """Add the socket to the server of the page."""
@@ -116,8 +144,14 @@ class Rosbridge:
 
     def message(self, topic: str) -> dict[str, Any] | None:
         """The present message of a topic; None before the instruments have said what it needs."""
-        stage = self._stage
+        stage, topic = self._stage, _AS.get(topic, topic)
         latest = {} if stage.on_wire is None else stage.on_wire.latest
+        if topic == "/clock":
+            return {"clock": self._header("")["stamp"]}
+        if topic in _WIND:
+            plant = stage.own.plant
+            x, y = plant["wind_x"], plant["wind_y"]  # where it comes from, north and east
+            return {"data": (math.hypot(x, y), math.degrees(math.atan2(-x, -y)))[_WIND[topic]]}
         if topic[1:] in latest and self.topics[topic] == _NUMBER:
             return {"data": latest[topic[1:]]}
         if topic == "/fix" and "latitude" in latest:
@@ -131,13 +165,20 @@ class Rosbridge:
                     "angular_velocity_covariance": [0.0] * 9, "linear_acceleration": _vector(),
                     "linear_acceleration_covariance": unknown}  # fmt: skip
         if topic == "/odom" and {"latitude", "psi", "r", "u", "v_m"} <= latest.keys():
-            x, y = stage.fittings.datum.north_east(latest["latitude"], latest["longitude"])
-            pose = {"position": _vector(y, x), "orientation": _yaw(latest["psi"])}
+            pose = self._pose(latest)
             twist = {"linear": _vector(latest["u"], -latest["v_m"]), "angular": _vector(z=-latest["r"])}
             return {"header": self._header("odom"), "child_frame_id": "base_link",
                     "pose": {"pose": pose, "covariance": [0.0] * 36},
                     "twist": {"twist": twist, "covariance": [0.0] * 36}}  # fmt: skip
+        if topic == "/tf" and {"latitude", "psi"} <= latest.keys():
+            pose = self._pose(latest)
+            moved = {"translation": pose["position"], "rotation": pose["orientation"]}
+            return {"transforms": [{"header": self._header("odom"), "child_frame_id": "base_link", "transform": moved}]}
         return None
+
+    def _pose(self, latest: Mapping[str, float]) -> dict[str, Any]:
+        x, y = self._stage.fittings.datum.north_east(latest["latitude"], latest["longitude"])
+        return {"position": _vector(y, x), "orientation": _yaw(latest["psi"])}
 
     def _order(self, topic: Any, message: Any) -> None:
         value = message.get("data") if isinstance(message, dict) else None
@@ -148,12 +189,30 @@ class Rosbridge:
         self._cmd[topic](float(value))
 
     def _service(self, said: Mapping[str, Any]) -> dict[str, Any]:
-        service = said.get("service")
-        known = service == "/rosapi/topics"
-        found = {"topics": [*self.topics, *self._cmd], "types": [*self.topics.values(), *[_NUMBER] * len(self._cmd)]}
-        answer = {"op": "service_response", "service": str(service)[:200], "result": known,
-                  "values": found if known else "no such service"}  # fmt: skip
+        service, given = said.get("service"), said.get("args")
+        asked = self._asked(str(service), given if isinstance(given, dict) else {})
+        answer = {"op": "service_response", "service": str(service)[:200], "result": asked is not None,
+                  "values": "no such service" if asked is None else asked}  # fmt: skip
         return answer | ({"id": said["id"]} if isinstance(said.get("id"), str) else {})
+
+    def _asked(self, service: str, given: Mapping[str, Any]) -> dict[str, Any] | None:
+        """What the node rosapi answers; None where it has no such service."""
+        every = self.topics | dict.fromkeys(self._cmd, _NUMBER)
+        wanted = str(given.get("type", ""))
+        answers: dict[str, Callable[[], dict[str, Any]]] = {
+            "topics": lambda: {"topics": list(every), "types": list(every.values())},
+            "topic_type": lambda: {"type": every.get(str(given.get("topic", "")), "")},
+            "topics_for_type": lambda: {"topics": [topic for topic, kind in every.items() if kind == wanted]},
+            "publishers": lambda: {"publishers": [_NODE] if given.get("topic") in self.topics else []},
+            "subscribers": lambda: {"subscribers": [_NODE] if given.get("topic") in self._cmd else []},
+            "nodes": lambda: {"nodes": [_NODE]},
+            "node_details": lambda: {"publishing": list(self.topics), "subscribing": list(self._cmd), "services": []}
+            if given.get("node") == _NODE else {"publishing": [], "subscribing": [], "services": []},
+            "services": lambda: {"services": [f"/rosapi/{name}" for name in answers]},
+            "get_time": lambda: {"time": self._header("")["stamp"]},
+        }  # fmt: skip
+        room, _, name = service.rpartition("/")
+        return answers[name]() if room == "/rosapi" and name in answers else None
 
     def _header(self, frame: str) -> dict[str, Any]:
         moment = self._stage.fittings.epoch + self._stage.loop.t
@@ -169,3 +228,59 @@ def _yaw(psi: float) -> dict[str, float]:
     """Orientation of a level ship: yaw from east, counter-clockwise."""
     half = 0.5 * (0.5 * math.pi - psi)
     return {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)}
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """A thruster as it is ordered.
+
+    Attributes:
+        number: in a sentence.
+        full: what it is ordered to at most ahead and astern, in the unit of its control.
+        thrust: what it gives at rest [N], by its control.
+        turns: whether it is an azimuth.
+    """
+
+    number: int
+    full: tuple[float, ...]
+    thrust: Callable[[float], float]
+    turns: bool
+
+    def share(self, wanted: float) -> float:
+        """Share of full at which it gives so much at rest [N], or the nearest that it can; it grows with the order."""
+        if not wanted:
+            return 0.0
+        most, low, high = self.full[0] if wanted > 0.0 else -self.full[1], 0.0, 1.0
+        if abs(self.thrust(most)) <= abs(wanted):
+            return math.copysign(1.0, wanted)
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if abs(self.thrust(middle * most)) < abs(wanted) else (low, middle)
+        return math.copysign(high, wanted)
+
+
+def pair(ship: Ship) -> Mapping[str, Thruster]:
+    """The outermost thrusters to port and to starboard that give thrust ahead; none where a side has none."""
+    known, parts, whole = dict[float, Thruster](), ship.model.thrusters_by_name, ranges(ship)
+    for number, (control, azimuth) in thrusters(ship).items():
+        part = parts.get(control.partition("_")[2])
+        place = getattr(part, "y", None)
+        if place is None or control not in whole:
+            continue
+        full = tuple(abs(one) if math.isfinite(one) else whole[control].full for one in reversed(limits(ship, control)))
+        known[float(place)] = Thruster(number, full, getattr(part, "thrust", float), azimuth is not None)
+    if not known or not min(known) < 0.0 < max(known):
+        return {}
+    return {"left": known[min(known)], "right": known[max(known)]}
+
+
+def _pushed(orders: Orders, one: Thruster, wanted: float) -> None:
+    orders.push(one.number, one.share(wanted))
+
+
+def _turned(orders: Orders, one: Thruster, angle: float) -> None:
+    """A joint turns to port where ours turn to starboard."""
+    if one.turns:
+        orders.push(one.number, azimuth=-angle)
+    elif abs(angle) > _STRAIGHT:
+        raise RefusalError("the thrusters of this ship do not turn")
