@@ -128,3 +128,31 @@ def test_the_chart_that_is_brought_is_drawn_and_the_ship_feels_it(place: Path, t
             browser.until("document.getElementById('conning').textContent.includes('0.5')")
     finally:
         running.close()
+
+
+SIZES = ((390, 844), (768, 1024), (901, 768), (1024, 768), (1150, 768), (1440, 900), (1920, 1080), (3840, 2160))
+WHOLE = """['badge', 'worst', 'who', 'over'].filter(id => {
+    const e = document.getElementById(id), at = e.getBoundingClientRect();
+    return at.left < -1 || at.top < -1 || at.right > innerWidth + 1 || at.bottom > innerHeight + 1
+        || e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 2;
+})"""
+
+
+def test_alarms_who_steers_and_take_over_are_whole_on_screen_at_every_size(place: Path, tmp_path: Path) -> None:
+    """With an alarm, and also for a bridge that has no command, whose header says more."""
+    scenario = Path(__file__).parents[3] / "examples" / "range" / "crossing.toml"
+    running = Running(place, "--scenario", str(scenario), "--factor", "20", ship="kvlcc2")
+    try:
+        with Browser(tmp_path / "one") as one, Browser(tmp_path / "two") as two:
+            for browser in (one, two):
+                browser.open(f"http://127.0.0.1:{running.port}/")
+                browser.until("globalThis.seatrial?.drawn > 3")
+                browser.until("document.getElementById('badge').dataset.worst === 'A'", 60.0)
+                for width, height in SIZES:
+                    browser.size(width, height)
+                    browser.until("!document.getElementById('over').hidden")
+                    time.sleep(0.5)
+                    assert browser.says(f"JSON.stringify({WHOLE})") == "[]", width
+                    assert browser.says("document.documentElement.scrollWidth") <= width
+    finally:
+        running.close()

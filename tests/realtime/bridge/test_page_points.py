@@ -87,6 +87,18 @@ def test_the_header_stays_on_screen_at_every_size() -> None:
     assert not [one for one in hidden if re.search(r"#(badge|count|worst|who|over)\b|\.watch", one)]
 
 
+def test_what_is_wrong_and_who_steers_are_read_whole() -> None:
+    """In two lines where one is too short, and with room for them; what is of no use then makes room."""
+    narrow = {one: body for one, body in blocks(CSS, "max-width: 1150px") if "#who" in one}
+    two = narrow["#who, #badge span"]
+    assert two["white-space"] == "normal"
+    lines = float(two["max-height"].removesuffix("em")) / float(two["line-height"])
+    assert 2.0 < lines < 3.0
+    assert float(narrow["#who"]["min-width"].removesuffix("rem")) >= 5.0
+    gone = [one for one, body in blocks(CSS, "max-width: 1150px") if body.get("display") == "none" and ":has" in one]
+    assert all(":disabled" in one for one in gone)  # never what would do something
+
+
 def test_what_is_touched_is_44_pixels_under_a_finger() -> None:
     """Every rule that makes a button, a choice or a field lower elsewhere is taken back for a coarse pointer."""
     coarse = blocks(CSS, "pointer: coarse")
