@@ -79,6 +79,9 @@ def test_every_command_has_a_page_with_its_options(tmp_path: Path) -> None:
     text = (tmp_path / "simulate.md").read_text(encoding="utf-8")
     assert "`--wind`" in text
     assert "| `SHIP` | Name a ship" in text
+    pages = {name: (tmp_path / f"{name}.md").read_text(encoding="utf-8") for name in names}
+    assert [name for name, page in pages.items() if re.search("(?i)unset|sentinel|<[a-z]+ object", page)] == []
+    assert re.search(r"\| `--rate` \|.*\| `10.0` \|", pages["twin"])
 
 
 def test_every_command_has_a_manual_page_with_its_options(tmp_path: Path) -> None:

@@ -35,7 +35,8 @@ def page(name: str, command: Any) -> str:
 
 def _row(title: str, parameter: Any) -> str:
     default = parameter.default
-    usual = "" if default in (None, False, ()) or callable(default) else f"`{default}`"
+    none = default in (None, False, ()) or callable(default) or type(default).__module__.startswith("click")  # its UNSET
+    usual = "" if none else f"`{default}`"
     given = "required" if parameter.required else usual
     about = literal(getattr(parameter, "help", "") or "")
     return f"| `{title}` | {about} | {given} |\n".replace("|port", "\\|port")

@@ -139,6 +139,14 @@ def test_validate_predict_and_check_return_values(
     assert capsys.readouterr() == ("", "")
 
 
+@pytest.mark.slow
+def test_a_study_s_training_trials_are_those_of_its_fit_and_not_what_it_keeps_back(study: Path) -> None:
+    logs = study.parent / "logs"
+    for name, shared in (("port", 1), ("starboard", 0)):
+        found = check([logs / f"{name}.csv"], against=[study]).result[name]
+        assert sum(one.kind == "overlap" for one in found) == shared
+
+
 def test_wrong_requests_are_refused_with_nothing_written(study: Path, tmp_path: Path) -> None:
     with pytest.raises(RequestError, match="--quick"):
         identify(study, tmp_path / "run", quick=True)

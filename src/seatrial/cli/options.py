@@ -202,7 +202,7 @@ NewStep = Annotated[float, Option(help="Set the new time step [s].")]
 Mapping = Annotated[Path | None, Option(help="Read a mapping file: csv, nmea, mcap, rosbag2.")]
 RobotFormat = Annotated[str, Option(help="Choose the format, mcap or rosbag2.", offers=_either("mcap", "rosbag2"))]
 Against = Annotated[
-    tuple[Path, ...], Option(help="Compare with training files: overlap and coverage. Repeatable.")
+    tuple[Path, ...], Option(help="Compare with training files or a study: overlap, coverage. Repeatable.")
 ]  # fmt: skip
 Remedies = Annotated[
     Path | None, Option("--remedy", help="Write the steps of the remedies to this .toml file.")

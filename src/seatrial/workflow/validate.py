@@ -66,7 +66,7 @@ def check(
 
     Args:
         paths: trial files, or folders of them.
-        against: those of a training set.
+        against: those of a training set, or a study, whose training trials are meant.
         out: page of the comparison to write (.html).
         remedy: file to write with the steps of the remedies (`prepare.steps`), for a person to read and `mend`.
 
@@ -89,7 +89,7 @@ def check(
         _write_remedies(remedy, every, paths, sink)
     covered: list[Coverage] = []
     if against:
-        overlaps, covered = _compared(read_trials(against), trials, out, sink)
+        overlaps, covered = _compared(_training(against), trials, out, sink)
         every += overlaps
     found = {trial.name: [f for f in every if trial.name in _about(f)] for trial in trials}
     counts = {s: sum(f.severity == s for f in every) for s in _SEVERITIES}
@@ -100,6 +100,16 @@ def check(
     total = f"{first}: {', '.join(rest)}"
     shown = joined(map(line, (*map(str, every), *map(str, covered), total)))
     return Outcome(found, fields(document, shown), tuple(str(f) for f in every if f.severity == "error"))
+
+
+def _training(paths: Sequence[Path]) -> tuple[Trial, ...]:
+    """Trials of files and folders, and of a study those that its fit sees: what it keeps back may lie beside them."""
+    from ..study.study import read_study
+
+    studies = [path for path in paths if path.suffix.lower() == ".toml"]
+    files = [path for path in paths if path not in studies]
+    theirs = [trial for path in studies for trial in read_study(path).problem.trials]
+    return (*(read_trials(files) if files else ()), *theirs)
 
 
 def _write_remedies(file: Path, found: Sequence[Finding], paths: Sequence[Path], sink: Sink) -> None:
