@@ -35,8 +35,8 @@ def page(name: str, command: Any) -> str:
 
 def _row(title: str, parameter: Any) -> str:
     default = parameter.default
-    none = default in (None, False, ()) or callable(default) or type(default).__module__.startswith("click")  # its UNSET
-    usual = "" if none else f"`{default}`"
+    unset = type(default).__module__.startswith("click")  # which has a word of its own for none
+    usual = "" if unset or default in (None, False, ()) or callable(default) else f"`{default}`"
     given = "required" if parameter.required else usual
     about = literal(getattr(parameter, "help", "") or "")
     return f"| `{title}` | {about} | {given} |\n".replace("|port", "\\|port")
