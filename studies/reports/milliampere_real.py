@@ -37,6 +37,8 @@ INNER = 2.0
 # A ship whose middle is as far from the line of the quay [m] is beside it, and so far is off it.
 BESIDE, OFF = 2.0, 4.0
 FOLDS, TRIALS = 4, ("nlp1", "qp1")
+# Iterations of a fit without some minutes, of which there are ten; those of the study itself are more.
+FEW = 40
 # Disturbances: random accelerations [m/s^2/sqrt(Hz), rad/s^2/sqrt(Hz)], current and yaw moment that wander.
 WALK = {"u": 0.06, "v_m": 0.06, "r": 0.03, "current": 0.003, "steady.N_0": 1.0}
 FILTER = st.Kalman(
@@ -120,12 +122,14 @@ def looks(study: st.Study, every: float = EVERY, inner: float = INNER) -> tuple[
     Minutes k and k + 4 of nlp1 and minute k of qp1 are a group.
     """
     trials, ships, found = study.problem.trials, dict[tuple[int, int], st.Ship](), Looks()
+    given: Any = study.estimator
+    estimator = replace(given, iterations=FEW)
     for k in range(FOLDS):
         for j in range(FOLDS):
             pair = (min(j, k), max(j, k))
             if pair not in ships:
                 kept = tuple(t for t in trials if _group(t) not in pair)
-                ships[pair] = study.estimator.fit(replace(study.problem, trials=kept)).ship
+                ships[pair] = estimator.fit(replace(study.problem, trials=kept)).ship
             left, step = [t for t in trials if _group(t) == j], every if j == k else inner
             found[k, j] = st.ahead.looked_ahead(FILTER, ships[pair], left, HORIZONS, warm=WARM, every=step)
     return {k: ships[k, k] for k in range(FOLDS)}, found

@@ -111,7 +111,6 @@ def test_the_other_recording_is_predicted_better_than_by_six_numbers_and_by_cons
         for name, rival in (("constant velocity", constant_velocity), ("six numbers", six_numbers(known))):
             theirs = errors(unseen, rival)
             better[name] += int((ours < theirs).sum())
-            assert ours[1, -1] < 0.9 * theirs[1, -1], f"the heading of {left} does not run away within 50 s"
+            assert ours[1, -1] < 0.6 * theirs[1, -1], f"the heading of {left} does not run away within 50 s"
         assert float(read(ship.model, "damping.N_ur")) < 0.0
-    assert better["constant velocity"] == 12
-    assert better["six numbers"] >= 10
+    assert better == {"constant velocity": 12, "six numbers": 12}
