@@ -14,6 +14,7 @@ import pytest
 
 from s57_cell import Cell
 from seatrial.cli.app import main
+from seatrial.core.errors import StudyError
 from seatrial.core.records import read_record
 from seatrial.encounters import Tracks
 from seatrial.encounters.conduct import CONDUCTS, Scene, Watch
@@ -23,6 +24,7 @@ from seatrial.encounters.rules.waters import AGROUND, CONTOUR
 from seatrial.encounters.sailing import Sailing, Sea
 from seatrial.encounters.sensing import Sensing
 from seatrial.environment.enc import read_cell
+from seatrial.report.judging.encounter import _COAST, _CONTOUR
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety import case as module
@@ -349,6 +351,8 @@ def test_a_cell_is_felt_judged_drawn_and_what_it_lacks_is_told(tmp_path: Path, c
     cell = Cell()
     for south, north, depth in ((49.9, 50.04, 60), (50.04, 50.1, 24), (50.1, 50.3, 12)):
         cell.area("DEPARE", [(9.8, south), (9.8, north), (10.2, north), (10.2, south)], DRVAL1=depth, DRVAL2=depth)
+        cell.line("DEPCNT", [(9.8, north), (10.2, north)], VALDCO=depth)
+    cell.line("COALNE", [(9.8, 50.03), (10.2, 50.03)])
     cell.write(tmp_path / "ST4TEST.000")
     chart, datum = read_cell(tmp_path / "ST4TEST.000")
     x, y = datum.north_east(50.0, 10.0)
@@ -368,12 +372,46 @@ def test_a_cell_is_felt_judged_drawn_and_what_it_lacks_is_told(tmp_path: Path, c
     assert "squat, but for what the draught has of it" in page
     assert "chart: no" in page or "the chart: " in page  # what the cell lacks
     assert page.count('fill-rule="evenodd"') >= 3  # its areas
+    assert page.count(f'stroke="{_CONTOUR}" stroke-width="0.6"') >= 2  # of the drawings, that end before the third
+    assert page.count(f'stroke="{_COAST}" stroke-width="1.2"') >= 1
     bare = Cell()
     bare.line("COALNE", [(9.9, 50.0), (10.1, 50.0)])
     bare.write(tmp_path / "ST4TEST.000")
     capsys.readouterr()
     assert main(["case", str(path), "-o", str(tmp_path / "none")]) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+def test_the_posterior_of_another_ship_is_refused_and_none_is_asked_of_a_ship_without_a_fit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:  # fmt: skip
+    """It was taken for a ship that is known exactly."""
+    def wrong(path: Path) -> Any:
+        raise StudyError("is of another fit")
+
+    monkeypatch.setattr(module, "posterior", wrong)
+    model = tmp_path / "model.toml"
+    assert module._posterior(model) is None
+    (tmp_path / "fit.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(RequestError, match="ship: is of another fit; as_fitted = true takes"):
+        module._posterior(model)
+    assert module._posterior(tmp_path / "other.toml") is None
+
+
+def test_ships_that_begin_in_contact_are_told_before_anything_is_sailed(tmp_path: Path, capsys: Any) -> None:
+    path = written(tmp_path, more="""[[encounters.ships]]
+x = 2.0
+y = 0.4
+psi = 3.0
+U = 1.0
+conduct = "ignores"
+""")  # fmt: skip
+    text = path.read_text(encoding="utf-8").replace('roles = ["give-way"]', 'set = "given"').replace("runs = 4\n", "")
+    path.write_text(text, encoding="utf-8")
+    assert main(["case", str(path), "-o", str(tmp_path / "out")]) == 2
+    [said] = capsys.readouterr().err.strip().splitlines()
+    assert "own and target 1 touch in the first row of 1 of 1 runs" in said
+    assert not list((tmp_path / "out").glob("*.json"))
 
 
 def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: Any) -> None:

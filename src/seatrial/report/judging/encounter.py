@@ -50,9 +50,10 @@ _CAPTION = (
 )
 
 _LAND, _SHOAL, _SAFE, _DEEP, _LANE = "#d9c79a", "#8fb8d9", "#c3dcec", "#eef5fa", "#b55ab5"
+_COAST, _CONTOUR = "#6b5a2e", "#6f8fa8"
 _CHARTED = (
-    "Chart: land, water too shallow for the draught (dark), short of the safety depth (pale), deeper; crosses are "
-    "dangers, dashed lines lanes and fairways. Depths without tide."
+    "Chart: land, water too shallow for the draught (dark), short of the safety depth (pale), deeper, coast and depth "
+    "contours as lines; crosses are dangers, dashed lines lanes and fairways. Depths without tide."
 )
 
 
@@ -130,6 +131,8 @@ def _sea(frame: Frame, waters: Waters) -> list[str]:
     found += [f'<path d="{" ".join(map(path, (one.outline, *one.holes)))}" fill="{colour(one.depth)}" '
               f'fill-rule="evenodd" stroke="{_SHOAL}" stroke-width=".5"/>'
               for one in chart.areas if near(one.outline)]  # fmt: skip
+    found += [f'<path d="{path(line, False)}" fill="none" stroke="{_CONTOUR if depth else _COAST}" '
+              f'stroke-width="{0.6 if depth else 1.2}"/>' for line, depth in chart.contours if near(line)]  # fmt: skip
     ways = [path(one.outline) for one in chart.lanes if near(one.outline)]
     ways += [path(line, False) for line in chart.fairways if near(line)]
     found += [f'<path d="{one}" fill="none" stroke="{_LANE}" stroke-width=".8" stroke-dasharray="6 3"/>'

@@ -74,7 +74,7 @@ def results(found: Case) -> Body:
         name = rule if rule in (CONTACT, MUTE, AGROUND, CONTOUR) else f"Rule {rule}"
         interval = f"{number(100.0 * low, 3)} to {_percent(high)}"
         rows.append((name, f"{one.hits} of {one.runs}", _percent(one.value), interval))
-    body = table(("", "broken in runs", "share", "95 % interval"), rows, wide=True) + bullets(_split(found))
+    body = table(("", "broken in runs", "share", "95 % interval"), rows, words=(0,), wide=True) + bullets(_split(found))
     asked = found.file.rare
     return body + told(found.rarely, asked) if found.rarely and asked else body
 
