@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from seatrial.actuators import Actuators
+from seatrial.choosing import Finding
 from seatrial.choosing.probing import Probe, findings
+from seatrial.choosing.survey import _judged
 from seatrial.environment import CALM, Environment
 from seatrial.models import STATES, Model, kinematics
 from seatrial.models.trim import Trim
@@ -147,3 +150,17 @@ def test_a_part_that_could_be_added_is_a_part() -> None:
     assert whole["wind"].answer == whole["waves"].answer == "yes"
     none = findings(Probe.of(load("mariner_nomoto")))
     assert {none[key].answer for key in ("wind", "waves", "shallow")} == {"no"}
+
+
+@pytest.mark.parametrize(("measured", "declared", "answer"), [
+    ((), None, "no"), (("part",), None, "part"), (("no", "yes", "part"), None, "yes"), ((), "part", "part"),
+    (("yes",), "part", "part"), (("no",), "yes", "no"), (("no", "part"), "part", "part"),
+])  # fmt: skip
+def test_a_family_is_the_best_of_its_ships_and_no_better_than_is_declared(
+    measured: tuple[str, ...], declared: str | None, answer: str
+) -> None:
+    family: Any = SimpleNamespace(declared={} if declared is None else {"wind": Finding(declared, "declared")})
+    found = _judged(family, "wind", [Finding(one, f"ship {k}") for k, one in enumerate(measured)])
+    assert found.answer == answer
+    if not measured and declared is None:
+        assert found.how == "neither measured nor declared"

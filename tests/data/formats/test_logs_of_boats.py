@@ -197,6 +197,8 @@ def test_ardupilot_damaged(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("module", "content"), [
     (signalk, '{"updates": ' + "[" * 30000 + "\n"), (signalk, '{"updates": [{"timestamp": 5}]}\n' * 3),
+    (signalk, '{"name": "a server", "version": "2.0"}\n' * 3),
+    (signalk, '{"updates": [{"timestamp": "2026-11-26T12:00:00Z", "values": [{"path": "a"}]}]}\n' * 3),
     (moos, "1 2\n" * 5), (moos, "%% LOGSTART 1\n%% LOGSTART 2\n0 NAV_X a 1\n1 NAV_X a 1\n"),
     (gpx, "<gpx><trk>"), (gpx, "<gpx>" + "<a>" * 50000), (dataflash, "FMT, 128, 89, FMT, B, A\nATT, 1\n"),
 ])  # fmt: skip

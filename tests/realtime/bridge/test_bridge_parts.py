@@ -488,3 +488,15 @@ def test_a_connection_has_ten_seconds_for_each_request() -> None:
     assert (wound, gone) == ([(10.0, "abort")] * 2, [1])
     one._unwind()
     assert gone == [1, 1]
+
+
+def test_who_has_command_hands_it_over_and_nobody_else_does(compiled: Compiled) -> None:
+    bridge, _ = at_sea(compiled)
+    for who in ("B", "C"):
+        bridge.command.come(who, 0.0)
+    refused = "nobody asks for command, or you do not have it"
+    assert [bridge.ask(who, {"do": "give"}) for who in "AB"] == [refused, refused]
+    assert bridge.ask("B", {"do": "take"}) == "A has been asked for command"
+    assert bridge.ask("C", {"do": "give"}) == refused
+    assert bridge.ask("A", {"do": "give"}) == ""
+    assert (bridge.command.holder, bridge.command.asking) == ("B", "")

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 from linear_ship import CHANNELS, NOISE, machine
+from seatrial.identify.filters.augmented import ANTENNA
 from seatrial.realtime.twin import follow
 from seatrial.realtime.twin.ahead import forecast
+from seatrial.realtime.twin.card import unseen
 from seatrial.realtime.twin.faults.acting import Override
 from seatrial.realtime.twin.faults.alarms import STEERING, Alarm
 from seatrial.realtime.twin.faults.cases import History
@@ -252,3 +254,16 @@ def test_each_browser_gets_a_picture_once_and_the_last_one_at_the_end() -> None:
     assert first(True) == {"t": 1.0, "over": True}
     shown.picture = {"t": 2.0, "over": True}
     assert first(False) == {"t": 2.0, "over": True}  # the log has ended, the page goes on
+
+
+def test_what_is_unseen_is_told_by_its_own_name_unit_value_and_deviation() -> None:
+    names = ("u", ANTENNA[0], ANTENNA[1], "bias.r", "slow.r", "environment.current_y")
+    told = {name: (float(k), 0.1 * k) for k, name in enumerate(names)}
+    live: Any = SimpleNamespace(machine=SimpleNamespace(names=names), follower=SimpleNamespace(value=told.get))
+    rows = [(row["name"], row["unit"], row["value"], row["sd"]) for row in unseen(live)]
+    assert rows == [
+        ("antenna, forward of midship", "m", 1.0, 0.1), ("antenna, to starboard", "m", 2.0, 0.2),
+        ("error of the rate gyro", "rad/s", 3.0, pytest.approx(0.3)), ("slow moment, yaw", "rad/s²", 4.0, 0.4),
+        ("current east", "m/s", 5.0, 0.5),
+    ]  # fmt: skip
+    assert unseen(SimpleNamespace(follower=None)) == []  # type: ignore[arg-type]
