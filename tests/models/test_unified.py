@@ -18,8 +18,8 @@ from seatrial.environment import Environment, InWaves
 from seatrial.environment.sea.hydrodynamics import Hydrodynamics
 from seatrial.environment.sea.reading import read_hydrodynamics
 from seatrial.manoeuvres.turning import Turning
-from seatrial.models.mmg_roll import MmgRoll
-from seatrial.models.unified import Unified
+from seatrial.models.mmg_roll import MmgRoll, Roll
+from seatrial.models.unified import Heave, Unified
 from seatrial.ships import Ship, ShipError
 from seatrial.ships.at_sea import fast_masses, with_memory
 from seatrial.ships.files import load, save
@@ -243,3 +243,51 @@ def test_its_sections_are_of_their_group() -> None:
         replace(model, longitudinal=model.transverse)
     assert isinstance(model, Unified)
     assert len(model.sides) == len(model.states) - 6
+
+
+ROLL_OF_L7 = Roll(I_x=800.0, J_x=150.0, GM=0.1, B_1=20.0, z_H=0.05, z_R=0.1, l_x=0.02, l_y=0.07)
+HEAVE_OF_L7 = Heave(I_y=9000.0, A_13=40.0, A_15=-70.0, A_33=3100.0, A_35=250.0, A_55=8000.0, A_26=110.0, A_46=-35.0,
+                    C_33=7e4, C_35=-3e3, C_55=2e5, B_33=5e3, B_55=9e3)  # fmt: skip
+
+
+def afloat_at_rest() -> Any:
+    """A ship without memory whose centre of gravity is ahead of midship."""
+    ship: Any = load("kvlcc2_l7")
+    assert float(ship.model.body.x_G) > 0.1
+    return Unified(**vars(ship.model), roll=ROLL_OF_L7, heave=HEAVE_OF_L7)
+
+
+def accelerations(model: Any, state: tuple[float, ...], forces: np.ndarray) -> np.ndarray:
+    """Of surge, sway, heave, roll, pitch, yaw."""
+    rates = model.derivative(state, (0.0, 0.0), InWaves(Environment(), tuple(forces.tolist())))
+    u, v_m, r, p, w, q = (model.states.index(name) for name in ("u", "v_m", "r", "p", "w", "q"))
+    return np.array([float(rates[k]) for k in (u, v_m, w, p, q, r)])
+
+
+def test_the_mass_of_a_ship_at_rest_is_its_own_about_midship_and_what_the_water_adds() -> None:
+    """Rigid body with the centre of gravity x_G ahead (Fossen 2011, eq. 3.44), by a unit force on each motion."""
+    model, b = afloat_at_rest(), load("kvlcc2_l7").model.body
+    rest, h, roll = (0.0,) * len(model.states), HEAVE_OF_L7, ROLL_OF_L7
+    found = np.linalg.inv(np.column_stack([accelerations(model, rest, one) for one in 1e3 * np.eye(6)]) / 1e3)
+    m, x_G = float(b.m), float(b.x_G)
+    rigid = np.diag([m, m, m, roll.I_x, h.I_y, float(b.I_zG) + m * x_G**2])
+    rigid[2, 4] = rigid[4, 2] = -m * x_G
+    rigid[1, 5] = rigid[5, 1] = m * x_G
+    added = np.diag([float(b.m_x), float(b.m_y), h.A_33, roll.J_x, h.A_55, float(b.J_z)])
+    for (i, j), value in {(0, 2): h.A_13, (0, 4): h.A_15, (2, 4): h.A_35, (1, 5): h.A_26, (3, 5): h.A_46,
+                          (1, 3): -float(b.m_y) * roll.l_y}.items():  # fmt: skip
+        added[i, j] = added[j, i] = value
+    assert found == pytest.approx(rigid + added, rel=1e-9, abs=1e-6)
+
+
+def test_a_ship_out_of_its_trim_is_pushed_back_and_damped_as_its_stiffness_and_damping_say() -> None:
+    model, h = afloat_at_rest(), HEAVE_OF_L7
+    names, rest = model.states, [0.0] * len(model.states)
+    mass = np.linalg.inv(np.column_stack([accelerations(model, tuple(rest), one) for one in np.eye(6)]))
+    for name, force, moment in (("z", -h.C_33, -h.C_35), ("theta", -h.C_35, -h.C_55), ("w", -h.B_33, 0.0),
+                                ("q", 0.0, -h.B_55)):  # fmt: skip
+        state = list(rest)
+        state[names.index(name)] = 0.01
+        found = mass @ accelerations(model, tuple(state), np.zeros(6))
+        assert found[[2, 4]] == pytest.approx([0.01 * force, 0.01 * moment], rel=1e-9, abs=1e-9)
+        assert found[0] == pytest.approx(0.0, abs=1e-9)
