@@ -424,3 +424,8 @@ def test_tracks_of_a_tuning_lie_north_over_east_each_in_its_colour() -> None:
         across, down = found[colour]
         assert across / -down == pytest.approx(4.0 * ways[name] / 40.0, abs=5e-3)
     assert set(drawn(tuning.UNTUNED)) == {figures.GREY}
+    told = tuning.tracks(measured, dict.fromkeys(ways, measured))
+    line = r'stroke="(#\w+)" stroke-width="1.3" stroke-linejoin="round"(?: stroke-dasharray="([^"]*)")?/>'
+    dashes = dict(re.findall(line, told))
+    assert dashes[figures.LINES[0][0]] == ""
+    assert [float(one) for one in dashes[figures.GREY].split()] == pytest.approx([1.3, 1.95])  # 1 and 1.5 widths

@@ -12,9 +12,12 @@ import pytest
 
 from seatrial.cli.app import main
 from seatrial.data import Trial
+from seatrial.data.kinds.kind import Kind
 from seatrial.data.trialfile import write_trial
 from seatrial.sensors import Sensors
+from seatrial.validate.folder import Entry
 from seatrial.workflow.asked import Span
+from seatrial.workflow.folders.survey import _row
 from seatrial.workflow.simulation import simulate
 
 NOISE = Sensors({"x": 0.02, "y": 0.02, "psi": 0.002, "u": 0.01, "v_m": 0.01, "r": 0.001})
@@ -108,3 +111,13 @@ def test_names_with_markup_are_shown_as_they_are(tmp_path: Path) -> None:
     text = page.read_text()
     assert "a &lt;b&gt;&amp;[1] $x$" in text
     assert "<b>&[1]" not in text
+
+
+def test_a_row_tells_what_the_sidecar_says_and_a_dash_where_it_says_nothing() -> None:
+    trial = Trial("a", np.arange(61.0), {}, {}, {})
+    kind = Kind("zigzag", evidence=())
+    rows = [_row("a", Entry(trial, kind, told, verdict, {"u": (1.0, 2.0)}, new))
+            for told, verdict, new in (("", "", np.nan), ("turning", "differs", 0.25), ("zigzag", "agrees", 0.0))]
+    assert [row[2] for row in rows] == ["–", "turning (differs)", "zigzag"]
+    assert [row[7] for row in rows] == ["–", "25 %", "0 %"]
+    assert all(row[3] == "60" and row[5] == row[6] == row[8] == "–" for row in rows)

@@ -17,7 +17,7 @@ from seatrial.data.guess.answers import Answer, Entry, listed, quoted, text_of
 from seatrial.data.guess.cells import _read, spoken
 from seatrial.data.guess.clock import Clock, _of_clock, _pattern, _seconds, clocks
 from seatrial.data.guess.entries import angle_form, in_degrees
-from seatrial.data.guess.guessing import _once, _reaching, _repeats
+from seatrial.data.guess.guessing import _layout_entry, _once, _reaching, _repeats
 from seatrial.data.guess.layout import Layout, Table, decoded, is_value, number, read_text, split_line
 from seatrial.data.guess.logs import (
     Log,
@@ -486,3 +486,17 @@ def test_a_sheet_of_words_alone_is_no_table() -> None:
     found = _of_sheet(Path("a.xlsx"), "", [*words[:2], ["1", "2"], ["3", "4"]])
     assert found is not None
     assert (found.heads, found.columns) == (("c", "d"), (("1", "3"), ("2", "4")))
+
+
+def test_the_layout_has_a_key_for_what_is_not_usual_and_a_word_for_each_key_alone() -> None:
+    def entry(**more: Any) -> Entry:
+        main = topic(np.arange(5.0), psi=np.zeros(5))
+        return _layout_entry(log(replace(main, table=replace(main.table, layout=replace(Layout(), **more)))))
+
+    plain = entry()
+    assert (plain.keys, plain.answer.evidence) == ({}, "")
+    assert entry(delimiter=";").keys == {"delimiter": '";"'}
+    strange = entry(skip=3, units_row=1, decimal=",", footer=2, encoding="utf-16")
+    assert strange.keys == {"skip": "3", "footer": "2", "units_row": "true", "decimal": '","'}
+    assert strange.answer.evidence == ("3 lines before the header; 2 lines after the last row; "
+                                   "the row below the header has units")  # fmt: skip

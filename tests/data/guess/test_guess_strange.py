@@ -322,3 +322,12 @@ def test_of_places_under_x_and_y_the_heading_tells_which_is_which(tmp_path: Path
     for name in "xy":
         assert trial[name] - trial[name][0] == pytest.approx(true[name] - true[name][0], abs=0.05)
     assert np.angle(np.exp(1j * (trial["psi"] - true["psi"]))) == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("resting", "zero"), [(1100.0, 1500.0), (1900.0, 1500.0), (1470.0, 1470.0), (1530.0, 1530.0)])
+def test_a_pulse_is_that_of_no_thrust_only_near_the_middle(resting: float, zero: float) -> None:
+    """A motor may idle at a fifth of its thrust, or run full astern, most of the time."""
+    values = np.concatenate([np.full(300, resting), np.linspace(1101.3, 1898.7, 200)])
+    _, share, (doubt,) = _scaled(signal("throttle_1", values), "throttle")
+    assert f"pulses of {zero:g} us for no thrust" in doubt
+    assert np.sign(share[0]) == np.sign(resting - zero)

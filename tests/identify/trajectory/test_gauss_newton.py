@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
+from seatrial.identify import StudyError
 from seatrial.identify.trajectory.gauss_newton import Block, Normal, State, minimise
+from seatrial.identify.trajectory.shooting import Trajectory
 
 # A speed log with a scale error p, runs up and down a measured mile, each pair in a current of its own.
 SPEED, HOURS = np.array([10.0, 10.2, 9.9, 10.1]), np.array([0.100, 0.098, 0.101, 0.099])
@@ -91,3 +96,10 @@ def test_at_a_bound_the_currents_take_what_the_log_may_not() -> None:
     left = np.linalg.lstsq(rows, np.concatenate([mile.found - mile.A @ [1.0], np.zeros(2)]), rcond=None)[0]
     assert end.p[0] == 1.0
     assert end.eta == pytest.approx(left, rel=1e-6)
+
+
+@pytest.mark.parametrize(("pattern", "told"), [("rudder.*", "no"), ("hull.*", "every")])
+def test_parameters_that_join_later_are_some_of_the_free_ones(pattern: str, told: str) -> None:
+    problem: Any = SimpleNamespace(free=tuple(SimpleNamespace(path=one) for one in ("hull.N_r", "hull.Y_v")))
+    with pytest.raises(StudyError, match=f"later fits {told} free parameter"):
+        Trajectory(window=30.0, later=(pattern,))._begun(problem, None)
