@@ -257,3 +257,12 @@ def test_a_table_that_is_refused(tmp_path: Path, spoil: tuple[str, str], said: s
         read_hydrodynamics(path)
     assert "\n" not in str(told.value)
     assert "bad.csv" in str(told.value)
+
+
+@pytest.mark.slow
+def test_a_memory_that_misses_its_data_by_more_than_a_tenth_is_refused() -> None:
+    """Two sections leave 11 % of the added mass of the parabolic hull's sway, roll and yaw, three 5 %."""
+    hull = read_hydrodynamics(HERE / "wigley.nc")
+    with pytest.raises(WeatherError, match="added mass within 11%"):
+        fitted(hull, LATERAL, 2)
+    assert 0.01 < max(fitted(hull, LATERAL, 3).misfit[:2]) < 0.1
