@@ -65,3 +65,17 @@ def test_a_gap_in_the_rate_hides_no_more_than_the_windows_about_it() -> None:
     r[400:420] = np.nan
     sense, sure = rudder_sense(trial.t, r, trial["delta"])
     assert (sense, sure > SURE) == (1.0, True)
+
+
+@pytest.mark.parametrize("which", ["r", "delta"])
+def test_a_value_that_is_no_number_of_a_ship_hides_no_sense_and_ends(which: str) -> None:
+    """The square of 1e200 is infinite, and LAPACK looks for the singular values of an infinite number for ever."""
+    t = np.arange(0.0, 400.0, 0.5)
+    delta = 0.2 * np.sin(0.05 * t)
+    r = 0.1 * np.sin(0.05 * (t - 4.0))
+    sense, sure = rudder_sense(t, r, delta)
+    assert (sense, sure > SURE) == (1.0, True)
+    spoiled = {"r": r.copy(), "delta": delta.copy()}
+    spoiled[which][10] = -1e200
+    sense, sure = rudder_sense(t, spoiled["r"], spoiled["delta"])
+    assert (sense, sure > SURE) == (1.0, True)

@@ -31,6 +31,9 @@ _WELL_OVER, _FAR = 0.12, 1.0
 _HARD_OVER = math.radians(46.0)
 """Rudder angle that few rudders reach, of those with a flap [rad]."""
 
+_BEYOND = 1e100
+"""No rate or angle in any unit."""
+
 _PITCH = 0.025
 """Advance of a ship in one turn of its propeller, in lengths; 0.008 to 0.08 of ships and models."""
 
@@ -48,7 +51,8 @@ def rudder_sense(t: Array, r: Array, delta: Array) -> tuple[float, float]:
         smooth = _mean(r, max(far // 2, 1))
         change = smooth[before + far] - smooth[before]
         matrix = np.column_stack([_mean(delta, max(far // 2, 1))[before], smooth[before], np.ones(before.size)])
-        good = np.isfinite(change) & np.isfinite(matrix).all(axis=1)
+        # squares of what no ship does are infinite, of which LAPACK finds no singular values, and no end
+        good = (np.abs(change) < _BEYOND) & (np.abs(matrix) < _BEYOND).all(axis=1)
         if good.sum() < 30 or np.ptp(change[good]) == 0.0:
             continue
         moved, held = float(np.ptp(matrix[good, 0])), abs(float(np.median(matrix[good, 0])))
