@@ -12,6 +12,7 @@ from turning_log import SCHEMA, fixes, table, trials, truth
 from seatrial.data import Array, Trial
 from seatrial.data.formats import logs
 from seatrial.data.guess import guess
+from seatrial.data.guess.cells import columns_of
 from seatrial.data.guess.layout import Layout, Table, decoded, groups, read_text, told_apart
 from seatrial.data.guess.logs import Topic, _moved
 from seatrial.data.guess.motion import _aside, _gons, _whole
@@ -343,3 +344,21 @@ def test_files_of_one_trial_with_clocks_of_their_own(tmp_path: Path) -> None:
         known = np.isfinite(trial["n_P"])
         assert known.mean() > 0.95
         assert trial["n_P"][known] == pytest.approx(np.interp(trial.t, true.t, true["n_P"])[known], abs=0.006)
+
+
+def test_a_trial_may_stand_at_the_end_of_the_names_of_its_files(tmp_path: Path) -> None:
+    true = truth(dt=0.5)
+    latitude, longitude = fixes(true)
+    for name, shift in (("zz10", 0.0), ("turn", 400.0)):
+        own = {"time": list(true.t + shift), "lat": list(latitude), "lon": list(longitude)}
+        table(tmp_path / f"nav_{name}.csv", {**own, "heading": list(np.degrees(true["psi"]) % 360.0)})
+        table(tmp_path / f"ctl_{name}.csv", {"time": list(true.t + shift), "rpm": list(60.0 * true["n_P"])})
+    text = guess(tmp_path).text
+    assert 'pattern = "nav_{trial}.csv"' in text
+    assert 'file = "ctl_{trial}.csv"' in text
+
+
+@pytest.mark.parametrize("head", ["Engine (rpm)", "Main [1/min]", "Stb. Motor (rpm)"])
+def test_a_name_with_revolutions_as_its_unit_is_that_of_a_shaft(head: str) -> None:
+    lines = Table(Path("a.csv"), Layout(), (head,), ("",), (("100", "101", "102"),))
+    assert columns_of(lines)[0].means[0].role == "n_P"

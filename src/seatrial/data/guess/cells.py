@@ -21,6 +21,8 @@ _LETTERS = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*°?\s*(?P<le
 _SPOKEN = re.compile(r"(?P<number>[+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s*(?P<unit>[^\d\s.,:-].{0,11}|1/\w+)")
 _SIDES = frozenset("NSEWPOLB")
 _PROBED = 200
+_NAMED = 0.45
+"""Score from which on a name says what it is."""
 _BEFORE = re.compile(r"(?P<letters>[a-z]{1,4}|starboard|steuerbord|styrbord|backbord|babord|bakbord)"
                      r"\s*(?P<number>[\d.,]+)", re.IGNORECASE)  # fmt: skip
 _DMS = re.compile(r"(?P<h>[NSEWO])?\s*(?P<d>\d{1,3})\s*[°ºd:-]\s*(?P<m>[\d.,]+)\s*['′m:-]?\s*"
@@ -145,6 +147,8 @@ def _column(table: Table, k: int, around: str) -> Column:
         cells = bare
         unit, where = (unit, where) if unit else (beside, "cells")
     means = tuple(meanings(name, around))
+    if unit in ("rpm", "1/s") and not any(one.role == "n_P" and one.score >= _NAMED for one in means):
+        means = tuple(meanings(f"{name} rpm", around))  # "Engine (rpm)" says with its unit what it is
     angle = bool(means) and means[0].role in ("latitude", "longitude")
     kind, values, letters, missing = _read(_spaced(cells) if angle else cells, table.layout.decimal)
     unread = "" if unit else next((text for text in (bracket, table.units[k]) if _like_unit(text)), "")

@@ -304,22 +304,25 @@ def _trial_of(base: Path, kinds: Mapping[tuple[str, ...], list[Table]]) -> tuple
     if "" not in inside and len(inside) > 1 and set.intersection(*shared):
         best = max(inside, key=lambda name: sum(len(one.columns[0]) for one in inside[name].values()))
         return base / best, "", list(inside[best].values())
-    if (prefixes := _prefixes(kinds)) and len(prefixes) > 1:
-        first = max(prefixes, key=lambda one: sum(len(t.columns[0]) for t in tables if t.path.name.startswith(one)))
-        return base, first, [table for table in tables if table.path.name.startswith(first)]
+    if trials := _by_name(kinds):
+        first = max(trials, key=lambda one: sum(len(table.columns[0]) for table in trials[one]))
+        return base, first, trials[first]
     return base, "", tables
 
 
-def _prefixes(kinds: Mapping[tuple[str, ...], list[Table]]) -> set[str]:
-    """What names of trials begin the names of files of every kind; empty where they do not."""
-    found: list[set[str]] = []
-    for same in kinds.values():
-        names = [table.path.name for table in same]
-        tail = _shared_end(names)
-        if len(names) < 2 or not tail:
-            return set()
-        found.append({name[: -len(tail)] for name in names})
-    return found[0] if all(one == found[0] for one in found) else set()
+def _by_name(kinds: Mapping[tuple[str, ...], list[Table]]) -> dict[str, list[Table]]:
+    """The files of each trial, whose name begins or ends the names of those of every kind; empty where none does."""
+    for ending in (False, True):
+        found: list[dict[str, Table]] = []
+        for same in kinds.values():
+            names = [table.path.name for table in same]
+            tail, head = _shared_end(names), _shared_end([name[::-1] for name in names]) if ending else ""
+            if len(names) < 2 or not tail:
+                return {}
+            found.append({name[len(head) : -len(tail)]: table for name, table in zip(names, same, strict=True)})
+        if len(found[0]) > 1 and all(one.keys() == found[0].keys() for one in found):
+            return {name: [one[name] for one in found] for name in found[0]}
+    return {}
 
 
 def _shared_end(names: Sequence[str]) -> str:
@@ -333,19 +336,14 @@ def _topics(base: Path, prefix: str, tables: Sequence[Table], notes: list[str]) 
     usual = Counter(_written(table) for table in tables).most_common(1)[0][0]
     notes = [
         *notes,
-        *(
-            f"left out: {table.path.name}: written otherwise than the other files"
-            for table in tables
-            if _written(table) != usual
-        ),
+        *(f"left out: {table.path.name}: written otherwise than the other files"
+          for table in tables if _written(table) != usual),
     ]
     topics = [_topic(base, table, True) for table in tables if _written(table) == usual]
     timed = [one for one in topics if one.clock is not None]
     if not timed:
-        raise DataError(
-            f"{base}: none of {len(topics)} tables has a time, by which files of one trial are joined; captive "
-            "tests go to seatrial captive"
-        )
+        raise DataError(f"{base}: none of {len(topics)} tables has a time, by which files of one trial are joined; "
+                        "captive tests go to seatrial captive")  # fmt: skip
     said = {one.name: signals(one.columns, one.clock.heads if one.clock else (), one.name) for one in timed}
     main = max(timed, key=lambda one: (_weight(said[one.name]), len(one.table.columns[0])))
     said[main.name] = {role: replace(one, file="") for role, one in said[main.name].items()}
