@@ -229,18 +229,6 @@ def test_paths_of_signal_k_are_in_si(tmp_path: Path) -> None:
         assert unit in text
 
 
-@pytest.mark.parametrize(("apart", "rows"), [(0.01, 40), (0.15, 120)])
-def test_names_that_are_written_in_turn_are_one_row(apart: float, rows: int, tmp_path: Path) -> None:
-    """A historian scans its tags one after the other; what takes half of the time to the next scan is no burst."""
-    lines = [f"{0.5 * k + apart * n:.3f},{name},{10.0 * n + k}" for k in range(40) for n, name in enumerate("abc")]
-    (tmp_path / "a.csv").write_text("t,name,value\n" + "\n".join(lines) + "\n")
-    channels = {f"q_{name}": Channel(name, "-") for name in "abc"}
-    found = read(tmp_path / "a.csv", Mapping(time=Clock("t", "s"), channels=channels, long=Long(("name",), "value")))[0]
-    assert len(found) == rows
-    if rows == 40:
-        assert found["q_b"] - found["q_a"] == pytest.approx(10.0)
-
-
 def test_longitudes_lie_on_lines_between_their_own_times(tmp_path: Path) -> None:
     """A latitude every second, a longitude half a second later, a degree east for one to the north."""
     rows = [(k, f"{k},lat,{50.0 + 0.001 * k:.4f}") for k in range(30)]
@@ -265,11 +253,3 @@ datum = [50.0, 9.0]
     at = np.round(found.t[known] + 0.0).astype(int)
     assert sorted(set(range(30)) - set(at.tolist())) == [0, 11, 12, 13, 14], "no line over a gap, none before the first"
     assert found["y"][known] / found["x"][known] == pytest.approx(np.cos(np.radians(50.0)), rel=5e-3)
-
-
-def test_a_name_that_is_written_twice_in_a_burst_parts_it(tmp_path: Path) -> None:
-    lines = [f"{0.5 * k + 0.01 * n:.3f},{name},{10.0 * n + k}" for k in range(40) for n, name in enumerate("aba")]
-    (tmp_path / "a.csv").write_text("t,name,value\n" + "\n".join(lines) + "\n")
-    channels = {f"q_{name}": Channel(name, "-") for name in "ab"}
-    found = read(tmp_path / "a.csv", Mapping(time=Clock("t", "s"), channels=channels, long=Long(("name",), "value")))[0]
-    assert len(found) == 120

@@ -187,10 +187,21 @@ def test_logs_of_autopilots_come_back(tmp_path: Path, cases: int) -> None:
 
 
 def test_a_course_that_turns_little_and_is_nearer_in_other_axes_leaves_a_heading_out() -> None:
-    """Courses of 5 to 45 deg: read by REP 103 a heading from north is as far off as 90 deg less twice the course."""
+    """Courses of 15 to 35 deg: read by REP 103 a heading from north is as far off as 90 deg less twice the course."""
     t = np.arange(0.0, 60.0, 0.5)
-    for turns, axes in ((20.0, ""), (40.0, "ned")):
+    for turns, axes in ((10.0, ""), (20.0, "ned"), (40.0, "ned")):
         gamma = np.radians(25.0 + turns * np.sin(t / 8.0))
         found, told, _ = axes_of(t, 0.5 * np.pi - gamma, Track(t, gamma, np.ones(t.size), "/fix"))
         assert found == axes
         assert "0 if its axes are" in told
+
+
+@pytest.mark.parametrize("middle", [45.0, 225.0])
+def test_a_heading_that_turns_against_the_course_is_mirrored_however_near_it_is(middle: float) -> None:
+    """To the north-east a heading from north, read from east, is off by twice as much as the ship yaws: 20 deg here."""
+    t = np.arange(0.0, 60.0, 0.5)
+    gamma = np.radians(middle + 20.0 * np.sin(t / 8.0))
+    ground = Track(t, gamma, np.ones(t.size), "/fix")
+    assert axes_of(t, 0.5 * np.pi - gamma, ground)[0] == "ned"
+    assert axes_of(t, gamma, ground)[0] == "enu"
+    assert axes_of(t, np.full(t.size, gamma[0]), ground)[0] == "enu"

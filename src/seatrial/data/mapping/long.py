@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...core.parameters import unknown
 from .. import Array, DataError
 from .clocks import stamps
-from .clocks.stamps import NEVER, Ticks
+from .clocks.stamps import NEVER
 from .numbers import texts
 from .schema import Long, Mapping, Position
 from .tables import Table, opened
@@ -53,8 +52,7 @@ def widened(path: Path, mapping: Mapping, long: Long) -> Table:
     never = np.isnan(values) if values.dtype.kind == "f" else values == NEVER
     if never.any():
         raise DataError(f"{part.at(clock[0].column, int(np.flatnonzero(never)[0]))}: no time; every row needs its time")
-    rows = _bursts(np.unique(values, return_inverse=True), said)
-    place = pl.DataFrame({"row": rows, "name": said, "k": np.arange(len(part))})
+    place = pl.DataFrame({"row": np.unique(values, return_inverse=True)[1], "name": said, "k": np.arange(len(part))})
     place = place.with_columns(again=pl.int_range(pl.len()).over("row", "name"))
     wide = place.pivot("name", index=["row", "again"], values="k").sort("row", "again")
     first = wide.select(pl.min_horizontal(pl.exclude("row", "again"))).to_series().to_numpy()
@@ -64,26 +62,6 @@ def widened(path: Path, mapping: Mapping, long: Long) -> Table:
     frame = frame.with_columns(**_beside(filled, mapping.position, (values[first] - values.min()).astype(float)))
     stated = _stated(part, said, long, names) if long.unit is not None else {}
     return replace(part, frame=frame, lines=part.lines[first], width=len(said.unique()), stated=stated)
-
-
-def _bursts(unique: tuple[Array | Ticks, NDArray[np.intp]], said: pl.Series) -> NDArray[np.intp]:
-    """The row of each value: the number of its time, or of its burst where a logger writes name after name in turn.
-
-    A burst is short against the time to the next one, and holds no name twice; its time is that of its first value.
-    """
-    times, rows = unique
-    steps = np.diff(times).astype(float) * (1.0 if times.dtype.kind == "f" else 1e-9)
-    if steps.size < 2:
-        return rows
-    apart = steps > _BURST * float(np.quantile(steps, 0.98))
-    number = np.concatenate([[0], np.cumsum(apart)])
-    spans = np.bincount(number[1:][~apart], steps[~apart], minlength=int(number[-1]) + 1)
-    if apart.all() or spans.max() > min(_LONGEST, _BURST * float(np.median(steps[apart]))):
-        return rows
-    together = number[rows]
-    names = said.rank("dense").to_numpy()
-    twice = len(np.unique(np.stack([together, names]), axis=1).T) < len(names)
-    return rows if twice else together
 
 
 def _beside(filled: dict[str, pl.Series], place: Position | None, t: Array) -> dict[str, pl.Series]:
@@ -109,8 +87,6 @@ def _beside(filled: dict[str, pl.Series], place: Position | None, t: Array) -> d
 
 _REACH = 2.5
 """Steps of longitudes that a line spans."""
-_BURST, _LONGEST = 0.2, 0.2
-"""Length of a burst at most, as a part of the time to the next one, and in s."""
 
 
 def said_names(table: Table, columns: Sequence[str]) -> pl.Series:

@@ -100,6 +100,11 @@ def axes_of(t: Array, psi: Array, ground: Track) -> tuple[str, str, bool]:
     best = min(apart, key=lambda one: apart[one])
     turned = float(np.ptp(np.unwrap(ground.gamma[there])))
     side = np.exp(1j * (heading[there] - ground.gamma[there]))
+    # near north-east and south-west a mirrored heading is near the course too, and turns against it
+    a, b = (one - one.mean() for one in map(np.unwrap, (heading[there], ground.gamma[there])))
+    if turned > _NEAR and a @ b < -0.5 * math.sqrt(float((a @ a) * (b @ b))) and apart["ned"] < _NEAR and (
+            apart["enu"] > apart["ned"]):  # fmt: skip
+        return "ned", f"{told}, {math.degrees(apart['ned']):.0f} if its axes are {_WORDS['ned']}", False
     astray = bool(apart["enu"] > _ASKEW and turned > _TURNED and abs(np.mean(side)) > math.cos(_ASKEW))
     if apart["enu"] < _NEAR or apart["enu"] <= apart[best]:
         return ("enu" if apart["enu"] < _FAR else ""), told, astray
