@@ -159,6 +159,22 @@ def test_parameters_per_lane(l7: Any) -> None:
     assert other.run(z, s, l7.parameters, lanewise=q, dt=0.1, steps=50).values == pytest.approx(together, abs=1e-11)
 
 
+@pytest.mark.slow
+def test_every_parameter_of_each_lane_counts_in_its_block(l7: Any) -> None:
+    """What holds over a step is kept by block and lane: 20 ships, all of whose numbers differ, each as it is alone."""
+    names, rng = l7.system.parameters, np.random.default_rng(5)
+    z, s = np.repeat(l7.ahead(1), 20, axis=0), np.repeat(l7.series(1, 30), 20, axis=0)
+    s[..., 1] = np.linspace(-0.4, 0.4, 20)[:, None]
+    q = l7.parameters * rng.uniform(0.9, 1.1, (20, len(names)))
+    together, alone = simulator(l7.system, names), simulator(l7.system)
+    rates = together.evaluate(z, s[:, 0], l7.parameters, q)
+    values = together.run(z, s, l7.parameters, lanewise=q, dt=0.1, steps=30).values
+    for k in range(20):
+        one = slice(k, k + 1)
+        assert rates[k] == pytest.approx(alone.evaluate(z[one], s[one, 0], q[k])[0], rel=1e-12, abs=1e-14)
+        assert values[k] == pytest.approx(alone.run(z[one], s[one], q[k], dt=0.1, steps=30).values[0], rel=1e-11)
+
+
 @pytest.mark.parametrize("method", [pytest.param("rk4", marks=pytest.mark.slow), "euler"])
 def test_derivatives_against_differences_and_virtual_machine(l7: Any, method: str) -> None:
     z, s = l7.ahead(3), l7.series(3, 100)

@@ -175,7 +175,7 @@ def _loader(quick: bool) -> Any:
 
         def compose_node(self, parent: Any, index: Any) -> Any:
             event: Any = self.peek_event()
-            if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
+            if getattr(event, "anchor", None):  # an alias names it too
                 raise _wrong("anchors and aliases are not read; write the value out", event)
             return super().compose_node(parent, index)
 
