@@ -301,3 +301,16 @@ def test_an_import_writes_each_cut_and_keeps_what_a_person_added(tmp_path: Path)
         sidecar.write("notes: the tide had turned\n")
     import_log(*again)
     assert "the tide had turned" in (tmp_path / "out" / "b.yaml").read_text()
+
+
+@pytest.mark.slow
+def test_empty_rows_among_those_of_a_sheet_are_none(tmp_path: Path) -> None:
+    true = truth()
+    said = plain(true)
+    rows = [list(said), *([repr(v) for v in row] for row in zip(*said.values(), strict=True))]
+    for place in (5, 5, 20):
+        rows.insert(place, [""] * 3)
+    book = write_workbook(tmp_path / "turn.xlsx", rows)
+    [found] = trials(book, f'skip = 0\nsheet = "Sheet1"\n{TIME}{HEADING}{RUDDER}')
+    assert len(found) == len(true)
+    same(found, true, "psi delta")

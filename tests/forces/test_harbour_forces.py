@@ -250,3 +250,9 @@ def test_berthing_energy_has_the_published_figures() -> None:
     for name, wanted in (("pianc2002", 1.78), ("ueda", 1.69), ("vasco_costa", 1.70)):
         assert ADDED[name](43.0, 15.1, 0.796, 1.9) == pytest.approx(wanted, abs=6e-3)
     assert frictionless(1.84 * 39e6, 43.57, 42.5, 0.06) == pytest.approx(66.19e3, rel=1e-3)
+
+
+def test_what_a_flow_is_not_told_of_is_not_there() -> None:
+    """No bank, no quay, no ship that passes, deep water, still air."""
+    assert set(Flow._field_defaults.values()) == {0.0}
+    assert quay_gap(Flow(**dict.fromkeys(set(Flow._fields) - set(Flow._field_defaults), 1.0)), 30.0)[1] == 0.0

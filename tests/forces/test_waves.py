@@ -78,3 +78,10 @@ def test_silent_in_calm_mirrored_and_finite(module: Any) -> None:
                 assert np.isfinite(np.array(ca.DM(j([u, v, T])).full())).all()
                 there = module.force(sea(u, -v, T))
                 assert tuple(here) == pytest.approx((there.X, -there.Y, -there.N))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_waves_from_45_degrees_are_head_waves_and_those_from_beyond_none(side: float) -> None:
+    flow: Any = Flow(*[0.0] * len(Flow._fields))._replace(rho=1025.0, L_pp=200.0, wave_u=1.0)
+    assert HEAD.force(flow._replace(wave_v=side)).X < 0.0
+    assert HEAD.force(flow._replace(wave_v=1.0001 * side)).X == 0.0

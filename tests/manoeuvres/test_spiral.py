@@ -199,3 +199,22 @@ def test_direct_spiral_reverse_spiral_and_a_slow_ramp_agree_within_the_resolutio
     assert abs(direct.value - reverse.value) < direct.resolution
     assert abs(direct.value - 0.40 * DEGREE) < direct.resolution
     assert reverse.value == pytest.approx(0.40 * DEGREE, abs=0.02 * DEGREE)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_next_yaw_rate_of_a_reverse_spiral_is_ordered_when_the_last_is_steady_and_not_before(side: float) -> None:
+    rate, step = 0.02, 0.005
+    policy = ReverseSpiral(1.5, rate, step, 10.0, 1e-4, 20.0, 0.0, 1e-9, side)  # hardly any rudder: r is judged
+    state = [0.0, 0.0, 0.0, 5.0, 0.0, side * rate]
+    memory, ordered = policy.begin(tuple(state)), []
+    for k in range(100):
+        t = float(k)
+        state[5] = float(memory[0]) + (0.01 * math.sin(k) if k < 40 else 0.0)  # it hunts at first
+        _, memory = policy.command(t, tuple(state), memory)
+        ordered.append(float(memory[0]))
+    changes = np.flatnonzero(np.abs(np.diff(ordered)) > 1e-12) + 1
+    assert changes[0] >= 40 + 2 * 10
+    assert (np.diff(changes) >= 2 * 10).all()
+    wanted = [side * (rate - n * step) for n in range(len(changes) + 1)]
+    assert [ordered[k] for k in (0, *changes)] == pytest.approx(wanted)
+    assert len(changes) >= 2

@@ -345,3 +345,17 @@ def test_settings_of_an_estimator_have_the_types_of_their_defaults() -> None:
             study.read_estimator(Path("s.toml"), {"type": "shooting:Trajectory", key: value})
     with pytest.raises(StudyError, match=r"fits\.A\.estimator: no key 'windov'"):
         study.read_estimator(Path("s.toml"), {"type": "shooting:Trajectory", "windov": 1.0}, "fits.A.estimator")
+
+
+@pytest.mark.parametrize("unknown", [[np.nan, np.nan, np.nan], [np.inf, 0.0, 0.0], [np.inf, np.nan, np.nan]])
+def test_beside_what_is_not_known_the_rest_of_a_covariance_is_checked(unknown: list[float]) -> None:
+    def beside(rest: list[list[float]]) -> np.ndarray:
+        whole = np.full((3, 3), 0.0)
+        whole[0], whole[:, 0], whole[1:, 1:] = unknown, unknown, rest
+        return whole
+
+    check_covariance(beside([[1.0, 0.5], [0.5, 1.0]]), 3, Path("f"))
+    with pytest.raises(StudyError, match="must be symmetric"):
+        check_covariance(beside([[1.0, 0.5], [0.4, 1.0]]), 3, Path("f"))
+    with pytest.raises(StudyError, match="negative variance"):
+        check_covariance(beside([[1.0, 0.0], [0.0, -1.0]]), 3, Path("f"))
