@@ -213,6 +213,21 @@ def test_mixed_axes_are_asked_for(tmp_path: Path) -> None:
         read(tmp_path / "a.mcap", Topics(odometry="/none"))
 
 
+def test_a_pose_alone_is_in_the_axes_that_its_topic_names(tmp_path: Path) -> None:
+    """A track with its headings is as likely as its mirror image: a name is all there is, and it is doubted."""
+    say = Speaker()
+    for topic, wanted in (("/vessel/pose_ned", True), ("/planned/pose", False)):
+        found = [say.pose(topic, *one) for one in zip(ticks(T), EAST, NORTH, SHIP.psi(T), strict=True)]
+        write_chunks(tmp_path / "a.mcap", found)
+        got = read(tmp_path / "a.mcap")
+        assert any("by its name alone" in one for one in doubts(got)) == wanted
+        np.testing.assert_allclose(got["x"], NORTH if wanted else EAST, atol=1e-12)
+        assert off(got["psi"], SHIP.psi(T) if wanted else 0.5 * np.pi - SHIP.psi(T)) < 1e-9
+    kept = [say.pose("/pose_ned", *one) for one in zip(ticks(T), EAST, NORTH, SHIP.psi(T), strict=True)]
+    write_chunks(tmp_path / "a.mcap", kept)
+    np.testing.assert_allclose(read(tmp_path / "a.mcap", Topics(axes={"/pose_ned": "enu"}))["x"], EAST, atol=1e-12)
+
+
 @pytest.mark.parametrize("turn", [-1.0, 1.0])
 def test_the_course_tells_the_sense_of_a_rate_without_a_heading(tmp_path: Path, turn: float) -> None:
     """REP 103 has it to port; a unit that counts to starboard is turned, as the course shows."""

@@ -27,6 +27,7 @@ from .topics import Number, Topics
 
 # Stamps above this are times since 1970, those below times since some start [ns].
 _EPOCH = 10**17
+_NED = re.compile(r"(^|[_/])(ned|frd)($|[_/])")
 _NAME = re.compile(r"[A-Za-z]\w*")
 _SENSE = {"left": "port", "port": "port", "right": "starboard", "starboard": "starboard"}
 _THRUST = re.compile(r"(?:^|[/_])(left|right|port|starboard)(?:_\w*?)?[/_](thrust|pos|angle)(?:_cmd)?$")
@@ -110,14 +111,18 @@ class Aboard:
         """Readings of a topic in our axes, as its frames say."""
         columns = {name: one.column(name) for name in one.columns}
         names = [frame.lower() for frame in one.frames if frame]
-        ned = [re.search(r"(^|[_/])(ned|frd)($|[_/])", name) is not None for name in names]
+        ned = [_NED.search(name) is not None for name in names]
         axes = self.topics.axes.get(topic)
         if axes is None and any(ned) and not all(ned):
             raise DataError(
                 f"{self.path}: {topic} is in frame '{one.frames[ned.index(True)]}', and in "
                 f"'{one.frames[ned.index(False)]}'; say which: {_axes_key(topic)}, or \"enu\""
             )
-        if axes == "ned" or (axes is None and any(ned)):
+        if axes is None and not any(ned) and "x" in columns and _NED.search(topic.lower()):
+            columns = _mirrored(columns)  # a track and its headings alone have no witness that they are no mirror image
+            self.steps.append(f"doubt: {topic}: north, east, down by its name alone; as REP 103 has it by axes = "
+                              f'{{ "{topic}" = "enu" }} in a mapping')  # fmt: skip
+        elif axes == "ned" or (axes is None and any(ned)):
             columns = _mirrored(columns)
             by = "as the mapping says" if axes else f"by its frame '{one.frames[0]}'"
             self.steps.append(f"{topic}: north, east, down and forward, starboard, down, {by}")
