@@ -82,8 +82,9 @@ def test_draws_decide_where_their_whole_band_is_on_one_side(met: float, verdict:
 def test_the_sentence_on_the_whole_counts_what_there_is(verdicts: tuple[str, ...], words: str) -> None:
     rows = tuple(Criterion(f"c{k}", "", 1.0, "L", 2.0, one) for k, one in enumerate(verdicts))
     table = ImoTable("toy", L, U, 1.0, rows, {}, ())
-    assert table.verdict == words
     assert table.L_over_V == pytest.approx(24.0)
+    assert [replace(table, L_pp=long).verdict for long in (100.0, 320.0)] == [words, words]
+    assert replace(table, L_pp=99.0).verdict == f"{words} The standards hold from 100 m on; this one has 99 m."
 
 
 @pytest.mark.parametrize(

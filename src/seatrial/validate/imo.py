@@ -142,7 +142,11 @@ class ImoTable:
 
     @property
     def verdict(self) -> str:
-        """One sentence on the whole."""
+        """One sentence on the whole, and one more on a ship for which the standards are not made."""
+        small = f" The standards hold from {_SHIP_LENGTH:g} m on; this one has {self.L_pp:.4g} m."
+        return self._whole() + small * (self.L_pp < _SHIP_LENGTH)
+
+    def _whole(self) -> str:
         failed, unsure = ([row.title for row in self.rows if row.verdict == one] for one in (FAIL, UNDECIDED))
         left = self.count(NOT_APPLICABLE)
         if self.together is not None:
