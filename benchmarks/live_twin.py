@@ -214,26 +214,26 @@ def _forecasts(
         if k in smooth:
             plain[: len(STATES)] = smooth[k]
             longest = len(_HORIZONS) if starts.index(k) % 2 == 0 else 1
-            for one in [one for one in waiting if one.end <= trial.t[k]]:
-                scores[one.horizon].note(*one.ways, one.missed, one.held)
+            for one in [one for one in waiting if one.span[1] <= trial.t[k]]:
+                scores[one.horizon].note(*one.ways, one.missed, one.held, one.span)
                 waiting.remove(one)
             some, turned = _judged(follower, plain, (trial.t, series, measured[:, :2]), k, free,
                                    {horizon: scores[horizon] for horizon in _HORIZONS}, longest)  # fmt: skip
             found += some
             waiting += turned
     for one in waiting:
-        scores[one.horizon].note(*one.ways, one.missed, one.held)
+        scores[one.horizon].note(*one.ways, one.missed, one.held, one.span)
     return follower, found
 
 
 class _Turned(NamedTuple):
-    """How a forecast turns out at its end [s]: what `Score.note` takes."""
+    """How a forecast turns out: what `Score.note` takes."""
 
-    end: float
     horizon: float
     ways: Any
     missed: Any
     held: float
+    span: tuple[float, float]
 
 
 def _judged(
@@ -263,7 +263,7 @@ def _judged(
         if all(math.isfinite(one) for one in errors):
             spread = np.sqrt(np.diagonal(twin.cov)[:2] + machine.traced.model.noise[:2] ** 2)
             held = int((np.abs(away) <= _QUANTILE * width * spread).sum())
-            turned.append(_Turned(float(t[end]), horizon, ways, missed, 0.5 * held))
+            turned.append(_Turned(horizon, ways, missed, 0.5 * held, (float(t[k]), float(t[end]))))
             found.append(_Error(horizon, *errors, held, any(a <= t[k] and t[end] <= b for a, b in free)))
     return found, turned
 

@@ -39,8 +39,9 @@ _LATE = 0.5
 # Share that the bands state, and its quantile.
 LEVEL, _QUANTILE = 0.9, 1.6449
 _POINTS = 40
-# Forecasts that turned out count beside so many that had the share of the next shorter horizon.
-_DOUBT = 4.0
+# Forecasts that turned out one after the other, none begun before the last one had ended, count beside so many that had
+# the share that shorter horizons lead to expect; no more than so many are remembered.
+_DOUBT = 16.0
 # By how much a band that did not hold widens, in its logarithm (Gibbs and Candes 2021, NeurIPS).
 _WIDEN = 0.2
 
@@ -122,6 +123,8 @@ class Score:
         ways: sums of products [m^2] of what parameters, and current and slow forces, add: with themselves, with each
             other, and with the error of the plain model: pp, pf, ff, pe, fe.
         wider: logarithm of the width of bands over that of the filter, no less than 0.
+        alone: how many of those that `ways` remembers did not overlap.
+        span: when the last of these began and ended [s].
     """
 
     count: int = 0
@@ -129,16 +132,22 @@ class Score:
     inside: int = 0
     ways: list[float] = field(default_factory=lambda: [0.0] * 5)
     wider: float = 0.0
+    alone: float = 0.0
+    span: tuple[float, float] = (0.0, 0.0)
 
-    def note(self, learnt: Array, carried: Array, missed: Array, held: float) -> None:
+    def note(self, learnt: Array, carried: Array, missed: Array, held: float, span: tuple[float, float]) -> None:
         """Learn from a forecast that has turned out.
 
         Args:
             learnt, carried: what parameters add, and current and slow forces, north and east [m], shape (2,).
             missed: reading less the forecast of the plain model [m], same shape.
             held: share of x and y that was in its band.
+            span: when it began and ended [s]; the clock may have been set back since the last one.
         """
         self.count += 1
+        if not self.span[0] <= span[0] < self.span[1]:
+            kept = 1.0 - 1.0 / _DOUBT
+            self.ways, self.alone, self.span = [kept * one for one in self.ways], kept * self.alone + 1.0, span
         pairs = ((learnt, learnt), (learnt, carried), (carried, carried), (learnt, missed), (carried, missed))
         self.ways = [one + float(a @ b) for one, (a, b) in zip(self.ways, pairs, strict=True)]
         self.wider = max(self.wider + _WIDEN * (LEVEL - held), 0.0)
@@ -162,19 +171,25 @@ class Score:
 def lasting(scores: Mapping[float, Score], machine: Machine) -> dict[float, tuple[float, float, float]]:
     """By horizon: the share to take of the way by parameters, that of current and slow forces, and how wide bands are.
 
-    Shares are 0 to 1, and the width of bands is over that of the filter, no less than over a shorter horizon.
-    Least squares over forecasts that turned out, beside `_DOUBT` of them with the shares of the next shorter horizon.
-    Where no log tells speed through the water, what is called current holds forces, too, and is taken to fade as they.
+    Shares are 0 to 1 and no more than over a shorter horizon; the width of bands, over that of the filter, is no less.
+    Least squares over forecasts that turned out, beside `_DOUBT` of them with the share that is expected.  Of learnt
+    parameters this is what shorter horizons show to be left after so long, as it fades evenly, and nothing over a
+    horizon that nothing has been shown for.  Where no log tells speed through the water, what is called current holds
+    forces, too, and is taken to fade as they.
     """
     share, before, wider, found = np.ones(2), 0.0, 0.0, dict[float, tuple[float, float, float]]()
     fades = math.inf if SPEED in machine.settings.sensors else min(machine.settings.memory.get(one, math.inf)
                                                                    for one in SLOW)  # fmt: skip
     for horizon, score in scores.items():
-        share = share * [1.0, math.exp(-(horizon - before) / fades) if before else 1.0]
+        most, shown = share, min(score.alone / _DOUBT, 1.0)
+        if before:
+            share = np.array([shown * share[0] ** (horizon / before),
+                              share[1] * math.exp(-(horizon - before) / fades)])  # fmt: skip
         pp, pf, ff, pe, fe = score.ways
         if pp + ff > 0.0:
-            doubt = np.diag([max(one, 1e-12 * (pp + ff)) for one in (pp, ff)]) * _DOUBT / score.count
-            share = np.linalg.solve(np.array([[pp, pf], [pf, ff]]) + doubt, [pe, fe] + doubt @ share).clip(0.0, 1.0)
+            doubt = np.diag([max(one, 1e-12 * (pp + ff)) for one in (pp, ff)]) * _DOUBT / score.alone
+            share = np.linalg.solve(np.array([[pp, pf], [pf, ff]]) + doubt, [pe, fe] + doubt @ share)
+            share = np.minimum(share.clip(0.0, 1.0), most)
         before, wider = horizon, max(wider, score.wider)
         found[horizon] = float(share[0]), float(share[1]), math.exp(wider)
     return found
@@ -269,7 +284,7 @@ class Trust:
                 score.square[0] += float(away @ away)
                 score.square[1] += float(np.sum((readings[rows] - steady) ** 2))
                 score.inside += int(held.sum())
-                score.note(*ways, missed, float(held.mean()))
+                score.note(*ways, missed, float(held.mean()), (one.start.t, follower.t))
             if not one.left:
                 self._waiting.remove(one)
 

@@ -21,7 +21,7 @@ from .live import Live
 from .settings import Seaway
 from .tally import Hour
 
-_FORMAT = "seatrial-twin/3"
+_FORMAT = "seatrial-twin/4"
 
 
 @dataclass(frozen=True)
