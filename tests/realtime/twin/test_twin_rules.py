@@ -41,6 +41,7 @@ from seatrial.realtime.twin.faults.alarms import (
 from seatrial.realtime.twin.faults.stuck import FOLLOWS, JAMMED, SLOW, Repeats, Steering, steerings
 from seatrial.realtime.twin.faults.suspects import (
     CARRIED,
+    FORM,
     GROWS,
     IMPULSE,
     JUMP,
@@ -49,6 +50,7 @@ from seatrial.realtime.twin.faults.suspects import (
     LOST,
     MISREAD,
     RAMP,
+    RESISTED,
     REVERSED,
     SCALED,
     STUCK,
@@ -209,20 +211,32 @@ def test_a_spread_widens_the_bands() -> None:
 # --- how much of what was learnt lasts ---
 
 
+def memory(count: int) -> float:
+    """How many of so many are remembered, each one by a sixteenth less with the next."""
+    return sum((15.0 / 16.0) ** k for k in range(count))
+
+
 @pytest.mark.slow
 def test_what_has_gone_is_carried_on_no_more_and_what_lasts_is() -> None:
     """A current of .2 m/s that the twin still believes in: 6 m after 30 s; forecasts of the truth need none of it."""
     gone, there = told(1300, carried=0.2), told(1300, carried=0.2, true=0.2)
     for h in HORIZONS:
         whole = gone.scores[h].count * (0.2 * h) ** 2
+        if h > 60.0:
+            whole = gone.scores[h].ways[2]
+        else:
+            whole *= gone.scores[h].alone / gone.scores[h].count
         assert gone.scores[h].ways == pytest.approx([0.0, 0.0, whole, 0.0, 0.0], abs=1e-6)
         assert there.scores[h].ways == pytest.approx([0.0, 0.0, whole, 0.0, whole], abs=1e-6)
-        # beside four that had the share of the next shorter horizon
-        left = np.prod([4.0 / (4.0 + gone.scores[k].count) for k in HORIZONS if k <= h])
-        assert lasting(gone.scores, mark(0.0).machine)[h][:2] == pytest.approx((1.0, left))
-        assert lasting(there.scores, mark(0.0).machine)[h] == pytest.approx((1.0, 1.0, 1.0))
+        # beside 16 that had the share of the next shorter horizon; those begun within another count with it
+        alone = memory(1 + (gone.scores[h].count - 1) // max(round(h / 60.0), 1))
+        assert gone.scores[h].alone == pytest.approx(alone)
+        left = np.prod([16.0 / (16.0 + gone.scores[k].alone) for k in HORIZONS if k <= h])
+        assert lasting(gone.scores, mark(0.0).machine)[h][1] == pytest.approx(left)
+        assert lasting(there.scores, mark(0.0).machine)[h][1:] == pytest.approx((1.0, 1.0))
     # forecasts of 30 s begin each minute, and know those that have ended
-    assert gone.scores[30.0].rms == pytest.approx(6.0 * np.sqrt(np.mean([(4.0 / (4.0 + k)) ** 2 for k in range(22)])))
+    known = [16.0 / (16.0 + memory(k)) for k in range(22)]
+    assert gone.scores[30.0].rms == pytest.approx(6.0 * np.sqrt(np.mean(np.square(known))))
     assert there.scores[600.0].rms == pytest.approx(0.0, abs=1e-6)
 
 
@@ -230,25 +244,63 @@ def test_shares_are_those_of_least_squares_and_within_bounds() -> None:
     """Without a log what was carried fades over the memory of forces from one horizon to the next, until shown."""
     here, without_log = mark(0.0).machine, mark(0.0, log=False).machine
     fresh = {h: Score() for h in HORIZONS}
-    assert list(lasting(fresh, here).values()) == [(1.0, 1.0, 1.0)] * 3
+    # what parameters were learnt is carried no further than anything has been shown for
+    assert list(lasting(fresh, here).values()) == [(1.0, 1.0, 1.0), (0.0, 1.0, 1.0), (0.0, 1.0, 1.0)]
     faded = np.array(list(lasting(fresh, without_log).values()))
-    assert faded == pytest.approx(np.array([[1.0, 1.0, 1.0], [1.0, math.exp(-0.9), 1.0], [1.0, math.exp(-5.7), 1.0]]))
+    assert faded == pytest.approx(np.array([[1.0, 1.0, 1.0], [0.0, math.exp(-0.9), 1.0], [0.0, math.exp(-5.7), 1.0]]))
     rng, some = np.random.default_rng(4), {h: Score() for h in HORIZONS}
     ways = rng.standard_normal((200, 2, 2)) @ [[1.0, 0.4], [0.0, 3.0]]
-    for first, second in ways:
-        some[120.0].note(first, second, 0.7 * first + 0.2 * second, 1.0)
-    found = lasting(some, here)
+    for k, (first, second) in enumerate(ways):
+        some[120.0].note(first, second, 0.7 * first + 0.2 * second, 1.0, (200.0 * k, 200.0 * k + 120.0))
+    found, alone = lasting(some, here), memory(200)
+    assert some[120.0].alone == pytest.approx(alone)
     assert found[30.0] == (1.0, 1.0, 1.0)
-    assert found[120.0] == pytest.approx((0.7, 0.2, 1.0), abs=0.02)  # but for the four of before
-    assert found[600.0] == found[120.0]
+    weight = np.repeat((15.0 / 16.0) ** np.arange(199, -1, -1), 2)
     table = ways.transpose(1, 0, 2).reshape(2, -1).T
-    doubt = np.diag(4.0 / 200.0 * np.sum(table**2, axis=0))
-    wanted = np.linalg.solve(table.T @ table + doubt, table.T @ table @ [0.7, 0.2] + np.diagonal(doubt))
+    square = (table * weight[:, None]).T @ table
+    doubt = np.diag(16.0 / alone * np.diagonal(square))
+    expected = [min(alone / 16.0, 1.0), 1.0]  # those of 30 s, to the power of four
+    wanted = np.linalg.solve(square + doubt, square @ [0.7, 0.2] + doubt @ expected)
     assert found[120.0][:2] == pytest.approx(tuple(wanted))
+    assert found[600.0] == (0.0, found[120.0][1], 1.0)
     for off, share in ((1e3, 1.0), (-1e3, 0.0)):
         one = {30.0: Score()}
-        one[30.0].note(np.array([0.0, 1.0]), np.array([1.0, 0.0]), np.array([off, -off]), 1.0)
+        one[30.0].note(np.array([0.0, 1.0]), np.array([1.0, 0.0]), np.array([off, -off]), 1.0, (0.0, 30.0))
         assert lasting(one, here)[30.0][:2] == (1.0 - share, share)
+
+
+def test_what_parameters_add_fades_as_shorter_horizons_show_and_grows_never() -> None:
+    """Half is left after 30 s, so a sixteenth is expected after 120 s; as many forecasts show all of it."""
+    here, scores, way = mark(0.0).machine, {h: Score() for h in HORIZONS}, np.array([2.0, 1.0])
+    for k in range(3000):
+        for h, share in ((30.0, 0.5), (120.0, 1.0)):
+            scores[h].note(way, np.zeros(2), share * way, 1.0, (200.0 * k, 200.0 * k + h))
+    found = lasting(scores, here)
+    half = (0.5 + 1.0) / 2.0
+    assert found[30.0][0] == pytest.approx(half, abs=1e-3)  # as many of before that had all of it
+    assert found[120.0][0] == pytest.approx(min((half**4 + 1.0) / 2.0, half), abs=1e-3)
+    scores[30.0] = Score()
+    for k in range(3000):
+        scores[30.0].note(way, np.zeros(2), 0.0 * way, 1.0, (200.0 * k, 200.0 * k + 30.0))
+    assert [lasting(scores, here)[h][0] for h in (30.0, 120.0)] == pytest.approx([0.5, 0.5], abs=1e-3)  # not .53
+    scores[120.0] = Score()
+    for k in range(3000):
+        scores[120.0].note(way, np.zeros(2), 0.1 * way, 1.0, (200.0 * k, 200.0 * k + 120.0))
+    assert lasting(scores, here)[120.0][0] == pytest.approx((0.5**4 + 0.1) / 2.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("spans", "alone"), [
+    (((0.0, 60.0), (0.0, 60.0)), 1),
+    (((0.0, 60.0), (60.0, 120.0)), 2), (((0.0, 60.0), (59.9, 119.0)), 1), (((5.0, 60.0), (4.0, 64.0)), 2),
+    (((0.0, 60.0), (30.0, 90.0), (61.0, 121.0), (90.0, 150.0)), 2),
+])  # fmt: skip
+def test_forecasts_that_overlap_count_once(spans: tuple[tuple[float, float], ...], alone: int) -> None:
+    """One that begins before the last one began is of another log."""
+    score = Score()
+    for span in spans:
+        score.note(*np.ones((3, 2)), 1.0, span)
+    assert score.alone == pytest.approx(memory(alone))
+    assert score.count == len(spans)
 
 
 def test_bands_widen_by_what_they_missed_until_they_hold_what_they_state() -> None:
@@ -258,17 +310,17 @@ def test_bands_widen_by_what_they_missed_until_they_hold_what_they_state() -> No
 
     score = Score()
     for _ in range(20):
-        score.note(*np.zeros((3, 2)), 1.0)
+        score.note(*np.zeros((3, 2)), 1.0, (0.0, 30.0))
     assert width() == 1.0
-    score.note(*np.zeros((3, 2)), 0.5)
+    score.note(*np.zeros((3, 2)), 0.5, (0.0, 30.0))
     assert width() == pytest.approx(math.exp(0.2 * 0.4))
-    score.note(*np.zeros((3, 2)), 1.0)
+    score.note(*np.zeros((3, 2)), 1.0, (0.0, 30.0))
     assert width() == pytest.approx(math.exp(0.2 * 0.3))
     rng, held = np.random.default_rng(1), list[float]()
     for _ in range(2000):
         off = 3.0 * rng.standard_normal(2)  # bands state a third of it
         held.append(float(np.mean(np.abs(off) <= 1.6449 * width())))
-        score.note(*np.zeros((3, 2)), held[-1])
+        score.note(*np.zeros((3, 2)), held[-1], (0.0, 30.0))
     assert np.mean(held[100:]) == pytest.approx(LEVEL, abs=0.01)
 
 
@@ -305,7 +357,8 @@ def test_where_fixes_are_rare_a_forecast_waits_until_one_is_near_its_horizon() -
 
 
 def evidence(cause: str, score: float, how: str = JUMP, size: tuple[float, ...] = (5.0,)) -> Evidence:
-    return Evidence(Suspect(cause, how, ("x",) * len(size), (10.0,) * len(size), "m"), score, 7.0, size, (0.1,), 0.2)
+    what = ("y" if cause == "b" else "x",) * len(size)
+    return Evidence(Suspect(cause, how, what, (10.0,) * len(size), "m"), score, 7.0, size, (0.1,), 0.2)
 
 
 @pytest.mark.parametrize(("size", "counts"), [((0.99,), False), ((1.0,), True), ((-1.0,), True), ((0.5, 1.01), True),
@@ -362,6 +415,43 @@ def test_a_lead_of_ten_names_at_once(behind: float, at_once: bool) -> None:
     assert (judge.named(103.0, both) is not None) is at_once
     assert judge.named(110.0, both) is None or at_once
     assert judge.named(120.0, both) is not None
+
+
+def waited(*both: Evidence) -> float:
+    """How long a judge waits that looks each second [s]."""
+    judge = Judge(10.0)
+    return next(t for t in np.arange(0.0, 90.0).tolist() if judge.named(t, both) is not None)
+
+
+@pytest.mark.parametrize(("first", "second", "seconds"), [
+    (("a", JUMP, "x"), ("b", JUMP, "y"), 20.0), (("a", JUMP, "x"), ("b", RAMP, "x"), 40.0),
+    (("a", LOST, "n_P"), ("b", SCALED, "n_P"), 20.0), (("a", LOST, "n_P"), (WRONG, FORM, "model"), 40.0),
+    (("a", LOST, "n_P"), (RESISTED, IMPULSE, "slow.u"), 40.0), ((RESISTED, GROWS, "slow.u"), (WRONG, FORM, "m"), 40.0),
+    (("a", MISREAD, "delta"), (WRONG, FORM, "model"), 20.0), ((WRONG, FORM, "model"), ("b", JUMP, "x"), 35.0),
+])  # fmt: skip
+def test_how_an_instrument_is_wrong_and_whether_it_is_thrust_or_hull_is_worth_a_wait(
+    first: tuple[str, str, str], second: tuple[str, str, str], seconds: float
+) -> None:
+    """Looks come a quarter later each time, so that a name comes at the first one after the wait."""
+    both = [Evidence(Suspect(cause, how, (what,), () if how == FORM else (0.1,), "1"), score, 7.0,
+                     () if how == FORM else (0.2,), (), 0.2)
+            for (cause, how, what), score in ((first, 60.0), (second, 55.0))]  # fmt: skip
+    assert seconds <= waited(*both) < 1.3 * seconds
+
+
+def test_more_resistance_is_told_before_a_shaft_that_it_cannot_be_told_from() -> None:
+    def both(slow: float, turns: float) -> tuple[Evidence, ...]:
+        shaft = Evidence(Suspect("n_P sensor jumped", SCALED, ("n_P",), (0.1,), "1"), 60.0, 7.0, (turns,), (0.1,), 0.2)
+        force = Suspect(RESISTED, IMPULSE, ("slow.u",), (1.0,), "m/s^2")
+        return shaft, Evidence(force, 57.0, 7.0, (slow,), (0.1,))
+
+    def said(some: tuple[Evidence, ...]) -> tuple[str, tuple[str, ...]]:
+        judge = Judge(10.0)
+        found = next(one for t in np.arange(0.0, 90.0).tolist() if (one := judge.named(t, some)) is not None)
+        return found[0].suspect.cause, found[1]
+
+    assert said(both(-1.0, 0.2)) == (RESISTED, ("n_P sensor jumped",))
+    assert said(both(1.0, -0.2)) == ("n_P sensor jumped", (RESISTED,))  # a hull does not become easier to drive
 
 
 @pytest.mark.parametrize(("behind", "rivals"), [(3.99, ("b",)), (4.0, ())])
@@ -438,7 +528,8 @@ def test_every_suspect_of_a_ship_has_its_advice_and_an_unknown_fault_has_none() 
 def test_the_usual_size_of_each_fault() -> None:
     """The linear ship: 100 m long at 5 m/s; noise of .5 m and 2e-4 rad/s; slow forces start at 2e-3 m/s2."""
     every = suspects(machine())
-    found = {(one.cause, one.share): one for one in every if one.how not in (GROWS, CARRIED, LATE)}
+    found = {(one.cause, one.share): one for one in reversed(every) if one.how not in (GROWS, CARRIED, LATE)}
+    assert [one.size for one in every if one.cause == "position drifts"] == [(0.5, 0.5), pytest.approx((0.05, 0.05))]
     (carried,) = (one for one in every if one.how == CARRIED)
     assert (carried.cause, carried.size) == ("current changed", pytest.approx((0.0125,) * 2))
     assert sorted((one.cause, one.share, one.size) for one in every if one.how == LATE) == [
@@ -460,12 +551,12 @@ def test_the_usual_size_of_each_fault() -> None:
     }  # fmt: skip
     for cause, size in sizes.items():
         assert found[cause, 1.0].size == pytest.approx(size), cause
-    assert {share for cause, share in found if cause == "delta slow"} == {0.4, 0.15}
-    assert len(found) == len(sizes) + 2
+    assert {share for cause, share in found if cause == "delta slow"} == {0.5, 0.25, 0.12}
+    assert len(found) == len(sizes) + 3
     how = {cause: one.how for (cause, _), one in found.items()}
     assert (how["position jumped"], how["position drifts"], how["current changed"]) == (JUMP, RAMP, IMPULSE)
     assert (how["delta sensor jumped"], how["n_P sensor jumped"]) == (MISREAD, SCALED)
-    assert [one.fixed for one in found.values()].count(True) == 4
+    assert [one.fixed for one in found.values()].count(True) == 5
     assert found["position drifts", 1.0].unit == "m/s"
     assert found["wind or another force changed", 1.0].what == ("slow.v_m", "slow.r")
     assert found["resistance or wind changed", 1.0].what == ("slow.u",)
@@ -500,7 +591,7 @@ def test_onsets_fill_a_window_and_the_oldest_makes_room() -> None:
 def test_a_slow_rudder_moves_at_its_share_of_the_rate_and_a_shaft_over_its_range_in_twenty_seconds() -> None:
     bank = Bank(machine(), suspects(machine()))
     lazy = [one for one in bank.suspects if one.how == LAZY]
-    assert sorted(pace(machine().ship, one) for one in lazy) == pytest.approx([0.15 * 0.05, 0.4 * 0.05])
+    assert sorted(pace(machine().ship, one) for one in lazy) == pytest.approx([0.12 * 0.05, 0.25 * 0.05, 0.5 * 0.05])
     assert pace(machine().ship, next(one for one in bank.suspects if one.how == STUCK)) == math.inf
     assert bank._rate["n_P"] == pytest.approx(math.radians(3.5))
 
@@ -833,6 +924,47 @@ def test_shares_of_the_movement_that_was_called_for(share: float, word: str | No
     assert (None if found is None else found[0]) == word
     if found is not None:
         assert found[1] == 1.0  # the first row that had to move
+
+
+def swung(steering: Steering, rate: float, swings: int, t: float = 0.0) -> float:
+    """The wheel from 23 deg to 23 deg on the other side, ten rows of a second each; the time after it."""
+    angle, order = -0.4, -0.4
+    for _ in range(swings):
+        order = -order
+        for _ in range(10):
+            steering.note(t, {"delta": angle, "delta_cmd": order})
+            angle += min(max(order - angle, -rate), rate)
+            t += 1.0
+    return t
+
+
+def test_a_gear_is_as_quick_as_it_has_shown_three_times() -> None:
+    steering = Steering("delta", 0.04, 0.0)
+    t = swung(steering, 0.12, 2)
+    assert steering.rate == 0.04
+    swung(steering, 0.16, 2, t)
+    assert steering.rate == pytest.approx(0.12)  # what it has shown three times, or more
+    steering = Steering("delta", 0.04, 0.0)
+    swung(steering, 0.03, 9)
+    assert steering.rate == 0.04  # a slow one is no habit
+
+
+def test_a_quick_gear_is_slow_by_its_own_rate_and_not_by_that_of_its_file() -> None:
+    quick, strange = Steering("delta", 0.04, 0.0), Steering("delta", 0.04, 0.0)
+    t = swung(quick, 0.12, 6)
+    for one, since in ((quick, t + 100.0), (strange, 0.0)):
+        swung(one, 0.03, 1, since)
+    assert (quick.verdict() or ("",))[0] == SLOW  # a quarter of what it has shown
+    assert (strange.verdict() or ("",))[0] == FOLLOWS  # three quarters of what the file says
+
+
+def test_a_small_move_shows_no_rate() -> None:
+    """Three degrees at a time, far from its order, are less than the four that count."""
+    steering, angle = Steering("delta", 0.01, 0.0), 0.0
+    for k in range(40):
+        steering.note(float(k), {"delta": angle, "delta_cmd": 0.5 if k % 4 < 2 else -0.5})
+        angle += math.radians(1.5) * (1.0 if k % 4 < 2 else -1.0)
+    assert steering.rate == 0.01
 
 
 def test_a_verdict_takes_three_rows_and_four_degrees() -> None:

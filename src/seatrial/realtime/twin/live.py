@@ -16,13 +16,13 @@ from ...identify.filters.horizon import Horizon
 from ...ships import Ship
 from .ahead import Trust
 from .faults.acting import Acting, Override
-from .faults.alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, elsewhere
+from .faults.alarms import CLOCK, FROZEN, STEERING, UNEXPLAINED, WRONG, Alarm, Judge, alarm_of, strayed
 from .faults.cases import History, Kept, acted, growing, judged, masks, opening, override_of, restless, together
-from .faults.explained import Window
+from .faults.explained import Window, another
 from .faults.stuck import FOLLOWS, JAMMED, Repeats, steerings
 from .faults.suspects import (
     CARRIED,
-    ELSEWHERE,
+    FORM,
     GROWS,
     IMPULSE,
     JUMP,
@@ -54,7 +54,6 @@ _RETEST = 300.0
 _MANY, _HOUR = 6, 3600.0
 # Without a suspect, innovations beyond so many times their level over a minute are unexplained.
 _UNEXPLAINED, _MINUTE = 4.0, 60.0
-
 # Moving horizon estimation is repeated after so long [s].
 _SOLVE = 1.0
 
@@ -105,10 +104,9 @@ class Live:
         self._snapshots: deque[Follower] = deque()
         self._history = History()
         self._horizon: Horizon | None = None
+        self._other: tuple[Machine, Machine | None] | None = None
         self._solved = -math.inf
         self._quiet, self._bad, self._misfit = -math.inf, deque[tuple[float, float, int]](), -math.inf
-
-    # -- rows --
 
     def feed(self, t: float, values: Mapping[str, float]) -> bool:
         """Take in a row; whether it counted.
@@ -233,8 +231,6 @@ class Live:
         self._history.clear()
         self._forget(self.follower.t, min(15.0, self.machine.unit))
 
-    # -- the filter, and its evidence --
-
     def _take(self, row: Kept, before: Follower) -> tuple[Follower, Step]:
         """Take in a row, and weigh its evidence."""
         acting = self._acted(row, row.t - before.t)
@@ -257,10 +253,9 @@ class Live:
         if settings.estimator == MHE:
             self._look_back(before, acting, row.readings, step)
         believed = without(step, self._masked)
+        kept, nis = int(believed.taken.sum()), believed.nis
         if step.dt <= _BLIND * self.machine.unit:
             self._bank.weigh(believed, row.acting, self._overrides, self.tally.level)
-        kept = int(believed.taken.sum())
-        nis = believed.nis
         self.tally.note(row.t, nis, kept)
         self._bad.append((row.t, surprise(believed), believed.rows.size))
         while self._bad[0][0] < row.t - _MINUTE:
@@ -284,8 +279,6 @@ class Live:
         """Controls as they are believed to act in the row, which lasts `span` seconds."""
         return acted(self._controls, row, self._overrides, span)
 
-    # -- alarms --
-
     def _watch(self, t: float) -> None:
         """Name faults, and see which are over."""
         self._released(t)
@@ -297,13 +290,10 @@ class Live:
                 self._raise(self._frozen(name, since, t))
                 return
         self._judge_steering(t)
-        if not any(one.cause == ELSEWHERE for one in self.alarms) and (placed := elsewhere(self.follower)):
-            self.alarms.append(placed)
         if t < self._misfit + _HOUR:
             return
-        window = Window(self._rows, self._snapshots, self._masked, self._overrides, self.tally.level)
-        best = self._judge.named(t, self._bank.evidence(), window.compared)
-        if best is not None:
+        window = Window(self._rows, self._snapshots, self._masked, self._overrides, self.tally.level, self._wider)
+        if (best := self._judge.named(t, self._bank.evidence(), window.compared)) is not None:
             evidence, rivals = best
             if evidence.suspect.what[0] in self._overrides:
                 self._healed(evidence, t)
@@ -311,16 +301,24 @@ class Live:
             frozen = all(self._repeats.repeated(name, evidence.onset + self.machine.settings.spacing)
                          for name in evidence.suspect.what)  # fmt: skip
             self._raise(alarm_of(evidence, t, rivals, frozen, pace(self.machine.ship, evidence.suspect)))
-        elif math.isnan(self._judge.crossed) and self._unexplained():
-            self._raise(Alarm(UNEXPLAINED, "", (MODEL,), self._bad[0][0], t))
+        elif math.isnan(self._judge.crossed):
+            self.alarms += [one for one in strayed(self.follower) if not any(
+                a.cause == one.cause and (one.how == LEVER or a.named > t - _HOUR) for a in self.alarms)]  # fmt: skip
+            if self._unexplained():
+                self._raise(Alarm(UNEXPLAINED, "", (MODEL,), self._bad[0][0], t))
+
+    def _wider(self) -> Machine | None:
+        if self._other is None or self._other[0] is not self.machine:
+            self._other = self.machine, another(self.machine)
+        return self._other[1]
 
     def _judge_steering(self, t: float) -> None:
         """Hold angles against their orders, where the log has both."""
         for one in self._steering:
             found = one.verdict()
-            if found is not None and found[0] == FOLLOWS:
+            if found and found[0] == FOLLOWS:
                 self._close(lambda a, of=one.control: a.what == (of,) and a.how == STEERING, t)
-            elif found is not None:
+            elif found:
                 self._steered(f"{one.control} {found[0]}", one.control, found, t)
 
     def _frozen(self, name: str, since: float, t: float) -> Alarm:
@@ -352,7 +350,8 @@ class Live:
         else:
             self.alarms.append(alarm)
         recent = [one for one in self.alarms if one.named > t - _HOUR and one.how != STEERING and not one.of]
-        if len(recent) > _MANY or restless(recent, t):
+        recent = [alarm] if alarm.how == FORM else recent
+        if alarm.how == FORM or len(recent) > _MANY or restless(recent, t):
             self._give_up(recent, t)
             return
         others = together(self.alarms, t, lambda one: one.cause == alarm.cause)

@@ -27,8 +27,8 @@ EKF, MHE = "ekf", "mhe"
 _DAY = 86400.0
 # Standard deviation of a parameter at first, as a share of its value.
 _UNCERTAIN = 0.1
-# That of the place of an antenna of which nothing is known, in lengths: forward and to starboard.
-_ANYWHERE = (0.3, 0.05)
+ANYWHERE = (0.3, 0.05)
+"""Standard deviation of the place of an antenna of which nothing is known, in lengths: forward and to starboard."""
 # One that is stated may be off by so much, each way.
 _STATED = 0.03
 
@@ -123,7 +123,7 @@ def usual(
     if gyro_bias and TURN in sensors:
         start[f"{BIAS}r"] = 5.0 * known["r"]
         process[f"{BIAS}r"] = 0.1 * known["r"] / math.sqrt(3600.0)
-    there = _ANYWHERE if antenna is None else (_STATED, _STATED)
+    there = ANYWHERE if antenna is None else (_STATED, _STATED)
     start |= {name: share * ship.L_pp for name, share in zip(ANTENNA, there, strict=True)}
     process |= dict.fromkeys(ANTENNA, 0.0)
     start |= {path: uncertain[path] * value for path, value in size.items()}

@@ -14,7 +14,7 @@ from linear_ship import CHANNELS, Sailed, machine, sailed
 from sea_logs import Bridge
 from sea_logs import sailed as at_sea
 from seatrial.realtime.twin.faults import cases
-from seatrial.realtime.twin.faults.alarms import FROZEN, STEERING, WRONG, Alarm, elsewhere
+from seatrial.realtime.twin.faults.alarms import FROZEN, STEERING, WRONG, Alarm, strayed
 from seatrial.realtime.twin.faults.cases import CASE, History, Kept, Verdict, judged, together
 from seatrial.realtime.twin.faults.suspects import IMPULSE, JUMP, MISREAD, Bank, suspects
 from seatrial.realtime.twin.follow import Follower, Step, lever
@@ -144,11 +144,30 @@ def test_an_antenna_far_from_its_stated_place_by_both_measures_is_told(
     """2.5 deviations of the place, 3 m each, and 5 of the estimate; where nothing was stated, nothing is elsewhere."""
     settings = SimpleNamespace(placed=placed, start={"antenna.x": 3.0, "antenna.y": 3.0})
     known = {"antenna.x": (value, sd), "antenna.y": (0.5, 0.2)}
-    found = elsewhere(SimpleNamespace(t=90.0, value=known.get, machine=SimpleNamespace(settings=settings)))  # type: ignore[arg-type]
-    assert (found is not None) is said
-    if found is not None:
-        assert (found.size, found.over, found.named) == ((value, 0.5), 90.0, 90.0)
-    assert elsewhere(None) is None
+    about = SimpleNamespace(t=90.0, value=known.get, machine=SimpleNamespace(settings=settings))
+    found = strayed(about)  # type: ignore[arg-type]
+    assert bool(found) is said
+    if found:
+        assert (found[0].size, found[0].over, found[0].named) == ((value, 0.5), 90.0, 90.0)
+    assert strayed(None) == ()
+
+
+@pytest.mark.parametrize(("surge", "sway", "said"), [
+    ((4.1, 1.0), (1.0, 0.4), ["resistance or wind changed"]), ((3.9, 0.7), (1.0, 0.4), []),
+    ((4.1, 1.1), (0.0, 0.4), []), ((0.0, 0.7), (-4.1, 0.4), ["wind or another force changed"]),
+    ((-9.0, 0.7), (9.0, 0.4), ["resistance or wind changed", "wind or another force changed"]),
+])  # fmt: skip
+def test_a_force_that_came_little_by_little_is_told_from_four_deviations_on(
+    surge: tuple[float, float], sway: tuple[float, float], said: list[str]
+) -> None:
+    """By both measures: those of the usual forces, 1 each, and of the estimate."""
+    start = {"slow.u": 1.0, "slow.v_m": 1.0, "slow.r": 1.0}
+    known = {"slow.u": surge, "slow.v_m": sway, "slow.r": (0.1, 0.5)}
+    settings = SimpleNamespace(placed=False, start=start)
+    about = SimpleNamespace(t=5.0, value=known.get, machine=SimpleNamespace(settings=settings))
+    found = strayed(about)  # type: ignore[arg-type]
+    assert [one.cause for one in found] == said
+    assert all(one.over == 5.0 for one in found)
 
 
 @pytest.mark.parametrize(("off", "kept"), [

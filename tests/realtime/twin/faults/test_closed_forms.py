@@ -174,8 +174,7 @@ def test_a_forecast_takes_of_what_was_carried_the_share_that_earlier_ones_show()
     acting[:2] = 1.0, 0.05
     scores = {30.0: Score(), 600.0: Score()}
     for h, share in ((30.0, 0.5), (600.0, 0.0)):
-        for _ in range(4000):
-            scores[h].note(np.zeros(2), np.array([2.0, 1.0]), share * np.array([2.0, 1.0]), 1.0)
+        scores[h] = Score(1, ways=[0.0, 0.0, 1e9, 0.0, share * 1e9], alone=1e9)
     scores[600.0].wider = math.log(2.0)
     ahead, whole = (forecast(follower, acting, 600.0, one) for one in (scores, None))
     bare = follower.mean * np.repeat([1.0, 0.0], [6, 5])
@@ -194,7 +193,7 @@ def test_a_forecast_takes_of_learnt_parameters_a_share_of_their_own(monkeypatch:
     monkeypatch.setattr(ahead_module, "values", lambda model: {"slow.r": 2e-5})
     here = start(free=("slow.r",))
     here = replace(here, mean=np.array([0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.4, -0.3, 0.0, 0.0, 0.0]))
-    score = Score(10**9, ways=[1e9, 0.0, 4e9, 0.25e9, 2e9])
+    score = Score(1, ways=[1e9, 0.0, 4e9, 0.25e9, 2e9], alone=1e9)
     found = forecast(here, np.zeros(10), 600.0, {600.0: score})
     plain, carried = here.mean * np.repeat([1.0, 0.0], [6, 5]), here.mean * np.repeat([0.0, 1.0], [6, 5])
     wanted = step_of(600.0)[0] @ (plain + 0.75 * 2e-5 * np.eye(11)[10] + 0.5 * carried)
@@ -370,7 +369,7 @@ def test_the_evidence_of_each_suspect_is_twice_the_logarithm_of_its_bayes_factor
         if k >= ONSET:
             bank.weigh(step, run.acting[k], level=level)
         before = after
-    told = {(one.suspect.cause, one.suspect.how, one.suspect.share): one for one in bank.evidence()}
+    told = {one.suspect: one for one in bank.evidence()}
     assert len(told) == len(found) >= 12
     nu = np.concatenate([step.innovation for _, step in passed])
     S = np.zeros((nu.size, nu.size))
@@ -387,7 +386,7 @@ def test_the_evidence_of_each_suspect_is_twice_the_logarithm_of_its_bayes_factor
             mean, free, sizes = G[:, 0], G[:, :0], np.zeros(0)
         spread = S + (free * sizes**2) @ free.T
         score = 2.0 * (density(nu - mean, spread) - null)
-        evidence = told[one.cause, one.how, one.share]
+        evidence = told[one]
         assert evidence.score == pytest.approx(score, rel=1e-4, abs=1e-4), one.cause
         assert evidence.onset == run.t[ONSET - 1]
         if sizes.size:

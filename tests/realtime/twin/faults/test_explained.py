@@ -206,7 +206,7 @@ def test_of_a_step_and_a_share_that_cannot_be_told_apart_the_step_is_named() -> 
 
 
 def test_suspects_are_compared_now_and_then_and_those_compared_decide() -> None:
-    a, b = (Evidence(Suspect(name, JUMP, ("x",), (1.0,), "m"), 60.0, 7.0, (1.0,), (0.1,)) for name in "ab")
+    a, b = (Evidence(Suspect(name, JUMP, (name,), (1.0,), "m"), 60.0, 7.0, (1.0,), (0.1,)) for name in "ab")
     asked, judge = list[float](), Judge(10.0)
     for t in np.arange(0.0, 30.0, 0.5).tolist():
         found = judge.named(t, [a, b], lambda some, t=t: (asked.append(t), [b, a])[1])  # type: ignore[func-returns-value]

@@ -138,7 +138,7 @@ def test_a_killed_twin_goes_on_with_the_same_numbers(ship, tmp_path: Path) -> No
     with pytest.raises(StudyError, match="another ship, log or choice"):
         load_state(twin(voyage, free=()), kept)
     kept.write_text("{}")
-    with pytest.raises(StudyError, match=r"twin\.json: .*seatrial-twin/3.*; remove it, or give another folder"):
+    with pytest.raises(StudyError, match=r"twin\.json: .*seatrial-twin/4.*; remove it, or give another folder"):
         load_state(twin(voyage), kept)
 
 
@@ -300,7 +300,7 @@ def test_a_rudder_that_is_quicker_than_its_ship_file_says_follows() -> None:
 
 def test_a_fault_is_named_when_it_is_clear_and_large_enough() -> None:
     def evidence(cause: str, score: float, size: float = 5.0) -> Evidence:
-        return Evidence(Suspect(cause, JUMP, ("x",), (10.0,), "m"), score, 0.0, (size,), (0.1,))
+        return Evidence(Suspect(cause, JUMP, (cause,), (10.0,), "m"), score, 0.0, (size,), (0.1,))
 
     judge = Judge(threshold(10, 5.0, 0.2))
     assert judge.named(0.0, [evidence("a", 60.0), evidence("b", 20.0)]) is None  # maybe an outlier

@@ -153,7 +153,7 @@ def test_rows_have_course_and_speed_as_components_and_no_gaps() -> None:
 
 
 def named(cause: str, score: float, how: str = JUMP, size: tuple[float, ...] = (5.0,), held: float = 0.2) -> Evidence:
-    what = ("delta",) * len(size) if how != JUMP else ("x",)
+    what = ("delta",) * len(size) if how != JUMP else (f"x of {cause}",)
     return Evidence(Suspect(cause, how, what, (10.0,) * len(size), "m"), score, 7.0, size, (0.1,), held)
 
 

@@ -8,12 +8,13 @@ from typing import Annotated
 
 from ....core.records import Limits
 from ....core.values import dataclass, replace
-from ....identify.filters.augmented import ANTENNA
+from ....identify.filters.augmented import ANTENNA, SLOW
 from ....models import unit
 from ..follow import Follower
 from .suspects import (
     CARRIED,
     ELSEWHERE,
+    FORM,
     GROWS,
     IMPULSE,
     JUMP,
@@ -24,7 +25,9 @@ from .suspects import (
     MISREAD,
     OF_SENSOR,
     PACE,
+    PUSHED,
     RAMP,
+    RESISTED,
     REVERSED,
     SCALED,
     SHARE,
@@ -41,7 +44,9 @@ _MARGIN, _PATIENCE, _OUTLIER = 10.0, 20.0, 2.5
 _LOOKS, _LONGER = 2.5, 0.25
 # A clock, which explains much a little, waits longer for the next one to fall behind; so does a share, which a drift
 # begins as [s].
-_WAITS = {PACE: 90.0, SHARE: 35.0}
+_WAITS = {PACE: 90.0, SHARE: 35.0, FORM: 35.0}
+# How one instrument is wrong, or whether it is the thrust or the hull, is worth a longer wait [s].
+_WHICH = 40.0
 # A fault smaller than this share of its usual size is no matter, however certain.
 _MATTERS = 0.1
 # A ramp of its usual size matters within this time [s].
@@ -50,6 +55,8 @@ _RAMP = 60.0
 _ALIKE = 4.0
 # An antenna is elsewhere from so many deviations of its stated place on, and twice as many of the estimate.
 _FAR = 2.5
+# A slow force is none of the usual ones from so many deviations of those, and of the estimate, on.
+_STRONG = 4.0
 
 UNEXPLAINED = "the model does not explain the readings"
 WRONG = "the model is not that of the ship, or the log is wrong"
@@ -200,17 +207,41 @@ class Judge:
             return None
         others = [one for one in evidence if not alike(one.suspect, best.suspect)]
         lead = best.score - others[0].score if others else math.inf
-        if lead < _MARGIN and t - self.crossed < _WAITS.get(best.suspect.how, _PATIENCE):
+        wait = _WAITS.get(best.suspect.how, _PATIENCE)
+        if any(_one_matter(best, one) for one in others if best.score - one.score < _MARGIN):
+            wait = max(wait, _WHICH)
+        if lead < _MARGIN and t - self.crossed < wait:
             return None
         return best, tuple(dict.fromkeys(one.suspect.cause for one in others if best.score - one.score < _ALIKE))
 
 
 def _plainest(evidence: Sequence[Evidence]) -> Evidence:
-    """The best; of a step and a share that cannot be told apart, as at one speed, the step."""
+    """The best; of causes that cannot be told apart the one that is more common.
+
+    That is a step rather than a share, as at one speed, and more resistance rather than a shaft that turns slower than
+    its sensor says or gives less thrust.
+    """
     best = evidence[0]
-    steps = [one for one in evidence if one.suspect.how == JUMP and one.suspect.what == best.suspect.what
-             and best.score - one.score < _ALIKE]  # fmt: skip
-    return steps[0] if steps and best.suspect.how == SHARE else best
+    near = [one for one in evidence if best.score - one.score < _ALIKE]
+    if best.suspect.how == SHARE:
+        near = [one for one in near if one.suspect.how == JUMP and one.suspect.what == best.suspect.what]
+    elif of_shaft(best.suspect):
+        near = [one for one in near if one.suspect.cause == RESISTED and one.size[0] < 0.0]
+    else:
+        return best
+    return near[0] if near else best
+
+
+def of_shaft(one: Suspect) -> bool:
+    """Whether a suspect is a shaft: its sensor, or its thrust."""
+    return one.how == LOST or (one.how == SCALED and unit(one.what[0]) != "rad")
+
+
+def _one_matter(a: Evidence, b: Evidence) -> bool:
+    """Whether two causes are of one instrument, or of too little thrust and of the hull that it drives."""
+    hull = [one.suspect.how == FORM or one.suspect.cause == RESISTED for one in (a, b)]
+    weak = any(of_shaft(one.suspect) and one.size[0] > 0.0 for one in (a, b))
+    return (a.suspect.how in OF_SENSOR and a.suspect.what == b.suspect.what) or all(hull) or (any(hull) and weak)
 
 
 def possible(one: Evidence) -> bool:
@@ -239,19 +270,22 @@ def alarm_of(best: Evidence, t: float, rivals: tuple[str, ...], frozen: bool, ra
     size = () if one.fixed else best.size
     held = best.held + (best.size[1] if one.how == STUCK else 0.0)
     what = tuple(dict.fromkeys(one.what))
-    if one.how == LOST or (one.how == SCALED and unit(one.what[0]) != "rad" and best.size[0] > 0.0):
+    if of_shaft(one) and best.size[0] > 0.0:
         rivals = (*rivals, DEEPER)
     return Alarm(one.cause, one.how, what, best.onset, t, size, one.unit, best.score, rivals, held=held, rate=rate)
 
 
-def elsewhere(follower: Follower | None) -> Alarm | None:
-    """The alarm for an antenna that has come out far from its stated place, little by little; None where it has not."""
-    if follower is None or not follower.machine.settings.placed:
-        return None
-    start = follower.machine.settings.start
-    found = [(*follower.value(name), start[name]) for name in ANTENNA if name in start]
-    if not any(abs(value) > _FAR * usual and abs(value) > 2.0 * _FAR * sd for value, sd, usual in found):
-        return None
-    size = tuple(value for value, _, _ in found)
-    t = follower.t
-    return Alarm(ELSEWHERE, LEVER, ANTENNA, t, t, size, "m forward, starboard", over=t)
+def strayed(follower: Follower | None) -> tuple[Alarm, ...]:
+    """Alarms for what has come out far from what it was taken to be, little by little, so that no row surprised."""
+    if follower is None:
+        return ()
+    settings = follower.machine.settings
+    placed = ((ELSEWHERE, LEVER, ANTENNA, _FAR, 2.0 * _FAR, "m forward, starboard"),) if settings.placed else ()
+    forces = ((RESISTED, IMPULSE, SLOW[:1], _STRONG, _STRONG, "m/s^2"),
+              (PUSHED, IMPULSE, SLOW[1:], _STRONG, _STRONG, ""))  # fmt: skip
+    found, t = list[Alarm](), follower.t
+    for cause, how, names, far, sure, of in (*placed, *forces):
+        some = [(*follower.value(name), settings.start[name]) for name in names if name in settings.start]
+        if any(abs(value) > max(far * usual, sure * sd) for value, sd, usual in some):
+            found.append(Alarm(cause, how, names, t, t, tuple(value for value, _, _ in some), of, over=t))
+    return tuple(found)

@@ -12,28 +12,32 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 from functools import cached_property
 
 import numpy as np
 
+from ....core.parameters import values
 from ....core.values import dataclass, field, replace
 from ....data import Array
-from ..follow import Follower, Step, without
+from ..follow import Follower, Machine, Step, made, without
 from .acting import Override
-from .alarms import alarm_of
+from .alarms import WRONG, alarm_of
 from .cases import Kept, acted, override_of
 from .suspects import (
     CARRIED,
+    FORM,
     GROWS,
     IMPULSE,
     JUMP,
     LATE,
+    LAZY,
     LEVER,
     OF_CONTROL,
     PACE,
     RAMP,
+    RESISTED,
     SHARE,
     STUCK,
     Evidence,
@@ -52,6 +56,12 @@ _APART = 0.95
 _BEFORE = 2.0
 # By what share of its usual size a size is varied; so many steps, until one gains less than so much.
 _STEP, _STEPS, _SETTLED = 0.05, 4, 1.0
+# By what share each force of the hull may be another, one standard deviation: in shallow water some are twice as large.
+_OTHER = 0.4
+# Where forces of the hull are among the parameters, and those of resistance.
+_HULL, _RESISTANCE = ("hull", "damping"), ("R_0", "X_0", "X_0F", "X_u", "X_uu", "X_uuu")
+# A control that is slow may be so by these factors more or less than its suspect.
+_ABOUT = (0.5**0.5, 2.0**0.5)
 
 
 def likeliest(evidence: Sequence[Evidence]) -> list[Evidence]:
@@ -73,6 +83,7 @@ class Window:
         masked: channels that are not believed.
         overrides: controls that are at fault already.
         level: by how much innovations are larger than stated, squared.
+        other: gives the ship with the forces of its hull as states; None where they are not known by name.
     """
 
     rows: Sequence[Kept]
@@ -80,6 +91,7 @@ class Window:
     masked: Collection[int] = ()
     overrides: Mapping[str, Override] = field(default_factory=dict[str, Override])
     level: float = 1.0
+    other: Callable[[], Machine | None] = lambda: None
 
     @cached_property
     def taken(self) -> list[Kept]:
@@ -105,13 +117,17 @@ class Window:
         # the readings of one instrument went wrong at one time, however it was
         what, onset = some[0].suspect.what, some[0].onset
         some += [replace(one, onset=onset) for one in some if one.suspect.what == what and one.onset != onset]
+        some += [replace(one, suspect=replace(one.suspect, share=factor * one.suspect.share))
+                 for one in some if one.suspect.how == LAZY for factor in _ABOUT]  # fmt: skip
+        hull = _of_hull(self.other())
+        some += [Evidence(one, -math.inf, onset, (), ()) for one in hull]
         # what a late reading shows is from before its onset
         begun = min(one.onset - (_BEFORE * one.suspect.share if one.suspect.how == LATE else 0.0) for one in some)
         start = next((one for one in reversed(self.starts) if one.t <= begun + 1e-9), self.starts[0])
         best: dict[Suspect, Evidence] = {}
         for one in (self._tried(start, one) for one in some):
             best[one.suspect] = max(one, best.get(one.suspect, one), key=lambda found: found.score)
-        found = sorted(best.values(), key=lambda one: -one.score)
+        found = _one_resistance(best, evidence)
         shift = evidence[0].score - found[0].score
         return [replace(one, score=one.score + shift) for one in found]
 
@@ -148,6 +164,8 @@ class Window:
 
     def _off(self, start: Follower, one: Evidence, size: Array) -> tuple[Array, float]:
         """Whitened innovations of all rows under a fault of this size, and the logarithm of their spreads."""
+        if one.suspect.how == FORM and (other := self.other()) is not None:
+            start = widened(start, other)
         run = _Run(start, replace(one, size=tuple(size.tolist())), dict(self.overrides))
         whitened, dense = dict[int, Array](), 0.0
         for number, row in run.events([row for row in self.taken if row.t > start.t + 1e-9]):
@@ -158,6 +176,48 @@ class Window:
                 whitened[number] = np.asarray(off, dtype=np.float64)
                 dense += 2.0 * float(np.log(np.diagonal(root)).sum())
         return np.concatenate([whitened[k] for k in sorted(whitened)]) if whitened else np.zeros(0), dense
+
+
+def _of_hull(other: Machine | None) -> list[Suspect]:
+    """Suspects of the forces of the hull: all of them, and those of resistance alone."""
+    if other is None:
+        return []
+    forces = tuple(name for name in other.names if name.partition(".")[0] in _HULL)
+    resist = tuple(name for name in forces if name.partition(".")[2] in _RESISTANCE)
+    return [Suspect(WRONG, FORM, forces, (), "1"), *([Suspect(RESISTED, FORM, resist, (), "1")] if resist else [])]
+
+
+def _one_resistance(best: dict[Suspect, Evidence], evidence: Sequence[Evidence]) -> list[Evidence]:
+    """The best first; a resistance is a force, or a share of the ship's own, whichever explains better."""
+    by_share = next((one for suspect, one in best.items() if (suspect.cause, suspect.how) == (RESISTED, FORM)), None)
+    by_force = next((one for one in evidence if (one.suspect.cause, one.suspect.how) == (RESISTED, IMPULSE)), None)
+    found = [one for one in best.values() if one is not by_share]
+    if by_share is not None and by_force is not None:
+        known = best.get(by_force.suspect, by_share)
+        found = [one for one in found if one.suspect != by_force.suspect]
+        found.append(replace(by_force, score=max(by_share.score, known.score), onset=by_share.onset))
+    return sorted(found, key=lambda one: -one.score)
+
+
+def another(machine: Machine) -> Machine | None:
+    """The machine with the forces of the hull as further states; None where the model has none by name."""
+    known = {path: abs(float(value)) for path, value in values(machine.ship.model).items()
+             if path.partition(".")[0] in _HULL and isinstance(value, float) and value
+             and path not in machine.names}  # fmt: skip
+    settings = machine.settings
+    more = {path: _OTHER * size for path, size in known.items()}
+    return made(machine.ship, replace(settings, start={**settings.start, **more})) if known else None
+
+
+def widened(follower: Follower, other: Machine) -> Follower:
+    """The estimate with the forces of the hull beside it, as the ship file has them and certain so far."""
+    known, n = values(other.ship.model), len(other.names)
+    there = {name: k for k, name in enumerate(follower.machine.names)}
+    mean = np.array([follower.mean[there[name]] if name in there else float(known[name]) for name in other.names])
+    kept = [k for k, name in enumerate(other.names) if name in there]
+    some, cov = [there[other.names[k]] for k in kept], np.zeros((n, n))
+    cov[np.ix_(kept, kept)] = follower.cov[np.ix_(some, some)]
+    return replace(follower, machine=other, mean=mean, cov=cov)
 
 
 def _squares(off: Array) -> float:
@@ -228,6 +288,9 @@ class _Run:
         self.overrides = {name: copy(value) for name, value in self.overrides.items()}
         if one.how in (IMPULSE, LEVER):
             self.follower = self.follower.opened(one.what, np.array(one.size))
+        elif one.how == FORM:
+            start = self.follower.machine.settings.start
+            self.follower = self.follower.opened(one.what, np.array([start[name] for name in one.what]))
         elif one.how in OF_CONTROL and self.overrides.pop(one.what[0], None) is None:
             alarm = alarm_of(self.fault, self.fault.onset, (), False, pace(ship, one))
             self.overrides[one.what[0]] = override_of(alarm)

@@ -20,6 +20,8 @@ _NEAR = math.radians(1.0)
 _JAMMED, _SLOW, _FOLLOWS = 0.05, 0.5, 0.7
 # An order that has not moved for so long stands still [s].
 _STILL = 3.0
+# A gear that has moved this much in one way [rad] has shown its rate; so often, and it is known.
+_SHOWN, _OFTEN = math.radians(4.0), 3
 JAMMED, SLOW, FOLLOWS = "jammed", "slow", "follows"
 
 
@@ -76,7 +78,7 @@ class Steering:
 
     Attributes:
         control: the control; its order is ``<control>_cmd``.
-        rate: how fast it can move [rad/s].
+        rate: how fast it can move [rad/s], by the ship file or as it has shown `_OFTEN` times.
         lag: time constant and dead time of its servo together [s].
 
     What its sensor is off by is found where neither order nor angle moves, and where the angle jumps.
@@ -90,6 +92,8 @@ class Steering:
     _orders: deque[tuple[float, float]] = field(default_factory=deque[tuple[float, float]])
     _last: tuple[float, float] | None = None
     _beside: float = 0.0
+    _turn: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    _paces: list[float] = field(default_factory=list[float])
 
     @staticmethod
     def of(ship: Ship, control: str) -> Steering:
@@ -121,6 +125,7 @@ class Steering:
                 # no rudder does that, its sensor does, or another wheel; one that goes to its order may only be quicker
                 self._beside, wanted = self._beside + angle - before, wanted + angle - before
                 before = angle
+            self._learn(t - then, angle - before, wanted - before)
             if abs(wanted - before) > _NEAR:
                 called = math.copysign(min(reach, abs(wanted - before) * (t - then) / max(self.lag, t - then)),
                                        wanted - before)  # fmt: skip
@@ -132,6 +137,17 @@ class Steering:
         self._last = t, angle
         while len(self._orders) > 1 and self._orders[1][0] < t - self.lag - 1.0:
             self._orders.popleft()
+
+    def _learn(self, span: float, moved: float, left: float) -> None:
+        """Note how fast it goes in one way while its order is far off: a file may have the rate that rules ask."""
+        forward = moved * left > 0.0 and abs(left) > abs(moved) + _NEAR
+        if forward and moved * self._turn[1] >= 0.0:
+            self._turn = [self._turn[0] + span, self._turn[1] + moved]
+            return
+        if abs(self._turn[1]) > _SHOWN:
+            self._paces = sorted([*self._paces, abs(self._turn[1]) / self._turn[0]])[-_OFTEN:]
+            self.rate = max(self.rate, self._paces[0]) if len(self._paces) == _OFTEN else self.rate
+        self._turn = [span, moved] if forward else [0.0, 0.0]
 
     def _uncalled(self, t: float, moved: float) -> bool:
         """Whether the angle moves while its order stands still."""

@@ -24,7 +24,7 @@ from ....identify.nuisance import CURRENT
 from ....models import unit
 from ....ships import Ship
 from ..follow import GATE, Follower, Machine, Step, inverse_of, lever
-from ..settings import HEADING, POSITION, SPEED, TURN, VELOCITY
+from ..settings import ANYWHERE, HEADING, POSITION, SPEED, TURN, VELOCITY
 
 # No more onsets than this are kept, the older the further apart.
 _SLOTS = 30
@@ -33,7 +33,7 @@ _MOST = 50.0
 # How far from its last angle a jammed control may stand, one standard deviation [rad]: the log is late.
 _BESIDE = math.radians(1.0)
 # A slow rudder moves at one of these shares of its rate.
-_SLOW = (0.4, 0.15)
+_SLOW = (0.5, 0.25, 0.12)
 # By how much the sensor of a control jumps, one standard deviation: an angle [rad], or a share of what it shows.
 _ANGLE, _SHARE = math.radians(3.0), 0.1
 
@@ -49,11 +49,15 @@ _COMES = 2.0
 JUMP, RAMP, IMPULSE = "jump", "ramp", "impulse"
 LATE, SHARE, GROWS, CARRIED, LEVER, PACE = "late", "share", "grows", "carried", "lever", "pace"
 STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED = "stuck", "lazy", "lost", "reversed", "misread", "scaled"
+FORM = "form"
 """How a fault acts: on a reading as a step, a ramp, as one that is late or off by a share; on a state at once, or as it
 grows; on the water, which takes the ship along as it grows; on the place of the antenna; on the time between rows; on a
-control (holds, lags, has no effect, has the opposite one, is logged off by a constant or by a share)."""
+control (holds, lags, has no effect, has the opposite one, is logged off by a constant or by a share); on the forces of
+the hull, each by itself, which no signature shows and the filter that runs again does."""
 ELSEWHERE = "antenna elsewhere than stated"
 """The cause of an antenna that is not where the ship's file has it."""
+PUSHED, RESISTED = "wind or another force changed", "resistance or wind changed"
+"""Causes of forces that no signal tells: beside and about the ship, and along it."""
 OF_SENSOR = frozenset({JUMP, RAMP, LATE, SHARE})
 """Kinds that are a fault of what measures."""
 OF_CONTROL = frozenset({STUCK, LAZY, LOST, REVERSED, MISREAD, SCALED})
@@ -83,7 +87,7 @@ class Suspect:
     @property
     def fixed(self) -> bool:
         """Whether its size is known, 1."""
-        return self.how in (STUCK, LAZY, REVERSED)
+        return self.how in (STUCK, LAZY, REVERSED, FORM)
 
 
 @dataclass(frozen=True)
@@ -122,9 +126,10 @@ def _of_sensors(machine: Machine) -> list[Suspect]:
                 TURN: 10.0 * sensor.sd + 0.05 / T, SPEED: 0.2 * U, VELOCITY: 0.2 * U}[name]  # fmt: skip
         units = {POSITION: "m", HEADING: "rad", TURN: "rad/s", SPEED: "m/s", VELOCITY: "m/s"}[name]
         ramp = {POSITION: 0.1 * U, HEADING: jump / 60.0}.get(name, jump / 120.0)
+        slower = (0.1 * ramp,) if name == POSITION else ()  # a receiver that loses its aid, and one that is spoofed
         found += [
             Suspect(f"{name} jumped", JUMP, channels, (jump,) * count, units),
-            Suspect(f"{name} drifts", RAMP, channels, (ramp,) * count, f"{units}/s"),
+            *(Suspect(f"{name} drifts", RAMP, channels, (one,) * count, f"{units}/s") for one in (ramp, *slower)),
             *(Suspect(f"{name} late", LATE, channels, (lag,), "s", lag)
               for lag in (min(share * T, most) for share, most in _LATE)),
         ]
@@ -137,16 +142,16 @@ def _of_states(machine: Machine) -> list[Suspect]:
     settings, ship, there, found = machine.settings, machine.ship, machine.names, list[Suspect]()
     U, T = max(ship.speed, 1e-3), ship.L_pp / max(ship.speed, 1e-3)
     if settings.placed and all(name in there for name in ANTENNA):
-        found.append(Suspect(ELSEWHERE, LEVER, ANTENNA, (0.1 * ship.L_pp,) * 2,
-                             "m forward, starboard"))  # fmt: skip
+        ahead, aside = (share * ship.L_pp for share in ANYWHERE)
+        found.append(Suspect(ELSEWHERE, LEVER, ANTENNA, (ahead, aside), "m forward, starboard"))
     if CURRENT[0] in there:
         found += _both("current changed", CURRENT, (0.1 * U,) * 2, "m/s", T)
         found.append(Suspect("current changed", CARRIED, CURRENT, (0.1 * U / (_COMES * T),) * 2, "m/s a second"))
     forces = {name: 10.0 * settings.start[name] for name in SLOW if name in there}
     if len(forces) == len(SLOW):
         aside = tuple(forces[name] for name in SLOW[1:])
-        found += _both("wind or another force changed", SLOW[1:], aside, "", T)
-        found += _both("resistance or wind changed", SLOW[:1], (forces[SLOW[0]],), "m/s^2", T)
+        found += _both(PUSHED, SLOW[1:], aside, "", T)
+        found += _both(RESISTED, SLOW[:1], (forces[SLOW[0]],), "m/s^2", T)
     return found + [Suspect(f"{path} changed", IMPULSE, (path,), (2.0 * settings.start[path],), "")
                     for path in settings.free]  # fmt: skip
 
