@@ -331,3 +331,13 @@ def test_a_pulse_is_that_of_no_thrust_only_near_the_middle(resting: float, zero:
     _, share, (doubt,) = _scaled(signal("throttle_1", values), "throttle")
     assert f"pulses of {zero:g} us for no thrust" in doubt
     assert np.sign(share[0]) == np.sign(resting - zero)
+
+
+def test_two_temperatures_are_no_position(tmp_path: Path) -> None:
+    true = truth(dt=2.0)
+    warm = [[f"{23.0 + k + 0.1 * np.sin(0.05 * t + 2.0 * k):.6f}" for t in true.t] for k in (0, 1)]
+    cells = {"Time [s]": list(true.t), "Qwa": warm[0], "Qwb": warm[1],
+             "Heading": list(np.degrees(true["psi"] * 3.0) % 360.0)}  # fmt: skip
+    found = guess(table(tmp_path / "a.csv", cells))
+    assert 'latitude = "Qw' not in found.text
+    assert any("no position is read, and 'Qwa', 'Qwb' look like one" in one for one in found.doubts)

@@ -217,7 +217,10 @@ def pointed(t: Array, found: Mapping[str, Signal], columns: Sequence[Column]) ->
 
 
 def somewhere(found: Mapping[str, Signal], columns: Sequence[Column]) -> dict[str, Signal]:
-    """The quantities of a log; where it has no position, the only two columns of no known name like one are it."""
+    """The quantities of a log; where it has no position, the only two columns of no known name like one are it.
+
+    Two temperatures are as smooth: a heading or a course has to lie about where they go, in either order.
+    """
     if any(set(two) & set(found) for two in _PAIRS[:3]):
         return dict(found)
     used = {one.column.head for one in found.values()}
@@ -226,10 +229,24 @@ def somewhere(found: Mapping[str, Signal], columns: Sequence[Column]) -> dict[st
     pair = [one for one in some if like_degrees(Signal("", one, one.values))]
     if len(pair) != 2:
         return dict(found)
+    if not any(_leads(a.values, b.values, found) for a, b in (pair, pair[::-1])):
+        return dict(found)
     letters = [{letter[:1] for letter in one.letters} for one in pair]
     turned = bool(letters[0] & {"E", "W"}) or float(np.nanmax(np.abs(pair[0].values))) > 90.0
     roles = ("longitude", "latitude") if turned else ("latitude", "longitude")
     return {**found, **{role: Signal(role, one, one.values) for role, one in zip(roles, pair, strict=True)}}
+
+
+def _leads(latitude: Array, longitude: Array, found: Mapping[str, Signal]) -> bool:
+    """Whether a track in degrees goes about where a heading or a course points."""
+    far = max(latitude.size // 100, 1)
+    narrow = np.cos(np.radians(np.nanmean(latitude)))
+    went = latitude[2 * far :] - latitude[: -2 * far] + 1j * narrow * (longitude[2 * far :] - longitude[: -2 * far])
+    moving = np.abs(went) > 0.3 * np.nanmax(np.abs(went), initial=0.0)
+    said = [found[role] for role in ("heading", "yaw", "cog") if role in found and found[role].values.size > 2 * far]
+    turns = [np.exp(-1j * one.values[far:-far] * size) for one in said for size in (np.pi / 180.0, 1.0)
+             if one.unit != "rad" or size == 1.0]  # fmt: skip
+    return any(float(np.nanmedian(np.abs(np.angle(went * one))[moving])) < _NEAR for one in turns if moving.any())
 
 
 _STEADY, _VARIED = 0.3, 60.0
