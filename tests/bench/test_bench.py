@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import seatrial.bench as room
-from seatrial.bench import PEERS, Peer, Row, fossen, turn
+from seatrial.bench import PEERS, Peer, Row, fossen, shipmmg, turn
 from seatrial.bench.timing import best, control_loop, machine
 from seatrial.cli.app import main
 from seatrial.workflow.installation import bench as bench_workflow
@@ -135,3 +135,17 @@ def test_the_tanker_of_fossen_is_called_as_it_is(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setitem(sys.modules, fossen.MODULE, module)
     assert fossen.theirs() > 0.0
     assert seen == [(fossen.DEEP, fossen.RPM)]
+
+
+def test_others_sail_the_turn_that_we_sail(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same ship from its speed on, the same rudder and revolutions over the same time."""
+    kept = dict.fromkeys(("Mmg3DofBasicParams", "Mmg3DofManeuveringParams"), dict)
+    peer = types.SimpleNamespace(**kept, simulate_mmg_3dof=lambda *given, **more: (*given, more))
+    monkeypatch.setattr(shipmmg, "import_module", lambda name: peer)
+    basic, _, t, delta, n_P, more = shipmmg.their_turn(max_step=0.1)
+    ship = turn.ship()
+    assert (t[0], t[-1]) == (0.0, turn.DURATION)
+    assert np.ptp(np.diff(t)) < 1e-9
+    assert (set(delta), set(n_P)) == ({turn.DELTA}, {turn.N_P})
+    assert (more["u0"], more["max_step"]) == (ship.speed, 0.1)
+    assert (basic["L_pp"], basic["m_x"], basic["m_y"]) == (ship.L_pp, ship.model.body.m_x, ship.model.body.m_y)

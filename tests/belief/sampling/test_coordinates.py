@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -86,3 +89,18 @@ def test_a_bent_ridge_is_walked_in_its_coordinates(turned: bool) -> None:
     spread = float(np.sqrt((weight * (f - mean) ** 2).sum() / weight.sum()))
     assert found[..., 0].mean() == pytest.approx(mean, abs=4.0 * spread / np.sqrt(effective(found)[0]) + 0.01)
     assert found[..., 0].std() == pytest.approx(spread, rel=0.12)
+
+
+def test_each_group_of_chains_begins_with_the_covariance_that_its_own_values_turn() -> None:
+    """A logarithm divides the spread of a factor by the factor; two groups stand at different ones."""
+    there = Coordinates.of(("hull.N_r", "rudder.f_alpha"), np.array([[-0.05, 2.0]]))
+    taken: list[tuple[Array, Array]] = []
+    walker: Any = SimpleNamespace(groups=np.array([0, 1, 0]), begun=lambda values, root: taken.append((values, root)))
+    values = np.array([[-0.05, 2.0], [-0.06, 8.0], [-0.05, 2.0]])
+    covariances = np.array([[[0.04, 0.01], [0.01, 0.25]], [[0.09, -0.02], [-0.02, 0.16]]])
+    TurnedWalk(walker, there).begun(values, np.linalg.cholesky(covariances))
+    [(coordinates_of, root)] = taken
+    assert coordinates_of == pytest.approx(np.column_stack([values[:, 0], np.log(values[:, 1])]))
+    for k, factor in enumerate((2.0, 8.0)):
+        size = np.diag([1.0, 1.0 / factor])
+        assert root[k] @ root[k].T == pytest.approx(size @ covariances[k] @ size)
