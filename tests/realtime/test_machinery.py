@@ -254,6 +254,8 @@ def test_a_system_of_the_platform_is_the_same_as_its_tables(folder: Path) -> Non
     (wire(("keeper.rate", "vessel.body_velocity.yaw")), wire(("keeper.a", "vessel.b"), "VariableGroup"),
      "connects the groups keeper.a and vessel.b; name their variables"),
     ("<?xml version=\"1.0\" encoding=\"utf-8\"?>", "<!DOCTYPE a>", "declares entities of its own"),
+    ('encoding="utf-8"', 'encoding="utf0x10"', "no whole XML file .unknown encoding"),
+    ('encoding="utf-8"', 'encoding="shift_jis"', "no whole XML file .multi-byte encodings"),
     ("OspSystemStructure", "System", "its root is System; it must be OspSystemStructure"),
     ("</OspSystemStructure>", "", "no whole XML file"),
     ("</OspSystemStructure>", "<Functions><Sum name=\"s\"/></Functions></OspSystemStructure>", "has Functions"),

@@ -200,6 +200,7 @@ def test_ardupilot_damaged(tmp_path: Path) -> None:
     (signalk, '{"name": "a server", "version": "2.0"}\n' * 3),
     (signalk, '{"updates": [{"timestamp": "2026-11-26T12:00:00Z", "values": [{"path": "a"}]}]}\n' * 3),
     (moos, "1 2\n" * 5), (moos, "%% LOGSTART 1\n%% LOGSTART 2\n0 NAV_X a 1\n1 NAV_X a 1\n"),
+    (gpx, '<?xml version="1.0" encoding="utf0x10"?><gpx/>'), (gpx, '<?xml version="1.0" encoding="utf-7"?><gpx/>'),
     (gpx, "<gpx><trk>"), (gpx, "<gpx>" + "<a>" * 50000), (dataflash, "FMT, 128, 89, FMT, B, A\nATT, 1\n"),
 ])  # fmt: skip
 def test_damaged_logs_are_refused_in_one_line(module: object, content: str, tmp_path: Path) -> None:

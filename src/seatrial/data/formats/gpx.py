@@ -38,7 +38,7 @@ def read(source: Path, mapping: Aboard | None = None) -> Trial:
             if _tag(one) == "trkpt":
                 _point(heard, one)
                 one.clear()
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # the latter of its encoding
         raise DataError(f"{source}: no whole GPX file ({error})") from None
     return trial_by(source, heard, "a GPX track", mapping)
 

@@ -67,7 +67,7 @@ def _root(path: Path) -> ElementTree.Element:
         root = ElementTree.fromstring(raw)
     except OSError as error:
         raise RequestError(f"{path}: cannot be read: {error.strerror}") from None
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # the latter of its encoding
         raise RequestError(f"{path}: no whole XML file ({error})") from None
     if _tag(root) != "OspSystemStructure":
         raise RequestError(f"{path}: its root is {_tag(root)}; it must be OspSystemStructure")
