@@ -120,6 +120,23 @@ def test_a_rate_that_only_a_current_tells_apart_is_none() -> None:
     assert pivot([Trial("a", t, table)], L) is None
 
 
+def test_the_currents_of_all_trials_are_those_of_one_fit() -> None:
+    """Brute force: least squares with two columns of a current a trial beside the turn and the compass."""
+    trials = [swinging(0.1, course=c, water=(0.1 * k, 0.2 - 0.1 * k), name=str(k))
+              for k, c in enumerate((0.4, 1.9, 3.0))]  # fmt: skip
+    rows, sway = [], []
+    for k, trial in enumerate(trials):
+        u, psi, r = (trial[name] for name in ("u", "psi", "r"))
+        own = np.zeros((len(trial), 6))
+        own[:, 2 * k], own[:, 2 * k + 1] = -np.sin(psi), np.cos(psi)
+        rows.append(np.column_stack([-r, -u, own]))
+        sway.append(trial["v_m"])
+    whole = np.linalg.lstsq(np.concatenate(rows), np.concatenate(sway), rcond=None)[0]
+    found = pivot(trials, L)
+    assert found is not None
+    assert found.ahead == pytest.approx(whole[0], rel=1e-9)
+
+
 def test_slow_rows_and_rows_astern_do_not_count() -> None:
     trial = swinging(0.0)
     slow = trial.t > 600.0

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...core.ranks import quantile
 from ...core.values import dataclass
-from .. import Trial
+from .. import Array, Trial
 from ..prepare import Remedy
 from .relations import has, length_of
 from .sensors import Fault
@@ -71,7 +71,7 @@ def pivot(trials: Sequence[Trial], length: float) -> Pivot | None:
         trials: of one ship, speeds over ground.
         length: of the ship [m].
     """
-    turned, water, sways, stretches = [], [], [], []
+    turned, left, stretches = [], [], []
     for trial in map(with_rate, trials):
         if not has(trial, "u", "v_m", "psi", "r") or not _steered(trial):
             continue
@@ -82,21 +82,21 @@ def pivot(trials: Sequence[Trial], length: float) -> Pivot | None:
             continue
         sailed = np.cumsum(np.where(good, u, 0.0)) * trial.dt / (_STRETCH * length)
         turned.append(np.column_stack([-r, -u])[good])
-        water.append(np.column_stack([-np.sin(psi), np.cos(psi)])[good])
-        sways.append(v[good])
-        stretches.append(1000 * len(sways) + np.floor(sailed[good]))
-    if not sways:
+        # its current explains first what it can: columns of all trials' currents would grow with their square
+        water = np.linalg.qr(np.column_stack([-np.sin(psi), np.cos(psi)])[good])[0]
+        both = np.column_stack([turned[-1], v[good]])
+        left.append(both - water @ (water.T @ both))
+        stretches.append(1000 * len(left) + np.floor(sailed[good]))
+    if not left:
         return None
-    rows = np.cumsum([0, *map(len, sways)])
-    columns = np.zeros((int(rows[-1]), 2 + 2 * len(sways)))
-    columns[:, :2] = np.concatenate(turned)
-    for k, one in enumerate(water):
-        columns[rows[k] : rows[k + 1], 2 + 2 * k : 4 + 2 * k] = one
     stretch = np.concatenate(stretches)
     if len(np.unique(stretch)) < _FEWEST:
         return None
-    found = Least.of(columns, np.concatenate(sways), stretch)
-    if found.apart(1) < _APART:
+    columns, rest = np.concatenate(turned), np.concatenate(left)
+    length: Array = np.linalg.norm(columns, axis=0)
+    found = Least.of(rest[:, :2], rest[:, 2], stretch, length)
+    share = np.linalg.norm(rest[:, 0]) / max(length[0], 1e-300)  # that the currents leave of the turn
+    if min(found.apart(1), share**2) < _APART:
         return None
     x, covariance = found.first(1)
     return Pivot(float(x[0]), math.sqrt(float(covariance[0, 0])), -float(np.mean(columns[:, 1])))

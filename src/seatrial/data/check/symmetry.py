@@ -140,9 +140,13 @@ class Least:
     stretch: Array
 
     @classmethod
-    def of(cls, columns: Array, y: Array, stretch: Array) -> Least:
-        """The factors of the columns, shape (rows, columns), that leave least of y."""
-        length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    def of(cls, columns: Array, y: Array, stretch: Array, length: Array | None = None) -> Least:
+        """The factors of the columns, shape (rows, columns), that leave least of y.
+
+        Args:
+            length: of the columns before others, which are not among them, explained what they could of these and y.
+        """
+        length = np.maximum(np.linalg.norm(columns, axis=0) if length is None else length, 1e-300)
         A = columns / length
         back, x = _solved(A, y)
         return cls(back, length, x, y - A @ x, stretch)
