@@ -274,3 +274,15 @@ def test_the_line_protocol_of_influx_is_named(tmp_path: Path) -> None:
     assert "InfluxDB" in known.name
     file.write_text("".join(f"time={k} lat=59.43\n" for k in range(30)))
     assert recognise(file) is None or "InfluxDB" not in recognise(file).name  # type: ignore[union-attr]
+
+
+def test_of_two_headings_alike_that_of_the_place_is_taken(tmp_path: Path) -> None:
+    lines = [f"%% LOGSTART {START}"]
+    for k in range(40):
+        lines += [f"{k} NAV_X pNav {2.0 * k}", f"{k} NAV_Y pNav {3.0 * k}", f"{k} NAV_HEADING iComp {34.0 + 0.1 * k}",
+                  f"{k} NAV_HEADING pNav {30.0 + 0.1 * k}"]  # fmt: skip
+    file = tmp_path / "a.alog"
+    file.write_text("\n".join(lines))
+    trial = moos.read(file)
+    assert trial["psi"] == pytest.approx((30.0 + 0.1 * np.arange(40)) * DEGREE)
+    assert "iComp left aside, differs by +4 deg" in trial.meta["sources"]["heading"]

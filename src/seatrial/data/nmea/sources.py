@@ -145,7 +145,9 @@ def _leading(
         enough = [s for s in enough if s[:-3] == place] or [s for s in enough if size[s] >= 0.7 * often]
     fine = {source: len(np.unique(np.round(next(iter(having[source].values()))[1], 9))) for source in enough}
     coarse = {source: _COARSE * fine[source] < max(fine.values()) for source in enough}
-    return min(enough, key=lambda source: (rank(group, source), coarse[source], -size[source], source))
+    # of what is alike, that of the place: a program that estimates both has looked at the other one
+    placing = {one.source for one in before if one.group in ("position", "track")}
+    return min(enough, key=lambda one: (rank(group, one), coarse[one], -size[one], one not in placing, one))
 
 
 def _beside(kept: Mapping[str, Series], other: Mapping[str, Series], same: bool) -> tuple[dict[str, Series], str]:
