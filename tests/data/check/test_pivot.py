@@ -10,7 +10,8 @@ import pytest
 
 from seatrial.data import Trial
 from seatrial.data.check import check_folder
-from seatrial.data.check.pivot import PIVOTS, Pivot, pivot, pivot_faults
+from seatrial.data.check.pivot import _STRETCH, PIVOTS, Pivot, pivot, pivot_faults
+from seatrial.data.check.symmetry import Least
 
 L, MID = 60.0, 0.42
 LOW, HIGH = PIVOTS
@@ -124,17 +125,24 @@ def test_the_currents_of_all_trials_are_those_of_one_fit() -> None:
     """Brute force: least squares with two columns of a current a trial beside the turn and the compass."""
     trials = [swinging(0.1, course=c, water=(0.1 * k, 0.2 - 0.1 * k), name=str(k))
               for k, c in enumerate((0.4, 1.9, 3.0))]  # fmt: skip
-    rows, sway = [], []
+    rows, sway, stretch = [], [], []
     for k, trial in enumerate(trials):
         u, psi, r = (trial[name] for name in ("u", "psi", "r"))
         own = np.zeros((len(trial), 6))
         own[:, 2 * k], own[:, 2 * k + 1] = -np.sin(psi), np.cos(psi)
         rows.append(np.column_stack([-r, -u, own]))
         sway.append(trial["v_m"])
-    whole = np.linalg.lstsq(np.concatenate(rows), np.concatenate(sway), rcond=None)[0]
-    found = pivot(trials, L)
+        stretch.append(1000 * (k + 1) + np.floor(np.cumsum(u) * trial.dt / (_STRETCH * L)))
+    columns, y, part = np.concatenate(rows), np.concatenate(sway), np.concatenate(stretch)
+    whole, found = Least.of(columns, y, part), pivot(trials, L)
     assert found is not None
-    assert found.ahead == pytest.approx(whole[0], rel=1e-9)
+    assert found.ahead == pytest.approx(np.linalg.lstsq(columns, y, rcond=None)[0][0], rel=1e-9)
+    assert found.error == pytest.approx(math.sqrt(whole.first(1)[1][0, 0]), rel=1e-6)
+    others = np.linalg.qr(columns[:, 2:])[0]
+    rest, left = columns[:, :2] - others @ (others.T @ columns[:, :2]), y - others @ (others.T @ y)
+    few = Least.of(rest, left, part, np.linalg.norm(columns[:, :2], axis=0))
+    assert few.apart(1) == pytest.approx(whole.apart(1), rel=1e-6)
+    assert few.first(1)[1] == pytest.approx(whole.first(1)[1], rel=1e-6)
 
 
 def test_slow_rows_and_rows_astern_do_not_count() -> None:

@@ -93,9 +93,9 @@ def pivot(trials: Sequence[Trial], length: float) -> Pivot | None:
     if len(np.unique(stretch)) < _FEWEST:
         return None
     columns, rest = np.concatenate(turned), np.concatenate(left)
-    length: Array = np.linalg.norm(columns, axis=0)
-    found = Least.of(rest[:, :2], rest[:, 2], stretch, length)
-    share = np.linalg.norm(rest[:, 0]) / max(length[0], 1e-300)  # that the currents leave of the turn
+    whole: Array = np.linalg.norm(columns, axis=0)
+    found = Least.of(rest[:, :2], rest[:, 2], stretch, whole)
+    share = np.linalg.norm(rest[:, 0]) / max(whole[0], 1e-300)  # that the currents leave of the turn
     if min(found.apart(1), share**2) < _APART:
         return None
     x, covariance = found.first(1)
