@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 ULOG = b"ULog\x01\x12\x35"
-_CODES = {"uint64_t": "Q", "double": "d", "float": "f", "int32_t": "i", "uint8_t": "B", "bool": "?"}
+CODES = {"uint64_t": "Q", "double": "d", "float": "f", "int32_t": "i", "uint8_t": "B", "bool": "?",
+          "int8_t": "b", "char": "b", "int16_t": "h", "uint16_t": "H", "uint32_t": "I", "int64_t": "q"}  # fmt: skip
 
 
 def part(kind: str, data: bytes) -> bytes:
@@ -39,7 +40,7 @@ def ulog(topics: dict[str, tuple[str, Sequence[tuple[float, ...]]]], begin: int 
 def _form(field: str) -> str:
     kind = field.split()[0]
     stem, _, count = kind.partition("[")
-    return f"{count.rstrip(']')}{_CODES[stem]}" if count else _CODES[stem]
+    return f"{count.rstrip(']')}{CODES[stem]}" if count else CODES[stem]
 
 
 def quaternion(psi: float, phi: float = 0.0) -> tuple[float, float, float, float]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from recorded import DATUM, Ship
-from telemetry import ULOG, Link, part, quaternion, tlog, ulog
+from telemetry import CODES, ULOG, Link, part, quaternion, tlog, ulog
 
 from seatrial.cli.app import main
 from seatrial.data import DataError, Trial
@@ -285,3 +285,11 @@ def test_pulses_without_their_functions_are_numbers_of_a_mapping(tmp_path: Path)
     assert there.mean() > 0.9
     np.testing.assert_allclose(got["steering"][there], order[there], atol=2e-3)
     assert "SERVO_OUTPUT_RAW[3]" not in found.text, "pulses that never change drive nothing"
+
+
+def test_a_message_is_as_long_as_its_fields_and_those_of_the_messages_in_it() -> None:
+    for kind, code in CODES.items():
+        assert ulogs._size("m", {"m": [(kind, 3), ("uint8_t", 1)]}, {}, 0) == 3 * struct.calcsize(f"<{code}") + 1
+    within = {"outer": [("inner", 2), ("double", 1)], "inner": [("float", 3)]}
+    assert ulogs._size("outer", within, {}, 0) == 2 * 12 + 8
+    assert ulogs._size("loop", {"loop": [("loop", 1)]}, {}, 0) > 65_535

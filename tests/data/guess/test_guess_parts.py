@@ -15,7 +15,7 @@ from columns import TABLE, column, signal
 from seatrial.data import Array, DataError
 from seatrial.data.guess.answers import Answer, Entry, listed, quoted, text_of
 from seatrial.data.guess.cells import _read, spoken
-from seatrial.data.guess.clock import Clock, _of_clock, _pattern, _seconds, clocks
+from seatrial.data.guess.clock import Clock, _days, _of_clock, _pattern, _seconds, clocks
 from seatrial.data.guess.entries import angle_form, in_degrees
 from seatrial.data.guess.guessing import _layout_entry, _once, _reaching, _repeats
 from seatrial.data.guess.layout import Layout, Table, decoded, is_value, number, read_text, split_line
@@ -500,3 +500,10 @@ def test_the_layout_has_a_key_for_what_is_not_usual_and_a_word_for_each_key_alon
     assert strange.keys == {"skip": "3", "footer": "2", "units_row": "true", "decimal": '","'}
     assert strange.answer.evidence == ("3 lines before the header; 2 lines after the last row; "
                                    "the row below the header has units")  # fmt: skip
+
+
+@pytest.mark.parametrize(("hours", "is_clock"), [(0.45, True), (0.49, False)])
+def test_days_are_a_clock_where_rows_are_nearer_than_half_an_hour(hours: float, is_clock: bool) -> None:
+    values = 45_000.0 + hours / 24.0 * np.arange(50)
+    found = _days([column(values, "Time", means=meanings("Time"))])
+    assert bool(found) == is_clock
