@@ -19,18 +19,20 @@ from seatrial.core.records import read_record
 from seatrial.encounters import Tracks
 from seatrial.encounters.conduct import CONDUCTS, Scene, Watch
 from seatrial.encounters.meeting import dnv, imazu
-from seatrial.encounters.rules import Alone, Role
+from seatrial.encounters.rules import Alone, Role, Waters
 from seatrial.encounters.rules.waters import AGROUND, CONTOUR
 from seatrial.encounters.sailing import Sailing, Sea
 from seatrial.encounters.sensing import Sensing
+from seatrial.environment.chart import Area, Chart
 from seatrial.environment.enc import read_cell
 from seatrial.report.judging.encounter import _COAST, _CONTOUR
+from seatrial.ships.files import load
 from seatrial.workflow import RequestError
 from seatrial.workflow.safety import argued
 from seatrial.workflow.safety import case as module
 from seatrial.workflow.safety.case import case
 from seatrial.workflow.safety.claimed import CONTACT, MUTE, Around, Case, CaseFile, Encountered, Met, Part, Where
-from seatrial.workflow.safety.setting import alike
+from seatrial.workflow.safety.setting import alike, place_in
 from seatrial.workflow.safety.stacks import Stack
 
 TEXT = '''schema = "seatrial-case/1"
@@ -76,6 +78,7 @@ def test_what_the_error_of_the_ship_adds_is_counted_by_pairs() -> None:
     assert (split["low"], split["high"]) == pytest.approx((0.00418 - 0.76792, 0.93398), abs=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("worse", [0.0, 0.02, 0.2])
 def test_what_the_ship_adds_lies_within_its_interval(worse: float) -> None:
     """Of 200 cases of 500 pairs each, in which a share fails on the drawn ship only and .05 on the fitted one only."""
@@ -412,6 +415,18 @@ conduct = "ignores"
     [said] = capsys.readouterr().err.strip().splitlines()
     assert "own and target 1 touch in the first row of 1 of 1 runs" in said
     assert not list((tmp_path / "out").glob("*.json"))
+
+
+@pytest.mark.slow
+def test_depth_is_felt_by_a_ship_whose_model_knows_it_down_to_where_that_holds() -> None:
+    area = np.array([[-900.0, -900.0], [-900.0, 900.0], [900.0, 900.0], [900.0, -900.0]])
+    waters = Waters(Chart("flat", areas=(Area(area, 21.0),)), 20.8)
+    assert place_in(waters, load("kvlcc2")) is None
+    place = place_in(waters, load("kvlcc2_shallow"))
+    assert place is not None
+    assert place.grid is not None
+    assert 1.0 / place.grid.field.look(np.zeros(1), np.zeros(1))[0][0, 0] == pytest.approx(1.2 * 20.8)
+    assert place_in(Waters(), load("kvlcc2_shallow")) is None
 
 
 def test_a_wrong_file_is_one_line(tmp_path: Path, capsys: Any) -> None:
