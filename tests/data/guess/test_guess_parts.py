@@ -507,3 +507,10 @@ def test_days_are_a_clock_where_rows_are_nearer_than_half_an_hour(hours: float, 
     values = 45_000.0 + hours / 24.0 * np.arange(50)
     found = _days([column(values, "Time", means=meanings("Time"))])
     assert bool(found) == is_clock
+
+
+def test_half_of_a_position_is_none_and_the_clock_is_no_quantity() -> None:
+    columns = [column(np.linspace(1.0, 2.0, 9), head, means=meanings(head)) for head in ("Latitude", "Heading", "Time")]
+    assert set(signals(columns, ("Time",))) == {"heading"}
+    columns += [column(np.linspace(1.0, 2.0, 9), "Longitude", means=meanings("Longitude"))]
+    assert set(signals(columns, ("Time",))) == {"heading", "latitude", "longitude"}

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,7 +24,7 @@ from seatrial.core.errors import ShipError
 from seatrial.environment import Uniform
 from seatrial.models import Sampled
 from seatrial.realtime.bridge.deck import Deck, Outfit
-from seatrial.realtime.bridge.path import Ahead
+from seatrial.realtime.bridge.path import PERIOD, Ahead
 from seatrial.realtime.bridge.view import OWN
 from seatrial.realtime.loop import Loop
 from seatrial.realtime.plant import Plant, plant_of
@@ -251,3 +253,21 @@ def test_a_model_in_discrete_time_has_none(model: Path) -> None:
     plant = plant_of(ship, 1.0 / float(ship.model.dt), Uniform(), (0.0, 0.0, 0.0, ship.speed, 0.0, 0.0), 1)
     with pytest.raises(ShipError, match="discrete time"):
         Ahead(plant, known)
+
+
+def test_a_path_is_due_after_its_period_and_at_once_where_the_ship_was_set_elsewhere() -> None:
+    one = object.__new__(Ahead)
+    vars(one).update(told={"t": 1.0}, _saved=None, _due=-math.inf, _over=False, _leaps=0, _wake=threading.Condition(),
+                     _worker=object())  # fmt: skip
+    taken: Any = SimpleNamespace(snapshot=lambda: b"a state")
+
+    def seen(now: float) -> bool:
+        one._saved = None  # the thread has looked
+        one.see(taken, now)
+        return one._saved is not None
+
+    assert [seen(now) for now in (10.0, 10.0 + 0.9 * PERIOD, 10.0 + 1.1 * PERIOD)] == [True, False, True]
+    assert not seen(10.0 + 1.2 * PERIOD)
+    one.forget()
+    assert one.told is None
+    assert seen(10.0 + 1.2 * PERIOD)
