@@ -8,13 +8,15 @@ from pathlib import Path
 
 import pytest
 
+from house import REPOSITORY
 from seatrial.cli.app import main
-from seatrial.core.parameters import read
-from seatrial.data.trialfile import read_trial, write_trial
+from seatrial.core.parameters import read, values
+from seatrial.data.trialfile import read_trial, read_trials, write_trial
 from seatrial.manoeuvres.zigzag import Zigzag
 from seatrial.ships.files import load
 from seatrial.simulate.approach import approach
 from seatrial.simulate.run import simulate
+from seatrial.workflow.demo import HIDDEN
 
 N_R = "hull.N_r"
 WRITTEN = {"report.html", "model.toml", "fit.json", "history.csv"}
@@ -44,9 +46,27 @@ def test_the_demo_finds_the_ship_and_writes_its_report(tmp_path: Path, capsys: p
     assert found["within_3_sigma"] == found["parameters"] == 12
     errors = found["standardised"]
     assert errors["fitted"] < 0.2 * errors["published"] < errors["constant velocity"]
-    assert {path.name for path in out.iterdir()} >= WRITTEN | {"report.json"}
+    assert {path.name for path in out.iterdir()} >= WRITTEN | {"report.json", "trials"}
+    assert len(read_trials(out / "trials")) == 8
     assert "kvlcc2_l7" in whole(out / "report.html")
     assert load(out / "model.toml").name == load("kvlcc2_l7").name
+
+
+@pytest.mark.slow
+def test_the_readme_s_lines_of_python_find_the_demo_s_ship_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["demo", "-o", "demo"]) == 0
+    (block,) = re.findall(r"^```python\n(.*?)^```", (REPOSITORY / "README.md").read_text(encoding="utf-8"), re.M | re.S)
+    capsys.readouterr()
+    exec(compile(block, "README.md", "exec"), found := dict[str, object]())
+    assert "the residuals look like sensor noise" in capsys.readouterr().out
+    fitted, start = (values(load(name).model) for name in ("fitted/model.toml", "kvlcc2_l7"))
+    for path in ("hull.R_0", "hull.Y_v", "hull.N_v", "hull.N_r", "propeller.w_P0"):
+        assert fitted[path] == pytest.approx(HIDDEN[path] * start[path], rel=0.05), path
+    assert {path.name for path in tmp_path.glob("*.png")} == {"zigzag.png", "residuals.png"}
+    assert len(found["trials"]) == 8  # type: ignore[arg-type]
 
 
 def test_a_study_becomes_a_report_a_model_and_predictions(

@@ -13,6 +13,7 @@ import numpy as np
 from ..core.parameters import Free, read
 from ..data import Trial
 from ..data.check import check_folder
+from ..data.trialfile import write_trials
 from ..identify import Fit, Loss, Nuisance, Problem
 from ..identify.lint import lint, raise_on_errors
 from ..manoeuvres.turning import Turning
@@ -25,7 +26,7 @@ from ..study.cells import PAGE
 from ..study.store import MODEL, save_fit
 from ..validate.metrics import scales
 from .comparing import compared
-from .request import DEGREE
+from .request import DEGREE, make_folder
 
 SHIP, SEED = "kvlcc2_l7", 20
 # The hull is unstable on course: from a noisy start even the true ship drifts away within minutes.
@@ -48,7 +49,7 @@ _UNSEEN = ((35, None, -1), (25, None, 1), (15, 15, 1))
 
 
 def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
-    """Run the demo; writes report.html, report.json, model.toml, fit.json, history.csv, fit.npz to `out`.
+    """Run the demo; writes trials/, report.html, report.json, model.toml, fit.json, history.csv, fit.npz to `out`.
 
     Returns:
         What happened: `lines` for a reader, and the numbers.
@@ -60,6 +61,8 @@ def tell(out: Path, say: Callable[[str], None]) -> dict[str, Any]:
     rng = np.random.default_rng(SEED)
     say("a virtual sea trial, with sensor noise")
     training, unseen = (tuple(_trial(truth, *m, rng) for m in part) for part in (_TRAINING, _UNSEEN))
+    make_folder(out / "trials")
+    write_trials((*training, *unseen), out / "trials")
     findings = [str(f) for f in check_folder((*training, *unseen))]
     say("a fit from the handbook's values")
     usual = {path: float(read(handbook.model, path)) for path in HIDDEN}
@@ -127,7 +130,7 @@ def _summary(
         f"truth       {int((away < 3).sum())} of {away.size} parameters within 3 sigma of it",
         f"verdicts    {identified} of {len(fit.verdicts)} identified",
         *(f"error       {label}: {value:.4g} (standardised, unseen trials)" for label, value in pooled.items()),
-        f"wrote       {out / PAGE}, {out / MODEL}",
+        f"wrote       {out / PAGE}, {out / MODEL}, {out / 'trials'}",
     ]
     return {"lines": lines, "standardised": dict(pooled), "within_3_sigma": int((away < 3).sum()),
             "parameters": away.size, "seconds": fit.seconds, "report": str(out / PAGE),
