@@ -41,6 +41,14 @@ def test_a_folder_is_trials_by_its_sidecars_else_logs_and_a_run_by_its_fit(tmp_p
     assert found[1] == Item("trials", "trials", 1, ("a",))
 
 
+def test_files_of_a_fit_are_no_logs(tmp_path: Path) -> None:
+    for name in ("history.csv", "report.json", "fit.npz", "report.html", "day.csv"):
+        (tmp_path / name).write_text("")
+    assert kinds(tmp_path) == {"history.csv": "log", "report.json": "log", "day.csv": "log", "report.html": "page"}
+    (tmp_path / "fit.json").write_text("{}")
+    assert kinds(tmp_path) == {"day.csv": "log", "report.html": "page"}
+
+
 def test_logs_say_the_format_that_needs_no_mapping(tmp_path: Path) -> None:
     """Of tables, and of what no reader takes, they say none."""
     (tmp_path / "spoken").mkdir()

@@ -9,7 +9,7 @@ from pathlib import Path
 from ..core.errors import DataError, RequestError
 from ..core.values import dataclass
 from ..data.guess.guessing import reader_of
-from ..study.store import SUMMARY
+from ..study.store import ARRAYS, HISTORY, RUN, SUMMARY
 
 JOBS = ".seatrial"
 """Folder of the commands that were run, below that of the user."""
@@ -29,6 +29,7 @@ _ENDINGS = {".html": "page", ".fmu": "fmu"} | dict.fromkeys(
     (".yaml", ".md", ".npz", ".png", ".jpg", ".jpeg", ".svg", ".pdf", ".docx", ".py", ".ipynb", ".c", ".h"), ""
 )
 _PRODUCTS = (".toml", ".html", ".fmu")
+_OF_A_FIT = (SUMMARY, HISTORY, ARRAYS, RUN, "report.json")
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,10 @@ def shelf(folder: Path) -> tuple[Item, ...]:
     """What lies in a folder and in the folders right below it, in the order of the work."""
     order = ("logs", "log", "mapping", "trials", "steps", "particulars", "ship", "study", "run", "page", "fmu")
     found: list[Item] = []
+    fitted = (folder / SUMMARY).exists()
     for path in _visible(folder):
+        if fitted and path.name in _OF_A_FIT:
+            continue  # no log, and no work
         found += _folder(folder, path) if path.is_dir() else _file(folder, path)
     rank = {kind: k for k, kind in enumerate(order)}
     return tuple(sorted(found, key=lambda one: (rank.get(one.kind, len(order)), one.path)))
