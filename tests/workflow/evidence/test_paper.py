@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from seatrial.cli.app import main
-from seatrial.workflow.evidence.paper import PAPERS, _length_of_wakita, _named
+from seatrial.report.blocks import lead
+from seatrial.report.page import Page, Section
+from seatrial.workflow.evidence.paper import PAPERS, _length_of_wakita, _named, part
 
 ROOT = Path(__file__).parents[3]
 SCRIPT = '''
@@ -73,7 +75,15 @@ def test_what_cannot_be_made_is_one_line_before_the_run(
 def test_the_report_of_a_study_is_made_whole(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys) -> None:
     monkeypatch.chdir(ROOT)
     assert main(["paper", "wakita2022", "--table", "9", "-o", str(tmp_path / "p.html")]) == 2
-    assert "wakita2022_printed.toml" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "wakita2022_printed.toml" in said
+    assert "--only NAME" in said
+
+
+def test_a_table_alone_keeps_what_stands_above_all_sections() -> None:
+    page = Page("P", (Section("", lead("what A and B are")), Section("Table 5: errors", lead("5")),
+                      Section("Table 6: more", lead("6")), Section("Provenance", lead("who"))))  # fmt: skip
+    assert [one.title for one in part(page, 5).sections] == ["", "Table 5: errors", "Provenance"]
 
 
 @pytest.mark.parametrize(("title", "tables"), [

@@ -66,7 +66,8 @@ def paper(key: str, out: Path, *, table: int | None = None, sink: Sink = SILENT)
     check_output(out, PAGES, "the page of a paper")
     made, study, cost, tables = _how(key)
     if made is None and table is not None:
-        raise RequestError(f"--table: the page of {key} is the report of {study}, which is made whole")
+        raise RequestError(f"--table: the page of {key} is the report of {study}, which is made whole; for some of its "
+                           f"rows: seatrial identify {study} --only NAME -o RUN (published, mmg: 20 s)")  # fmt: skip
     if table is not None and table not in tables:
         raise RequestError(f"--table {table}: the page of {key} has tables {', '.join(map(str, tables))}")
     sink.note(f"{key} takes {cost}")
@@ -92,9 +93,9 @@ def _how(key: str) -> tuple[Callable[[str], Page] | None, Path, str, tuple[int, 
 
 
 def part(page: Page, table: int) -> Page:
-    """The page with the sections whose titles name a table, and the last, its provenance."""
+    """The page with what stands above all sections, those whose titles name a table, and the last, its provenance."""
     *sections, last = page.sections
-    return Page(page.title, (*(one for one in sections if table in _named(one.title)), last))
+    return Page(page.title, (*(one for one in sections if not one.title or table in _named(one.title)), last))
 
 
 def _named(title: str) -> frozenset[int]:
