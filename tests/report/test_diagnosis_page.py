@@ -120,3 +120,9 @@ def test_a_fit_worse_than_the_ship_it_began_from_is_told_first():
     (line,) = worse_words(bad)
     assert line.startswith("worse than untuned: standardised error")
     assert worse_words(good) == ()
+
+
+def test_no_correlation_is_shown_below_minus_one():
+    words = plain(diagnosis.section(judged(channel_of(0.5, 0.7, -2.0))))
+    assert "−1.0" in words
+    assert "−2.0" not in words

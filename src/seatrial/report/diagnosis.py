@@ -107,10 +107,13 @@ def section(fit: Fit) -> Body:
 
 
 def _channels(found: Diagnosis) -> Body:
-    rows = [[name, _noise(name, c.noise), number(c.size, 3), number(c.alike, 2), str(c.count), _against(name, c)]
-            for name, c in found.channels.items()]  # fmt: skip
+    # alike is an excess over what was estimated, which can lie below -1, where no correlation lies
+    rows = [[name, _noise(name, c.noise), number(c.size, 3), number(max(c.alike, -1.0), 2), str(c.count),
+             _against(name, c)] for name, c in found.channels.items()]  # fmt: skip
     head = ["channel", "sensor noise", "residual over noise", "correlation of neighbours", "samples", "contradicts"]
-    return table(head, rows, words=(5,)) + soft("White residuals of a right model have the size 1 and no correlation.")
+    return table(head, rows, words=(5,)) + soft(
+        "White residuals of a right model have the size 1 and no correlation. What the noise of the inputs causes is "
+        "taken off: below zero that could cause more than is seen.")
 
 
 def _against(name: str, channel: Channel) -> str:
