@@ -15,7 +15,7 @@ import pytest
 
 from seatrial.belief.ensemble import ensemble
 from seatrial.core.parameters import Free
-from seatrial.identify import Nuisance, Problem
+from seatrial.identify import FitError, Nuisance, Problem
 from seatrial.identify.posterior.profile import profiles
 from seatrial.identify.trajectory.multistart import MultiStart
 from seatrial.identify.trajectory.shooting import Trajectory
@@ -35,6 +35,24 @@ def turns() -> Problem:
     """Two turns of 300 s to fit, one to watch."""
     told = problem(paths=PATHS, duration=300.0)
     return replace(told, trials=told.trials[:2], validation=told.trials[3:])
+
+
+@pytest.mark.slow
+def test_a_fit_at_values_of_another_search_keeps_them_and_judges_them(turns) -> None:
+    way = Trajectory(window=60.0, threads=2)
+    best = way.fit(turns)
+    there = way.at(turns, best.values)
+    np.testing.assert_array_equal(there.values, best.values)
+    np.testing.assert_allclose(there.sigma, best.sigma, rtol=1e-3)  # starts are sought anew
+    assert there.objective == pytest.approx(best.objective, rel=1e-3)
+    away = best.values * 0.99  # one of them is at the upper end of its range
+    moved = way.at(turns, away)
+    np.testing.assert_array_equal(moved.values, away)
+    assert moved.objective > best.objective
+    for wrong in (best.values[:-1], best.values * np.nan):
+        with pytest.raises(FitError, match="one finite number for each"):
+            way.at(turns, wrong)
+
 
 
 @pytest.mark.slow

@@ -35,6 +35,12 @@ def test_the_longest_part_of_a_recording_is_its_span_and_as_many_reach_the_last_
     assert horizons_of(many, 10.0, 82.0).tolist() == horizons_of(many, 10.0, None).tolist()
 
 
+def test_no_horizon_is_longer_than_the_longest_recording(spans: Any) -> None:
+    assert horizons_of(spans((40.0,), (90.0,)), 10.0, 300.0)[-1] <= 90.0
+    assert horizons_of(spans((40.0,), (90.0,)), 10.0, 300.0).tolist() == horizons_of(
+        spans((40.0,), (90.0,)), 10.0, 90.0).tolist()  # fmt: skip
+
+
 def test_the_first_horizon_is_an_eighth_of_a_short_span_and_a_row_at_least(spans: Any) -> None:
     assert horizons_of(spans((40.0,), (40.0,)), 10.0, None)[0] == 5.0
     assert horizons_of(spans((40.0,), (40.0,)), 1.0, None)[0] == 1.0

@@ -185,6 +185,19 @@ def test_windows_begin_evenly_and_err_by_what_the_log_differs(turn: Trial) -> No
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("longer", [0.0, 40.0])
+def test_a_horizon_as_long_as_the_log_or_longer_has_what_there_is(turn: Trial, longer: float) -> None:
+    """Steps of a log are seldom exact: 1200 of .2 s were 1.3e-12 s longer than one of 240 s, which ended calibrate."""
+    whole = turn.duration * (1.0 + 5e-15) + longer
+    cut = windows_of(SHIP, [turn], np.array([0.5, 1.0]) * whole, 0.5 * (1.0 + 5e-15))
+    half = cut.error[0, 0]
+    assert np.abs(half).max() < 1e-5
+    assert np.isnan(cut.error[:, 1]).all() == (longer > 0.0), "the end of the log is there, or lies before the horizon"
+    ends = sailed(SHIP, cut.lanes, quiet(SHIP, 1), 0)[0][:, cut.rows]
+    assert ends.shape == (len(cut.trials), 2, 6), "each horizon is a row of what is sailed"
+
+
+@pytest.mark.slow
 def test_a_first_window_may_begin_elsewhere_and_windows_join(turn: Trial) -> None:
     state = np.array([turn[n][0] for n in ("x", "y", "psi", "u", "v_m", "r")])
     moved = state + np.array([7.0, -3.0, 0, 0, 0, 0])

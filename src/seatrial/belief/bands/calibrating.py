@@ -51,7 +51,7 @@ def horizons_of(trials: Sequence[Trial], time: float, longest: float | None) -> 
     spans = sorted((max(trial.duration for trial in group) for group in recordings(trials)), reverse=True)
     if len(spans) < 2:
         raise too_few(len(spans))
-    most = longest or spans[min(needed(LEVEL), len(spans)) - 1]
+    most = min(longest or spans[min(needed(LEVEL), len(spans)) - 1], spans[0])
     dt = step_of(trials)
     unit = _TOGETHER * dt if min(_FIRST * time, most / 8.0) > _TOGETHER * dt else dt
     first = max(round(min(_FIRST * time, most / 8.0) / unit), 1) * unit

@@ -63,8 +63,9 @@ class Windows:
 
     @property
     def rows(self) -> NDArray[np.intp]:
-        """Rows of the horizons in what is sailed."""
-        return np.round(self.horizons / (self.lanes.dt * self.lanes.every)).astype(np.intp)
+        """Rows of the horizons in what is sailed; the last for those that no trial reaches, where there is no error."""
+        rows = np.round(self.horizons / (self.lanes.dt * self.lanes.every)).astype(np.intp)
+        return np.minimum(rows, len(self.lanes.t) - 1)
 
     def some(self, which: NDArray[np.bool_]) -> Windows:
         """Those windows."""
@@ -91,7 +92,7 @@ def windows_of(
     found: list[Windows] = []
     for trial in trials:
         record = even(trial, dt, ship.model)
-        span = min(float(horizons[-1]), every * dt * max(int(record.duration / (every * dt)), 1))
+        span = min(float(horizons[-1]), every * dt * max(int(record.duration / (every * dt) + 1e-6), 1))
         stride = max(record.duration / _MOST, every * dt)
         cut = windows([record], ship.model, Loss(correlation=0.0), dict.fromkeys(STATES, 1.0), window=span, dt=dt,
                       every=every, stride=stride)  # fmt: skip

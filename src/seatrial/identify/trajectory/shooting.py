@@ -33,6 +33,9 @@ from .gauss_newton import CONVERGED, Index, State, descend
 from .local import finished
 from .objective import TrajectoryObjective
 
+_BESIDE = 40
+"""Iterations for initial states and errors of instruments where the parameters are kept."""
+
 Note = Callable[[int, State, float], None]
 """Called with the number of a start, its state and its standardised error in validation after each iteration."""
 
@@ -47,7 +50,8 @@ class Trajectory:
         every: stride of the compared rows; None takes about one second.
         dt: time step [s]; None takes the median step of the trials.
         method: "rk4", in as many steps from row to row as the ship needs (`approach.substeps`), or "euler" by one.
-        iterations, tolerance: stop after this many iterations, or when the relative decrease is smaller.
+        iterations, tolerance: stop after this many iterations, or when the relative decrease is smaller; 0 keeps the
+            parameters as they are, and finds what is estimated beside them.
         later: shell-style patterns of parameters that are held until the others have been fitted, and are then
             fitted with them: a correction should not learn what the physics can explain.
         starts: number of starts; the first is the declared one, others are drawn within bounds
@@ -79,7 +83,7 @@ class Trajectory:
         object.__setattr__(self, "later", tuple(self.later))
         for name in ("window", "stride", "every", "dt", "iterations", "tolerance", "starts"):
             value = getattr(self, name)
-            if value is not None and not value > 0:
+            if value is not None and not (value > 0 or (name == "iterations" and value == 0)):
                 raise StudyError(f"estimator.{name} is {value:g}; it must be above zero")
         is_rk4(self.method)
         checked_initial(self.initial)
@@ -127,6 +131,23 @@ class Trajectory:
                        status, resume.digest)  # fmt: skip
         table = np.array([[state.cost, *state.p[: objective.count]] for state in ends])
         return replace(fit, objective=best.cost, seconds=time.perf_counter() - resume.began, ends=table)
+
+    def at(self, problem: Problem, values: Any) -> Fit:
+        """The fit at values that another search has found, as they are: covariance, verdicts, tests of the residuals.
+
+        Args:
+            values: one for each of `problem.free`, in their order and units.
+
+        Raises:
+            StudyError: a value outside its range.
+            FitError: another number of values, or the model blows up with them.
+        """
+        given = np.asarray(values, dtype=np.float64)
+        if given.shape != (len(problem.free),) or not np.isfinite(given).all():
+            raise FitError(f"values: {given.size} of them; one finite number for each of {len(problem.free)} free ones")
+        own = tuple(replace(free, start=float(value)) for free, value in zip(problem.free, given, strict=True))
+        fit = replace(self, iterations=0, starts=1, later=()).fit(replace(problem, free=own))
+        return replace(fit, free=problem.free, status="as given")
 
     def _objectives(self, problem: Problem) -> tuple[TrajectoryObjective, TrajectoryObjective | None]:
         """That of the trials, and that of the trials of validation, if any."""
@@ -197,7 +218,10 @@ class Trajectory:
                 seen = watch.standardised(state.p[: objective.count]) if watch else float("nan")
                 note(starts[k], state, seen)
 
-        end = descend(objective, State.rows(list(begun.values())), *objective.bounds(), iterations=self.iterations,
+        start = State.rows(list(begun.values()))
+        own = np.arange(start.p.shape[1]) < objective.count
+        kept = None if self.iterations else np.broadcast_to(own, start.p.shape)
+        end = descend(objective, start, *objective.bounds(), iterations=self.iterations or _BESIDE, held=kept,
                       tolerance=self.tolerance, still=self.still, each=each)  # fmt: skip
         return {start: end.of(k) for k, start in enumerate(starts)}
 
