@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seatrial.campaign.analysis.proportion import Proportion
 from seatrial.cli.app import main
 from seatrial.core.records import to_json
 from seatrial.encounters.meeting import drawn
@@ -134,6 +135,21 @@ def test_rules_stand_in_their_order_with_how_often_of_how_many_and_the_interval(
     rows = [tuple(str(cell) for cell in row) for row in table.rows]
     assert [row[0].removeprefix("Rule ") for row in rows] == ["contact", "6", "8(a)", "15", "16", "17(b)", "19(d)"]
     assert rows[2][1:] == ("1 of 2", "50.0 %", "1.26 to 98.7 %")  # Clopper and Pearson: 1 - .975^(1/2), and its mirror
+
+
+@pytest.mark.parametrize("share", [0.3, 0.1, 0.01, 0.001])
+def test_so_many_runs_without_a_breach_show_so_little(share: float) -> None:
+    """By the interval itself: with so many its upper end lies below the share, with one fewer it does not."""
+    runs = argued.needed(share)
+    assert Proportion(0, runs).interval[1] <= share < Proportion(0, runs - 1).interval[1]
+
+
+def test_silence_is_told_where_it_is_what_failed() -> None:
+    part = Part("d", 0, (("silent",), ("silent", "8(a)"), ("15",), ()), ((),) * 4)
+    said = str(argued.answer(Case(CaseFile(claim="c", ship="s"), "d", (part,), "")))
+    assert "3 of 4 runs fail (a rule broken, contact, silence), 2 of them by falling silent" in said
+    part = Part("d", 0, (("15",), ()), ((),) * 2)
+    assert "by falling silent" not in str(argued.answer(Case(CaseFile(claim="c", ship="s"), "d", (part,), "")))
 
 
 def test_weather_that_is_not_there_is_told_so() -> None:

@@ -46,8 +46,10 @@ def answer(found: Case) -> Body:
     rows = [one for one in found.broken if one is not None]
     share = Proportion(sum(bool(one) for one in rows), len(rows))
     low, high = share.interval
-    return lead(f"{found.file.claim}: {share.hits} of {share.runs} runs break a rule or touch, "
-                f"{_percent(share.value)} (95 % interval {_percent(low)} to {_percent(high)})")  # fmt: skip
+    mute = sum(MUTE in one for one in rows)
+    silent = f"{mute} of them by falling silent, " if mute else ""
+    return lead(f"{found.file.claim}: {share.hits} of {share.runs} runs fail (a rule broken, contact, silence), "
+                f"{silent}{_percent(share.value)} (95 % interval {_percent(low)} to {_percent(high)})")  # fmt: skip
 
 
 def _percent(share: float) -> str:
@@ -79,9 +81,15 @@ def results(found: Case) -> Body:
     return body + told(found.rarely, asked) if found.rarely and asked else body
 
 
+def needed(share: float) -> int:
+    """Runs without a breach from which the interval of 95 % of Clopper and Pearson lies below a share."""
+    return math.ceil(math.log(0.025) / math.log1p(-share))
+
+
 def _split(found: Case) -> list[str]:
-    """What the uncertainty of the ship adds, and runs that are no evidence."""
-    said: list[str] = []
+    """What the uncertainty of the ship adds, runs that are no evidence, and how many would show how little."""
+    said = ["of runs without a breach it takes "
+            + ", ".join(f"{needed(share)} to show less than {_percent(share)}" for share in (0.1, 0.01, 0.001))]
     failed = sum(one is None for one in found.broken)
     if failed:
         said.append(f"{failed} runs ended in a failure of the model; they count for nothing above")
