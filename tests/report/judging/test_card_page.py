@@ -135,7 +135,7 @@ def test_ranges_stand_in_two_halves_in_the_units_of_people() -> None:
     assert left == [["Froude number u/√(g L)", "0.0603", "0.241", "-"], ["surge speed", "0.500", "2.00", "m/s"],
                     ["rate of turn", "−1.15", "1.15", "°/s"], ["rudder", "−35.0", "20.0", "°"]]  # fmt: skip
     assert right == [["propeller", "−1.00", "2.00", "1/s"], ["wind", "0", "8.00", "m/s"],
-                     ["wave height", "0", "0", "m"], ["depth", "deep", "deep", "m"]]  # fmt: skip
+                     ["wave height", "none", "on record", ""], ["depth", "none", "on record", ""]]  # fmt: skip
     one = card()
     shallow = replace(one.grounds, covered={**one.grounds.covered, "depth": (1.0, math.inf)})
     found = tables(page(replace(one, summary=replace(one.summary, grounds=shallow))).sections[1].html)

@@ -48,6 +48,7 @@ _BANDS = (
     "in these bands only as far as trials left out of the fit in turn have widened it (seatrial calibrate): where "
     "they hold less often than 95 %, take the errors, not the bands."
 )
+_AROUND = ("U_T", "H_S", "depth")
 # How recordings were dealt into parts, where it is not by what differs between them.
 _BY = {"recording": "by turns"}
 _NOT_CALIBRATED = (
@@ -207,8 +208,14 @@ def _shares(card: Card) -> Iterator[list[str]]:
 
 def _range(name: str, ends: tuple[float, float]) -> list[str]:
     words, unit, factor = channel(name)
+    if name in _AROUND and not any(map(_felt, ends)):  # a log without it is taken as of none
+        return [words, "none", "on record", ""]
     low, high = ("deep" if math.isinf(end) else number(factor * end) for end in ends)
     return [words, low, high, unit]
+
+
+def _felt(end: float) -> bool:
+    return end != 0.0 and not math.isinf(end)
 
 
 def _errors(card: Card) -> Body:
