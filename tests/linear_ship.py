@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.linalg import expm
@@ -72,6 +72,14 @@ class Model:
         return np.where(self.angle > 0.0, (innovation + math.pi) % math.tau - math.pi, innovation)
 
 
+@dataclass(frozen=True)
+class Nameless:
+    """What a model says of itself, with no number that has a name."""
+
+    controls: ClassVar[tuple[str, ...]] = CONTROLS
+    stands_for: ClassVar[tuple[tuple[str, float], ...]] = (("n_P", 1.0), ("delta", 1.0))
+
+
 def machine(**more: Any) -> Machine:
     """The ship, 100 m long, at 5 m/s; its rudder moves at 0.05 rad/s."""
     sensors = {POSITION: Antenna(NOISE[0]), HEADING: Heading(NOISE[2]), TURN: Rate(NOISE[3]),
@@ -81,7 +89,7 @@ def machine(**more: Any) -> Machine:
     servos = {"n_P": SimpleNamespace(rate=math.inf), "delta": SimpleNamespace(rate=0.05)}
     ship: Any = SimpleNamespace(
         L_pp=100.0, speed=SPEED_0, name="linear", actuators=SimpleNamespace(of=servos.__getitem__),
-        model=SimpleNamespace(controls=CONTROLS, stands_for=(("n_P", 1.0), ("delta", 1.0))),
+        model=Nameless(),
     )  # fmt: skip
     model = Model()
     traced: Any = SimpleNamespace(

@@ -84,6 +84,10 @@ class MissingError(DataError, KeyError):
     __str__ = Exception.__str__
 
 
+class TrackError(DataError):
+    """A log of instruments without time, heading, position and rate of turn: a folder of others can do without it."""
+
+
 class NmeaError(DataError):
     """A sentence or a datagram that is not valid.
 

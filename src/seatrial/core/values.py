@@ -3,8 +3,8 @@
 The standard decorator writes and compiles six functions for each class, half a millisecond; the 160 classes that one
 `simulate` imports were a third of it.  Here the fields are found by the standard library, comparison, hash, text and
 the refusal of changes are the same few functions for all classes, and the constructor is compiled at its first call.
-What `dataclasses` says of a class (`fields`, `replace`, `asdict`, `is_dataclass`) holds.  `InitVar`, slots and order
-are not known here: for those there is the standard one.
+What `dataclasses` says of a class (`fields`, `replace`, `asdict`, `is_dataclass`) holds.  Variables that only the
+constructor takes, slots and order are not known here: for those there is the standard one.
 """
 
 from __future__ import annotations

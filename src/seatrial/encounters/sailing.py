@@ -174,7 +174,8 @@ class Sailing:
     def _begins_apart(self) -> None:
         """Refuse encounters in which the own ship touches another one before anybody has done anything."""
         motion = self.fleet.motion[..., None]
-        own, *others = (Motion(*motion[:, :, k], self._L[k : k + 1], self._B[k : k + 1]) for k in range(len(self._L)))
+        own, *others = (Motion(x, y, psi, u, v_m, self._L[k : k + 1], self._B[k : k + 1])
+                        for k in range(len(self._L)) for x, y, psi, u, v_m in (motion[:, :, k],))  # fmt: skip
         for k, other in enumerate(others, 1):
             apart(Pair(np.zeros(1), own, other), "own", f"target {k}")
 

@@ -197,7 +197,7 @@ def lane_function(name: str, f: Function, arguments: tuple[str, ...], lanewise: 
 
 
 def staged(name: str, f: Function, lanewise: Mapping[int, int]) -> tuple[str, int]:
-    """Two C functions of rates, and how many numbers a lane goes between: ``NAME_held`` once a step, NAME at each stage.
+    """Two C functions of rates, and how many numbers a lane goes between: one once a step, the other at each stage.
 
     What acts and the parameters hold over a step, so what reads these alone (two of the six calls of the standard MMG,
     the sine and cosine of the rudder angle) is worked out once for the four stages: of each lane, or once for all.

@@ -24,10 +24,10 @@ from pathlib import Path
 from shlex import quote
 from typing import Any
 
+from ...core.errors import TrackError
 from ...core.parameters import unknown
 from ...core.values import dataclass
 from .. import DataError, Trial
-from ..nmea.clocks import TrackError
 from ..recognise import recognise, sentences
 from ..table import existing
 

@@ -32,13 +32,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import TrackError
 from ...core.files import write_whole
 from ...core.parameters import unknown
 from ...core.values import asdict, dataclass, field, replace
 from .. import UNITS, Array, DataError, Trial, unwrapped
 from ..geodesy import Datum
 from ..n2k.groups import finished
-from ..nmea.clocks import ROLL, Spoken, Timed, TrackError, parted, timed
+from ..nmea.clocks import ROLL, Spoken, Timed, parted, timed
 from ..nmea.copies import once, shared
 from ..nmea.lines import Lines, listen
 from ..nmea.readings import KINDS

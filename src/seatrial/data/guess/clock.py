@@ -271,7 +271,8 @@ def _formed(columns: Sequence[Column]) -> list[Clock]:
         told = patterned(form).fields(pl.Series([cell or None for cell in cells]), "decimal") if form else None
         if form is None or told is None or told.wrong.any():
             continue
-        t, heads = civil(told) * 1e-9 - _CENTURY * told.dated, tuple(one.head for one in parts)
+        t: Array = (civil(told) * 1e-9 - _CENTURY * told.dated).astype(np.float64)
+        heads = tuple(one.head for one in parts)
         keys = {"date": quoted(heads[0])} if len(parts) > 1 else {}
         keys |= {"column": quoted(heads[-1]), "format": quoted(form)}
         utc = any(word in head.lower() for word in ("utc", "gmt") for head in heads)
@@ -305,7 +306,7 @@ def _of_hour(columns: Sequence[Column]) -> list[Clock]:
     found: list[Clock] = []
     for column in columns:
         named = max(column.score(role) for role in ("time", "stamp", "clock"))
-        if column.kind != "text" or named < 0.4 or not _all(column, _MINUTES.pattern):
+        if column.kind not in ("text", "minutes") or named < 0.4 or not _all(column, _MINUTES.pattern):
             continue
         t = np.array([_of_clock(f"0:{cell.strip()}") if cell.strip() else np.nan for cell in column.cells])
         steps = np.nan_to_num(np.diff(t), nan=0.0)

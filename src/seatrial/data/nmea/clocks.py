@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.errors import TrackError
 from ...core.values import dataclass
 from .. import Array, DataError
 from .digits import Places
@@ -45,10 +46,6 @@ _LATE, _OTHER = 0.05, 5.0
 """A clock that tells a time which another one told before is late by as much [s]; by more it is another clock."""
 _NO_CLOCK = ("ZDA",)
 """Its time is that of a pulse or of sending, and not of a fix: it serves where no fix has a clock."""
-
-
-class TrackError(DataError):
-    """A log of instruments without time, heading, position and rate of turn: a folder of others can do without it."""
 
 
 @dataclass(frozen=True)
