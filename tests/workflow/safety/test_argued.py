@@ -127,6 +127,17 @@ def test_contacts_are_drawn_first_and_one_run_of_each_combination() -> None:
     assert [row[0] for row in table.rows][:4] == ["contact", "15, contact", "16, 8(b)", "13"]
 
 
+def test_where_nothing_failed_the_nearest_passes_are_drawn() -> None:
+    part = Part("d", 0, ((), (), None, ()), ((),) * 4, closest=(310.0, 95.5, None, 120.0))
+    found = Case(CaseFile(claim="c", ship="s"), "d", (part,), "")
+    asked: list[Any] = []
+    body = str(argued._failures(found, lambda runs: asked.append(list(runs)) or iter(()), OPEN_WATER))
+    assert asked == [[1, 3]]
+    assert "None failed. Of 3 runs those are drawn in which the hulls came nearest." in body
+    none = Case(found.file, "d", (Part("d", 0, (None,), ((),), closest=(None,)),), "")
+    assert "None failed." in str(argued._failures(none, lambda runs: iter(()), OPEN_WATER))
+
+
 def test_rules_stand_in_their_order_with_how_often_of_how_many_and_the_interval() -> None:
     judged = ("15", "16", "17(b)", "8(a)", "6", "19(d)")
     part = Part("d", 0, (("8(a)",), ()), (judged, judged))
@@ -191,6 +202,7 @@ def test_a_case_in_which_every_model_failed_has_numbers(tmp_path: Path) -> None:
 
 def test_the_range_of_validity_is_told() -> None:
     ship = load("kvlcc2")
-    assert argued._valid(ship).startswith("it is valid for u 0 to 10 m/s, v_m -3.5 to 3.5 m/s, r -0.022 to 0.022 rad/s")
+    ends = "u 0 to 10.0 m/s, v_m −3.50 to 3.50 m/s, r −1.26 to 1.26 °/s"  # .022 rad/s
+    assert argued._valid(ship).startswith(f"its file calls it valid for {ends}")
     assert argued._valid(ship).endswith("its motion through the water is watched in each run")
     assert "states no range" in argued._valid(replace(ship, validity={}))

@@ -35,7 +35,7 @@ from .behind import told as told_of
 from .claimed import CONTACT, MUTE, PART, RARE, SCHEMA, Case, CaseFile, Part, part_at, rare_at
 from .rare import Rarely, told
 
-_PICTURES, _KINDS = 4, 12
+_PICTURES, _KINDS, _NEAREST = 4, 12, 2
 PAGE, NUMBERS, SUMS = "case.html", "case.json", "case.sha256"
 Again = Callable[[Sequence[int]], Iterator[tuple[int, Tracks, tuple[Judged, ...], tuple[int, ...]]]]
 """Sails runs again: number, tracks, verdicts and the place of the run among these."""
@@ -76,7 +76,8 @@ def results(found: Case) -> Body:
         name = rule if rule in (CONTACT, MUTE, AGROUND, CONTOUR) else f"Rule {rule}"
         interval = f"{number(100.0 * low, 3)} to {_percent(high)}"
         rows.append((name, f"{one.hits} of {one.runs}", _percent(one.value), interval))
-    body = table(("", "broken in runs", "share", "95 % interval"), rows, words=(0,), wide=True) + bullets(_split(found))
+    body = table(("", "broken in runs", "share", "95 % interval"), rows, words=(0,), wide=True)
+    body += bullets((*_split(found), *_few()))
     asked = found.file.rare
     return body + told(found.rarely, asked) if found.rarely and asked else body
 
@@ -86,10 +87,14 @@ def needed(share: float) -> int:
     return math.ceil(math.log(0.025) / math.log1p(-share))
 
 
+def _few() -> list[str]:
+    told = ", ".join(f"{needed(share)} to show less than {100.0 * share:g} %" for share in (0.1, 0.01, 0.001))
+    return [f"of runs without a breach it takes {told}"]
+
+
 def _split(found: Case) -> list[str]:
-    """What the uncertainty of the ship adds, runs that are no evidence, and how many would show how little."""
-    said = ["of runs without a breach it takes "
-            + ", ".join(f"{needed(share)} to show less than {_percent(share)}" for share in (0.1, 0.01, 0.001))]
+    """What the uncertainty of the ship adds, and runs that are no evidence."""
+    said: list[str] = []
     failed = sum(one is None for one in found.broken)
     if failed:
         said.append(f"{failed} runs ended in a failure of the model; they count for nothing above")
@@ -204,12 +209,18 @@ def _ship(ship: Ship, found: Case, table_: Table | None, path: Path) -> Body:
     return bullets(said) + more + fields({"requirements": kept}, lead(verdict(table_)) + judged)
 
 
+def _ends(name: str, low: float, high: float) -> str:
+    angle = unit(name).startswith("rad")
+    factor = math.degrees(1.0) if angle else 1.0
+    return f"{name} {number(factor * low, 3)} to {number(factor * high, 3)} {unit(name).replace('rad', '°')}"
+
+
 def _valid(ship: Ship) -> str:
     """The range in which the model holds by its file, and what of it is watched in each run."""
-    ends = ", ".join(f"{name} {low:g} to {high:g} {unit(name)}" for name, (low, high) in ship.validity.items())
+    ends = ", ".join(_ends(name, *span) for name, span in ship.validity.items())
     if not ends:
         return "its file states no range of validity: nothing is watched but that the model does not blow up"
-    return f"it is valid for {ends}; its motion through the water is watched in each run"
+    return f"its file calls it valid for {ends}; its motion through the water is watched in each run"
 
 
 def _kinds(found: Case) -> list[tuple[tuple[str, ...], list[int]]]:
@@ -299,7 +310,7 @@ def _failures(found: Case, again: Again, waters: Waters) -> Body:
     """Drawings of failures, the first run of each kind, sailed again."""
     kinds = _kinds(found)
     if not kinds:
-        return soft("None.")
+        return _nearest(found, again, waters)
     firsts = [runs[0] for _, runs in kinds]
     more = [run for _, runs in kinds for run in runs[1:]]
     some = sorted((firsts + more)[:_PICTURES])
@@ -308,6 +319,19 @@ def _failures(found: Case, again: Again, waters: Waters) -> Body:
     for run, tracks, judged, where in again(some):
         rules = ", ".join(found.broken[run] or ())
         body += lead(f"Run {run}: {rules}") + shown(tracks, judged, Limits(), where, waters)
+    return body
+
+
+def _nearest(found: Case, again: Again, waters: Waters) -> Body:
+    """Where nothing failed, the runs that came nearest to it: those with the least gap between hulls."""
+    gaps = {part.first + k: gap for part in found.parts for k, gap in enumerate(part.closest) if gap is not None}
+    some = sorted(sorted(gaps, key=lambda run: gaps[run])[:_NEAREST])
+    if not some:
+        return soft("None failed.")
+    body: Body = soft(f"None failed. Of {len(gaps)} runs those are drawn in which the hulls came nearest.")
+    for run, tracks, judged, where in again(some):
+        body += lead(f"Run {run}: {number(gaps[run], 3)} m between hulls")
+        body += shown(tracks, judged, Limits(), where, waters)
     return body
 
 
