@@ -48,6 +48,7 @@ def test_a_fit_at_values_of_another_search_keeps_them_and_judges_them(turns) -> 
     away = best.values * 0.99  # one of them is at the upper end of its range
     moved = way.at(turns, away)
     np.testing.assert_array_equal(moved.values, away)
+    assert moved.free == turns.free, "their starts and priors stay those of the problem"
     assert moved.objective > best.objective
     for wrong in (best.values[:-1], best.values * np.nan):
         with pytest.raises(FitError, match="one finite number for each"):

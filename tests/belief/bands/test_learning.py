@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +15,7 @@ from seatrial.belief.bands.learning import (
     LAYOUT,
     TAUS,
     Variances,
+    Windows,
     by_trial,
     joined,
     learned,
@@ -193,8 +192,11 @@ def test_a_horizon_as_long_as_the_log_or_longer_has_what_there_is(turn: Trial, l
     half = cut.error[0, 0]
     assert np.abs(half).max() < 1e-5
     assert np.isnan(cut.error[:, 1]).all() == (longer > 0.0), "the end of the log is there, or lies before the horizon"
-    ends = sailed(SHIP, cut.lanes, quiet(SHIP, 1), 0)[0][:, cut.rows]
-    assert ends.shape == (len(cut.trials), 2, 6), "each horizon is a row of what is sailed"
+    rows = sailed(SHIP, cut.lanes, quiet(SHIP, 1), 0)[0]
+    ends = cut.reached(rows)
+    assert ends.shape == (len(cut.trials), 2, 6)
+    np.testing.assert_array_equal(ends[:, 0], rows[:, cut.rows[0]])
+    assert np.isnan(ends[:, 1]).all() == (longer > 0.0)
 
 
 @pytest.mark.slow
@@ -225,8 +227,8 @@ def test_variances_of_start_and_current_are_those_of_the_kinematics() -> None:
     """A ship at rest: a steady current moves it by U t, a start that is off stays off; readings add their own."""
     state, series = np.zeros((40, 6)), np.zeros((40, 41, len(open_loop(SHIP).series)))
     lanes = FreeRuns(state, series, 0.5, 10)
-    shape = (40, 3, 6)
-    cut: Any = SimpleNamespace(lanes=lanes, rows=np.array([1, 2, 4]), error=np.zeros(shape))
+    none, places = np.zeros((40, 3, 6)), np.zeros(40, dtype=np.intp)
+    cut = Windows(("t",) * 40, ("turning",) * 40, lanes, np.array([5.0, 10.0, 20.0]), none, none, places)
     held = posterior()
     out = LeftOut(replace(held, ship=SHIP, covariance=1e-12 * held.covariance), ())
     noise = np.array([0.5, 0.2, 0.0, 0.0, 0.0, 0.0])

@@ -49,9 +49,9 @@ def by_history(withheld: Withheld, span: float) -> Calibration:
         cut, past = part.cut.some(known), past.rows(known)
         cuts.append(cut)
         for law, own in errors.items():
-            own.append(_predicted(filters, cut.lanes, past, law)[:, cut.rows] - cut.measured)
+            own.append(cut.reached(_predicted(filters, cut.lanes, past, law)) - cut.measured)
         lacks = who.disturbance
-        spreads.append(spread_of(part.out, cut.lanes, lacks, withheld.sigma, past)[:, cut.rows])
+        spreads.append(cut.reached(spread_of(part.out, cut.lanes, lacks, withheld.sigma, past)))
         surprise = max(surprise, float(past.surprise.max()))
     _check(cuts, f"--history {span:g}")
     made = {law: withheld.made(begin_of(span, None), cuts, own, spreads) for law, own in errors.items()}
@@ -106,10 +106,7 @@ def by_first(withheld: Withheld, span: float, differing: Mapping[str, float]) ->
                 continue
             own.append(cut)
             runs = spread_of(part.out, cut.lanes, disturbing(lacks, one.current), withheld.sigma)
-            here = cut.rows < runs.shape[1]
-            spread = np.full(cut.error.shape, np.nan)
-            spread[:, here] = runs[:, cut.rows[here]]
-            spreads.append(spread)
+            spreads.append(cut.reached(runs))
         cuts += [joined(own)] if own else []
     _check(cuts, f"--fit-first {span:g}")
     return withheld.made(begin_of(None, span), cuts, [cut.error for cut in cuts], spreads)

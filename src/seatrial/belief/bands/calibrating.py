@@ -99,7 +99,7 @@ class Withheld:
 
     def measured(self) -> Calibration:
         """Of predictions that begin in measured states."""
-        spreads = [spread_of(one.out, one.cut.lanes, who, self.sigma)[:, one.cut.rows]
+        spreads = [one.cut.reached(spread_of(one.out, one.cut.lanes, who, self.sigma))
                    for one, who in zip(self.parts, self.lacks, strict=True)]  # fmt: skip
         found = self.made("measured", [one.cut for one in self.parts], [one.cut.error for one in self.parts], spreads)
         pairs = [(one.out, who) for one, who in zip(self.parts, self.lacks, strict=True)]
@@ -134,8 +134,7 @@ class Withheld:
             ship = one.out.held.ship
             rows = sailed(ship, cut.lanes, quiet(ship, 1), 0)[0]
             at = so_far(seen, acting(ship, rows, cut.lanes), cut.lanes.t)
-            known = cut.rows < at.shape[1]
-            found.append(np.where(known, at[:, np.minimum(cut.rows, at.shape[1] - 1)], 1.0))
+            found.append(np.nan_to_num(cut.reached(at), nan=1.0))
         return np.concatenate(found)
 
 

@@ -63,9 +63,15 @@ class Windows:
 
     @property
     def rows(self) -> NDArray[np.intp]:
-        """Rows of the horizons in what is sailed; the last for those that no trial reaches, where there is no error."""
-        rows = np.round(self.horizons / (self.lanes.dt * self.lanes.every)).astype(np.intp)
-        return np.minimum(rows, len(self.lanes.t) - 1)
+        """Rows of the horizons in what is sailed."""
+        return np.round(self.horizons / (self.lanes.dt * self.lanes.every)).astype(np.intp)
+
+    def reached(self, sailed: Array) -> Array:
+        """What is sailed, shape (windows, rows, ...), at the horizons; NaN at those that no window reaches."""
+        out = np.full((len(sailed), len(self.horizons), *sailed.shape[2:]), np.nan)
+        here = self.rows < sailed.shape[1]
+        out[:, here] = sailed[:, self.rows[here]]
+        return out
 
     def some(self, which: NDArray[np.bool_]) -> Windows:
         """Those windows."""
@@ -176,7 +182,8 @@ def variances(out: LeftOut, cut: Windows, noise: Array, seed: int = 1) -> Varian
 
     def variance(uncertain: Uncertain) -> Array:
         with np.errstate(all="ignore"):
-            away = np.mean((sailed(out.held.ship, cut.lanes, uncertain, seed) - plain) ** 2, axis=0)[:, cut.rows]
+            away = np.mean((sailed(out.held.ship, cut.lanes, uncertain, seed) - plain) ** 2, axis=0)
+            away = cut.reached(away)
         return np.where(np.isfinite(away), away, np.nanmax(np.where(np.isfinite(away), away, np.nan), initial=0.0))
 
     none = quiet(out.held.ship, _DRAWS)
