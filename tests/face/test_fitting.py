@@ -183,9 +183,10 @@ def test_simulate_plot_and_fit_take_twelve_lines(
     lines = [line for line in code[1].splitlines() if line.strip() and not line.strip().startswith("#")]
     assert len(lines) <= 12
     assert all(word in code[1] for word in ("simulate(", ".plot(", "st.fit(", "summary()"))
-    (tmp_path / "logs").mkdir()
-    for trial in trials:
-        trial.save(tmp_path / "logs" / f"{trial.name}.csv")
+    for folder in ("logs", "demo/trials"):
+        (tmp_path / folder).mkdir(parents=True)
+        for trial in trials:
+            trial.save(tmp_path / folder / f"{trial.name}.csv")
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     exec(compile(code[1], page, "exec"), names)
